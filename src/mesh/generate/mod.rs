@@ -1,0 +1,85 @@
+//! Meshes that a scene describes by shape and local size.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Mesh, MeshError};
+
+/// The domains that can be generated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shape {
+    /// Structured unit-cell square, `2 n²` cells; tags `left`, `right`, `bottom`, `top`.
+    Square,
+    /// Rectangle `length × [−width/2, width/2]`; tags `inlet`, `outlet`, `walls`.
+    Strip,
+    /// The strip without the disc of radius `radius` about `centre`; tags of the strip and `disc`.
+    StripWithDisc,
+    /// Disc of radius `radius` about `centre`; tag `wall`.
+    Disc,
+    /// Ring between `inner_radius` and `radius`; tags `inner`, `outer`.
+    Annulus,
+    /// Closed stadium-shaped band of width `width` with two straight arms of length `arm` (along x₁) joined by half rings
+    /// whose centre line has radius `turn_radius`, a disc of radius `radius` in the middle of each arm; tags `outer`,
+    /// `inner`, `disc`.
+    Racetrack,
+}
+
+/// The table `[mesh]` of a scene: a shape with its sizes, or a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshScene {
+    /// Domain to generate; exactly one of `shape` and `file`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<Shape>,
+    /// Gmsh 4.1 file, relative to the scene's folder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Cells per side of `square`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub n: Option<usize>,
+    /// `square`: inner vertices are moved by this fraction (0 to 0.3) of the cell size, seeded by `seed`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distortion: Option<f64>,
+    /// Seed of what is random in the mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Extent along x₁ of `strip` and `strip-with-disc`; side `[x₀, x₁]` of `square` (default `[0, 1]`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<[f64; 2]>,
+    /// Extent across the strip or the racetrack's band.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width: Option<f64>,
+    /// Radius of the disc, or of the outer circle (default 1).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+    /// Radius of the inner circle of `annulus`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inner_radius: Option<f64>,
+    /// Centre of the disc (default the origin).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre: Option<[f64; 2]>,
+    /// Length of a straight arm of `racetrack`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arm: Option<f64>,
+    /// Radius of the centre line of the half rings of `racetrack`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_radius: Option<f64>,
+    /// Edge length far from the disc.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub h: Option<f64>,
+    /// Edge length on the disc (default `h`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub h_disc: Option<f64>,
+    /// Growth of the edge length per unit of distance from the disc (default 0.3).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grading: Option<f64>,
+    /// Cells are this much longer along x₁ than across, away from the disc (default 1; up to 1000).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stretch: Option<f64>,
+    /// The mesh is its own exact mirror image in x₂ = 0 (default false).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub symmetric: Option<bool>,
+    /// Isoparametric degree of cells on circles: 1, 2 or 3 (default 3).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curved: Option<usize>,
+}

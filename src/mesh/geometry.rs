@@ -1,0 +1,134 @@
+//! The map from the reference triangle to a cell: affine, or isoparametric of degree 2 or 3 on curved boundary cells.
+
+use nalgebra::Matrix2;
+
+use super::{Mesh, MeshError, Point};
+use crate::element::{basis, quadrature};
+
+/// Isoparametric geometry of one cell: degree and node positions in the order of [`basis::node_indices`].
+#[derive(Debug, Clone)]
+pub struct Nodes {
+    pub degree: usize,
+    pub positions: Vec<Point>,
+}
+
+/// The map `x(ξ)` of one cell.
+#[derive(Debug, Clone, Copy)]
+pub enum CellMap<'m> {
+    /// `x = origin + J ξ`.
+    Affine { origin: Point, jacobian: Matrix2<f64> },
+    /// `x = Σ_i N_i(ξ) X_i`.
+    Isoparametric(&'m Nodes),
+}
+
+impl CellMap<'_> {
+    /// Position and Jacobian `J_ij = ∂x_i/∂ξ_j` at a reference point.
+    pub fn at(&self, xi: Point) -> (Point, Matrix2<f64>) {
+        match self {
+            CellMap::Affine { origin, jacobian } => (origin + jacobian * xi, *jacobian),
+            CellMap::Isoparametric(nodes) => {
+                let (values, slopes) = basis::evaluate(nodes.degree, xi);
+                combine(&nodes.positions, &values, &slopes)
+            }
+        }
+    }
+}
+
+/// `Σ N_i X_i` and `Σ X_i ⊗ ∇N_i`.
+pub fn combine(positions: &[Point], values: &[f64], slopes: &[Point]) -> (Point, Matrix2<f64>) {
+    let mut x = Point::zeros();
+    let mut jacobian = Matrix2::zeros();
+    for ((p, &value), slope) in positions.iter().zip(values).zip(slopes) {
+        x += *p * value;
+        jacobian += *p * slope.transpose();
+    }
+    (x, jacobian)
+}
+
+impl Mesh {
+    /// The map of `cell`.
+    pub fn map(&self, cell: usize) -> CellMap<'_> {
+        match &self.curved[cell] {
+            Some(nodes) => CellMap::Isoparametric(nodes),
+            None => {
+                let [a, b, c] = self.corners(cell);
+                CellMap::Affine { origin: a, jacobian: Matrix2::from_columns(&[b - a, c - a]) }
+            }
+        }
+    }
+
+    /// Area of one cell.
+    pub fn cell_area(&self, cell: usize) -> f64 {
+        match self.map(cell) {
+            CellMap::Affine { jacobian, .. } => 0.5 * jacobian.determinant(),
+            map @ CellMap::Isoparametric(nodes) => {
+                let rule = quadrature::triangle(2 * nodes.degree);
+                let at = |(xi, w): (&Point, &f64)| w * map.at(*xi).1.determinant();
+                rule.points.iter().zip(&rule.weights).map(at).sum()
+            }
+        }
+    }
+
+    /// Bends the cells on curved boundary faces: isoparametric of degree `degree` (1 leaves them straight).
+    ///
+    /// Nodes of a curved face divide its arc evenly; those of straight faces stay; the inner node of degree 3 is moved by
+    /// a quarter of the sum of the displacements of the face nodes, which reproduces quadratic displacements.
+    ///
+    /// # Errors
+    /// A cell whose Jacobian is not positive at the nodes or quadrature points.
+    pub fn bend(&mut self, degree: usize) -> Result<(), MeshError> {
+        assert!((1..=3).contains(&degree), "geometry of degree {degree}");
+        self.curved = vec![None; self.cells.len()];
+        if degree == 1 {
+            return Ok(());
+        }
+        let on_curves: Vec<_> = self.faces.iter().filter_map(|f| f.curve.map(|c| (f.minus, self.curves[c]))).collect();
+        for (side, curve) in on_curves {
+            let corners = self.corners(side.cell);
+            let nodes = self.curved[side.cell].get_or_insert_with(|| Box::new(straight_nodes(degree, corners)));
+            let local = basis::face_nodes(degree, side.face);
+            let (a, b) = (corners[(side.face + 1) % 3], corners[(side.face + 2) % 3]);
+            for (k, &node) in local.iter().enumerate().take(degree).skip(1) {
+                nodes.positions[node] = curve.between(a, b, k as f64 / degree as f64);
+            }
+        }
+        for (cell, nodes) in self.curved.iter_mut().enumerate() {
+            if let Some(nodes) = nodes.as_deref_mut().filter(|n| n.degree == 3) {
+                let corners = self.cells[cell].map(|v| self.vertices[v]);
+                let flat = straight_nodes(3, corners).positions;
+                let moved: Point = (3..9).map(|k| nodes.positions[k] - flat[k]).sum();
+                nodes.positions[9] = flat[9] + moved * 0.25;
+            }
+        }
+        self.check_curved()
+    }
+
+    /// Refuses curved cells whose Jacobian is not positive everywhere it is evaluated.
+    ///
+    /// # Errors
+    /// The first such cell.
+    pub fn check_curved(&self) -> Result<(), MeshError> {
+        for (cell, nodes) in self.curved.iter().enumerate() {
+            let Some(nodes) = nodes else { continue };
+            let map = self.map(cell);
+            let rule = quadrature::triangle(12);
+            let [a, b, c] = self.corners(cell);
+            let straight = (b - a).perp(&(c - a));
+            for xi in rule.points.iter().copied().chain(basis::nodes(nodes.degree)) {
+                let (x, jacobian) = map.at(xi);
+                let area = jacobian.determinant();
+                if !(area > 1e-3 * straight) {
+                    let hint = "refine the mesh near the curved boundary, or use a lower `curved` degree";
+                    return Err(MeshError::Inverted { cell, x: x.x, y: x.y, area, hint });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Nodes of the straight triangle.
+pub fn straight_nodes(degree: usize, [a, b, c]: [Point; 3]) -> Nodes {
+    let place = |xi: Point| a + (b - a) * xi.x + (c - a) * xi.y;
+    Nodes { degree, positions: basis::nodes(degree).into_iter().map(place).collect() }
+}
