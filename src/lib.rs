@@ -1,1 +1,21 @@
+//! Thin active tissue on a substrate: velocity `v`, pressure `Π`, polarity `p`, everything dimensionless.
+//!
+//! ```text
+//! −div(σᵀ) + C_F v = T_a p + f_v,   div v = 0                                   momentum and volume  [5.47]
+//! Pe p□ + (|p|²−1) p − κ²Δp = f_p                                               polarity             [5.47c]
+//! σ = −Π I + 2D(v) + (a+1)/2 p⊗ℓ + (a−1)/2 ℓ⊗p − κ²B ∇pᵀ·∇p − S_a p⊗p           stress               [5.48]
+//! ℓ = B[(|p|²−1) p − κ²Δp]                                                      molecular field
+//! p□ = ∂_t p + (v·∇)p − W(v)·p − a D(v)·p                                       objective derivative
+//! D(v) = sym ∇v,  W(v) = skw ∇v,  (∇v)_ij = ∂_j v_i
+//! ```
+//!
+//! `v` and `Π` are continuous (Taylor–Hood), `p` is discontinuous; time is discretised by BDF. The page `docs/model.md`
+//! gives every formula with the tag that the code cites; numbers in square brackets are those of Shourick's thesis (2024).
 
+pub mod element;
+pub mod mesh;
+pub mod space;
+pub mod form;
+pub mod solve;
+pub mod model;
+pub mod time;

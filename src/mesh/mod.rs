@@ -7,9 +7,9 @@
 pub mod curve;
 pub mod generate;
 pub mod geometry;
-pub mod gmsh;
-pub mod locate;
-pub mod quality;
+//pub mod gmsh;
+//pub mod locate;
+//pub mod quality;
 
 use std::collections::HashMap;
 

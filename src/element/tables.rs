@@ -1,0 +1,83 @@
+//! Values and reference gradients of every Lagrange basis at the points of a quadrature rule, computed once per rule.
+
+use std::sync::OnceLock;
+
+use nalgebra::Vector2;
+
+use super::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
+use super::{MAX_DEGREE, basis};
+
+/// One basis at a list of points; row `q` holds the `n` basis functions at point `q`.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// Number of basis functions.
+    pub n: usize,
+    values: Vec<f64>,
+    slopes: Vec<Vector2<f64>>,
+}
+
+impl Table {
+    fn new(degree: usize, points: &[Vector2<f64>]) -> Self {
+        let rows: Vec<_> = points.iter().map(|&x| basis::evaluate(degree, x)).collect();
+        Self {
+            n: basis::node_count(degree),
+            values: rows.iter().flat_map(|r| r.0.iter().copied()).collect(),
+            slopes: rows.iter().flat_map(|r| r.1.iter().copied()).collect(),
+        }
+    }
+
+    /// Values of the basis at point `q`.
+    pub fn values(&self, q: usize) -> &[f64] {
+        &self.values[q * self.n..(q + 1) * self.n]
+    }
+
+    /// Reference gradients of the basis at point `q`.
+    pub fn slopes(&self, q: usize) -> &[Vector2<f64>] {
+        &self.slopes[q * self.n..(q + 1) * self.n]
+    }
+}
+
+/// The bases of degree 0 to [`MAX_DEGREE`] at one set of points of the reference triangle.
+#[derive(Debug, Clone)]
+pub struct Tables {
+    pub points: Vec<Vector2<f64>>,
+    by_degree: Vec<Table>,
+}
+
+impl Tables {
+    /// Tabulates all bases at `points`.
+    pub fn new(points: Vec<Vector2<f64>>) -> Self {
+        let by_degree = (0..=MAX_DEGREE).map(|q| Table::new(q, &points)).collect();
+        Self { points, by_degree }
+    }
+
+    /// The basis of degree `q`.
+    pub fn degree(&self, q: usize) -> &Table {
+        &self.by_degree[q]
+    }
+}
+
+/// The bases at the points of [`quadrature::triangle`].
+pub fn cell(degree: usize) -> &'static Tables {
+    static TABLES: [OnceLock<Tables>; MAX_TRIANGLE_DEGREE + 1] = [const { OnceLock::new() }; MAX_TRIANGLE_DEGREE + 1];
+    TABLES[degree].get_or_init(|| Tables::new(quadrature::triangle(degree).points.clone()))
+}
+
+/// The bases at the points of [`quadrature::interval`] on local face `face`; `reversed` runs from vertex `f+2` to `f+1`,
+/// as the plus side of a face sees the points of the minus side.
+pub fn face(degree: usize, face: usize, reversed: bool) -> &'static Tables {
+    static TABLES: [OnceLock<[[Tables; 2]; 3]>; MAX_INTERVAL_DEGREE + 1] =
+        [const { OnceLock::new() }; MAX_INTERVAL_DEGREE + 1];
+    let all = TABLES[degree].get_or_init(|| {
+        let corners = [Vector2::new(0.0, 0.0), Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
+        let rule = quadrature::interval(degree);
+        let along = |a: Vector2<f64>, b: Vector2<f64>| {
+            Tables::new(rule.points.iter().map(|&s| a * (1.0 - s) + b * s).collect())
+        };
+        std::array::from_fn(|f| {
+            let (a, b) = (corners[(f + 1) % 3], corners[(f + 2) % 3]);
+            [along(a, b), along(b, a)]
+        })
+    });
+    &all[face][usize::from(reversed)]
+}

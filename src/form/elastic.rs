@@ -1,0 +1,54 @@
+//! The elastic stress of polarity gradients, and the discrete molecular field and free energy behind it.
+
+use super::integrate::{FacePoint, Faces, Integrator};
+use super::words::{Vector, penalty_constant};
+use super::{Linear, mass};
+use crate::mesh::Point;
+use crate::space::{Field, Space};
+
+/// `c_h(p,p,w) = ∫ (∇_hpᵀ·∇_hp) : D(w)`, test w   [7.6d]
+pub fn ericksen<'a>(velocity: &Space, p: &'a Field) -> Linear<'a, Vector> {
+    Linear::cells(velocity.degree - 1 + 2 * (p.space.degree - 1), move |x| {
+        let g = p.vector_gradient(&x.site);
+        let product = g.transpose() * g;
+        move |w: Vector| product.dot(&w.sym())
+    })
+}
+
+/// `∫ (|p|²−1) p·q`, test q: the double-well part of `(1/B)(L_h|q)`   [7.10]
+pub fn double_well<'a>(space: &Space, p: &'a Field) -> Linear<'a, Vector> {
+    mass::load(space, 3 * p.space.degree, |x| {
+        let p = p.vector(&x.site);
+        p * (p.norm_squared() - 1.0)
+    })
+}
+
+/// `F_h/B = ∫ [¼(|p|²−1)² + ½κ²|∇_hp|²] + κ² Σ_Si∪SD ∫ (½ C ϖ |[p]|² − {∂_np}·[p])`, with `[p] = p − p_D` on Dirichlet
+/// faces   [5.38], [7.2]
+///
+/// Dimensionless; multiply by B for the free energy. Its derivative along q is `(1/B)(L_h|q)`.
+pub fn energy_over_b(
+    loops: &Integrator,
+    p: &Field,
+    kappa: f64,
+    dirichlet: Faces,
+    data: impl Fn(&FacePoint) -> Point + Sync,
+) -> f64 {
+    let q = p.space.degree;
+    let bulk = loops.sum(4 * q, |x| {
+        let well = p.vector(&x.site).norm_squared() - 1.0;
+        0.25 * well * well + 0.5 * kappa * kappa * p.vector_gradient(&x.site).norm_squared()
+    });
+    let c = penalty_constant(q);
+    let face = loops.sum_faces(Faces::INTERIOR | dirichlet, 2 * q, |s| {
+        let inner = p.vector_gradient(&s.minus) * s.n;
+        let (jump, slope) = match &s.plus {
+            Some(plus) => {
+                (p.vector(&s.minus) - p.vector(plus), (inner + p.vector_gradient(plus) * s.n) * 0.5)
+            }
+            None => (p.vector(&s.minus) - data(s), inner),
+        };
+        0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump)
+    });
+    bulk + kappa * kappa * face
+}

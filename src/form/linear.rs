@@ -1,0 +1,111 @@
+//! Linear forms: right-hand sides and residuals.
+
+use std::marker::PhantomData;
+use std::ops::{Add, Mul, Neg, Sub};
+
+use super::bilinear::{MAX_SLOTS, unit_trace};
+use super::integrate::{CellPoint, FacePoint, Faces};
+use super::words::{Jet, Trace};
+
+/// Coefficients of a linear integrand at one point.
+pub type Weights = [f64; MAX_SLOTS];
+
+type CellIntegrand<'a> = Box<dyn Fn(&CellPoint, &mut Weights) + Sync + 'a>;
+type FaceIntegrand<'a> = Box<dyn Fn(&FacePoint, &mut Weights) + Sync + 'a>;
+
+pub(super) struct CellTerm<'a> {
+    pub scale: f64,
+    pub degree: usize,
+    pub integrand: CellIntegrand<'a>,
+}
+
+pub(super) struct FaceTerm<'a> {
+    pub scale: f64,
+    pub degree: usize,
+    pub faces: Faces,
+    pub integrand: FaceIntegrand<'a>,
+}
+
+/// A linear form with test jets `V`.
+pub struct Linear<'a, V: Jet> {
+    pub(super) cell_terms: Vec<CellTerm<'a>>,
+    pub(super) face_terms: Vec<FaceTerm<'a>>,
+    kinds: PhantomData<fn(V)>,
+}
+
+impl<'a, V: Jet> Linear<'a, V> {
+    /// The form without terms.
+    pub fn zero() -> Self {
+        Self { cell_terms: Vec::new(), face_terms: Vec::new(), kinds: PhantomData }
+    }
+
+    /// `∫_Ω integrand(χ)`, of polynomial degree `degree`.
+    pub fn cells<F, G>(degree: usize, at: F) -> Self
+    where
+        F: Fn(&CellPoint) -> G + Sync + 'a,
+        G: Fn(V) -> f64,
+    {
+        let integrand = move |x: &CellPoint, weights: &mut Weights| {
+            let integrand = at(x);
+            for (t, entry) in weights.iter_mut().enumerate().take(V::SLOTS) {
+                *entry = integrand(V::unit(t));
+            }
+        };
+        let term = CellTerm { scale: 1.0, degree, integrand: Box::new(integrand) };
+        Self { cell_terms: vec![term], ..Self::zero() }
+    }
+
+    /// Adds `∫_faces integrand(χ)` over a set of faces.
+    pub fn faces<F, G>(mut self, faces: Faces, degree: usize, at: F) -> Self
+    where
+        F: Fn(&FacePoint) -> G + Sync + 'a,
+        G: Fn(Trace<V>) -> f64,
+    {
+        let integrand = move |s: &FacePoint, weights: &mut Weights| {
+            let integrand = at(s);
+            let boundary = s.plus.is_none();
+            let sides = if boundary { 1 } else { 2 };
+            for (t, entry) in weights.iter_mut().enumerate().take(sides * V::SLOTS) {
+                *entry = integrand(unit_trace(t, boundary));
+            }
+        };
+        self.face_terms.push(FaceTerm { scale: 1.0, degree, faces, integrand: Box::new(integrand) });
+        self
+    }
+}
+
+impl<V: Jet> Add for Linear<'_, V> {
+    type Output = Self;
+
+    fn add(mut self, other: Self) -> Self {
+        self.cell_terms.extend(other.cell_terms);
+        self.face_terms.extend(other.face_terms);
+        self
+    }
+}
+
+impl<'a, V: Jet> Mul<Linear<'a, V>> for f64 {
+    type Output = Linear<'a, V>;
+
+    fn mul(self, mut form: Linear<'a, V>) -> Linear<'a, V> {
+        form.cell_terms.iter_mut().for_each(|t| t.scale *= self);
+        form.face_terms.iter_mut().for_each(|t| t.scale *= self);
+        form
+    }
+}
+
+impl<V: Jet> Neg for Linear<'_, V> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        -1.0 * self
+    }
+}
+
+impl<V: Jet> Sub for Linear<'_, V> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}

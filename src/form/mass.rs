@@ -1,0 +1,63 @@
+//! L² products.
+
+use nalgebra::Matrix2;
+
+use super::integrate::CellPoint;
+use super::words::{Scalar, Vector};
+use super::{Bilinear, Linear};
+use crate::mesh::Point;
+use crate::space::Space;
+
+/// `(φ|χ) = ∫ φχ`   [7.11]
+pub fn mass<'a>(space: &Space) -> Bilinear<'a, Scalar, Scalar> {
+    Bilinear::cells(2 * space.degree, |_| |phi: Scalar, chi: Scalar| phi.value * chi.value)
+}
+
+/// `(v|w) = ∫ v·w`   [7.11a]
+pub fn vector_mass<'a>(space: &Space) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(2 * space.degree, |_| |v: Vector, w: Vector| v.value.dot(&w.value))
+}
+
+/// `(cφ|χ)` with a weight `c` of degree `weight_degree`   [7.11c]
+pub fn weighted_mass<'a>(
+    space: &Space,
+    weight_degree: usize,
+    c: impl Fn(&CellPoint) -> f64 + Sync + 'a,
+) -> Bilinear<'a, Scalar, Scalar> {
+    Bilinear::cells(2 * space.degree + weight_degree, move |x| {
+        let c = c(x);
+        move |phi: Scalar, chi: Scalar| c * phi.value * chi.value
+    })
+}
+
+/// `∫ q·C·p` with a matrix weight `C` of degree `weight_degree`.
+pub fn matrix_mass<'a>(
+    space: &Space,
+    weight_degree: usize,
+    c: impl Fn(&CellPoint) -> Matrix2<f64> + Sync + 'a,
+) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(2 * space.degree + weight_degree, move |x| {
+        let c = c(x);
+        move |p: Vector, q: Vector| q.value.dot(&(c * p.value))
+    })
+}
+
+/// `(f|w) = ∫ f·w` for a vector `f` of degree `degree`   [7.11a]
+pub fn load<'a>(space: &Space, degree: usize, f: impl Fn(&CellPoint) -> Point + Sync + 'a) -> Linear<'a, Vector> {
+    Linear::cells(space.degree + degree, move |x| {
+        let f = f(x);
+        move |w: Vector| f.dot(&w.value)
+    })
+}
+
+/// `(f|χ) = ∫ fχ` for a scalar `f` of degree `degree`.
+pub fn scalar_load<'a>(
+    space: &Space,
+    degree: usize,
+    f: impl Fn(&CellPoint) -> f64 + Sync + 'a,
+) -> Linear<'a, Scalar> {
+    Linear::cells(space.degree + degree, move |x| {
+        let f = f(x);
+        move |chi: Scalar| f * chi.value
+    })
+}

@@ -1,0 +1,19 @@
+//! Weak forms: one vocabulary, one pair of integration loops, and one file per form of the model page.
+//!
+//! A form is a value. It can be added, scaled and tested alone; its integrand is written for two arbitrary functions
+//! `phi` (trial) and `chi` (test) at one point, and the loops of [`integrate`] turn it into matrices and vectors.
+
+pub mod bilinear;
+pub mod elastic;
+pub mod integrate;
+pub mod linear;
+pub mod mass;
+pub mod polarity;
+pub mod stokes;
+pub mod swip;
+pub mod upwind;
+pub mod words;
+
+pub use bilinear::Bilinear;
+pub use integrate::{CellPoint, FacePoint, Faces, Integrator};
+pub use linear::Linear;

@@ -1,0 +1,135 @@
+//! The vocabulary of the forms.
+//!
+//! | code | mathematics |
+//! | --- | --- |
+//! | `phi.value`, `phi.grad` | φ, ∇φ (`grad[(i, j)] = ∂_j φ_i` for a vector) |
+//! | `w.sym()`, `w.skw()`, `w.div()` | D(w) = sym ∇w, W(w) = skw ∇w, div w |
+//! | `t.jump()` | `[φ] = φ− − φ+`; the inner trace on the boundary |
+//! | `t.mean()` | `{φ} = ½(φ− + φ+)`; the inner trace on the boundary |
+//! | `t.mean_dn(n)` | `{∂_n φ}`; the inner trace on the boundary |
+//! | `positive(x)`, `negative(x)` | `x⊕ = ½(|x|+x)`, `x⊖ = ½(|x|−x)` |
+//! | `s.n`, `s.exact_n` | normal of the face from minus to plus; normal of the exact boundary curve |
+//! | `s.varpi` | `ϖ_S = max(|∂K−|/|K−|, |∂K+|/|K+|)` |
+//! | `penalty_constant(q)` | `C = (q+1)(q+2)/2` |
+
+use nalgebra::Matrix2;
+
+use crate::mesh::Point;
+
+/// Value and first derivatives of a basis function at a point: the arguments of an integrand.
+pub trait Jet: Copy {
+    /// Numbers in a jet: three per component.
+    const SLOTS: usize;
+    /// The jet that is one in one slot: slot `3c` the value of component `c`, slots `3c+1`, `3c+2` its derivatives.
+    fn unit(slot: usize) -> Self;
+    /// The zero jet.
+    fn zero() -> Self;
+}
+
+/// Jet of a scalar function.
+#[derive(Debug, Clone, Copy)]
+pub struct Scalar {
+    pub value: f64,
+    pub grad: Point,
+}
+
+/// Jet of a vector function.
+#[derive(Debug, Clone, Copy)]
+pub struct Vector {
+    pub value: Point,
+    pub grad: Matrix2<f64>,
+}
+
+impl Jet for Scalar {
+    const SLOTS: usize = 3;
+
+    fn unit(slot: usize) -> Self {
+        let one = |k| f64::from(u8::from(slot == k));
+        Self { value: one(0), grad: Point::new(one(1), one(2)) }
+    }
+
+    fn zero() -> Self {
+        Self { value: 0.0, grad: Point::zeros() }
+    }
+}
+
+impl Jet for Vector {
+    const SLOTS: usize = 6;
+
+    fn unit(slot: usize) -> Self {
+        let one = |k| f64::from(u8::from(slot == k));
+        Self { value: Point::new(one(0), one(3)), grad: Matrix2::new(one(1), one(2), one(4), one(5)) }
+    }
+
+    fn zero() -> Self {
+        Self { value: Point::zeros(), grad: Matrix2::zeros() }
+    }
+}
+
+impl Vector {
+    /// `D(w) = ½(∇w + ∇wᵀ)`.
+    pub fn sym(&self) -> Matrix2<f64> {
+        sym(&self.grad)
+    }
+
+    /// `W(w) = ½(∇w − ∇wᵀ)`.
+    pub fn skw(&self) -> Matrix2<f64> {
+        skw(&self.grad)
+    }
+
+    /// `div w`.
+    pub fn div(&self) -> f64 {
+        self.grad.trace()
+    }
+}
+
+/// Symmetric part.
+pub fn sym(g: &Matrix2<f64>) -> Matrix2<f64> {
+    (g + g.transpose()) * 0.5
+}
+
+/// Skew part, `W_ij = ½(∂_j v_i − ∂_i v_j)` for `g_ij = ∂_j v_i`.
+pub fn skw(g: &Matrix2<f64>) -> Matrix2<f64> {
+    (g - g.transpose()) * 0.5
+}
+
+/// The two traces of a function on a face; on the boundary only `minus` counts.
+#[derive(Debug, Clone, Copy)]
+pub struct Trace<J> {
+    pub minus: J,
+    pub plus: J,
+    pub boundary: bool,
+}
+
+impl Trace<Scalar> {
+    /// `[φ]`.
+    pub fn jump(&self) -> f64 {
+        if self.boundary { self.minus.value } else { self.minus.value - self.plus.value }
+    }
+
+    /// `{φ}`.
+    pub fn mean(&self) -> f64 {
+        if self.boundary { self.minus.value } else { 0.5 * (self.minus.value + self.plus.value) }
+    }
+
+    /// `{∂_n φ}`.
+    pub fn mean_dn(&self, n: Point) -> f64 {
+        let inner = self.minus.grad.dot(&n);
+        if self.boundary { inner } else { 0.5 * (inner + self.plus.grad.dot(&n)) }
+    }
+}
+
+/// `x⊕ = ½(|x| + x)`.
+pub fn positive(x: f64) -> f64 {
+    x.max(0.0)
+}
+
+/// `x⊖ = ½(|x| − x)`.
+pub fn negative(x: f64) -> f64 {
+    (-x).max(0.0)
+}
+
+/// `C = (q+1)(q+2)/2`, the interior-penalty constant of degree `q` [6.25].
+pub fn penalty_constant(q: usize) -> f64 {
+    0.5 * ((q + 1) * (q + 2)) as f64
+}

@@ -1,0 +1,171 @@
+//! Conditions on a boundary tag, spec section 4 [5.45]: one for the velocity, one for the polarity.
+
+use std::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser::SerializeMap};
+
+use super::ModelError;
+use super::expression::{Expression, VectorFormula, parse_vector};
+use super::names;
+
+/// What holds for the velocity on a tag.
+#[derive(Debug, Clone, PartialEq)]
+pub enum VelocityCondition {
+    /// `v = v_D`
+    Dirichlet([Expression; 2]),
+    /// `n·σ = given`
+    Traction([Expression; 2]),
+    /// `v·n = 0`, `(n·σ)·t = 0`
+    Slip,
+    /// `v·t = 0`, `n·σ·n = 0`
+    NoTangential,
+}
+
+/// What holds for the polarity on a tag.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PolarityCondition {
+    /// `p = p_D`, imposed weakly
+    Dirichlet([Expression; 2]),
+    /// `κ² ∂p/∂n = 0`
+    Neumann,
+}
+
+/// Both conditions of a tag.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conditions {
+    pub velocity: VelocityCondition,
+    pub polarity: PolarityCondition,
+}
+
+/// The table `[boundary.TAG]` of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoundaryScene {
+    /// `"slip"`, `"no-tangential"`, `"traction"`, `{ traction = [s_1, s_2] }` or `{ dirichlet = [v_1, v_2] }`.
+    pub velocity: NamedCondition,
+    /// `"neumann"` or `{ dirichlet = [p_1, p_2] }`.
+    pub polarity: NamedCondition,
+}
+
+const VELOCITY: [&str; 4] = ["slip", "no-tangential", "traction", "dirichlet"];
+const VELOCITY_HINT: &str =
+    "the choices are \"slip\", \"no-tangential\", \"traction\", { traction = [s_1, s_2] }, { dirichlet = [v_1, v_2] }";
+const POLARITY: [&str; 2] = ["neumann", "dirichlet"];
+const POLARITY_HINT: &str = "the choices are \"neumann\", { dirichlet = [p_1, p_2] }";
+
+impl BoundaryScene {
+    /// The conditions, with `parameters` bound in the formulas.
+    ///
+    /// # Errors
+    /// An unknown condition, values where none belong or none where they are needed, a bad formula.
+    pub fn check(&self, parameters: &[(&str, f64)]) -> Result<Conditions, ModelError> {
+        Ok(Conditions {
+            velocity: velocity_condition(&self.velocity, parameters)?,
+            polarity: polarity_condition(&self.polarity, parameters)?,
+        })
+    }
+
+    /// The table with every default filled in.
+    #[must_use]
+    pub fn resolved(&self) -> Self {
+        let mut full = self.clone();
+        if full.velocity.name == "traction" && full.velocity.values.is_none() {
+            full.velocity.values = Some([0, 0].map(super::expression::Formula::Integer));
+        }
+        full
+    }
+}
+
+fn velocity_condition(given: &NamedCondition, parameters: &[(&str, f64)]) -> Result<VelocityCondition, ModelError> {
+    let wrong = |rule: String| ModelError::new("velocity", given, rule, VELOCITY_HINT);
+    match (given.name.as_str(), &given.values) {
+        ("slip", None) => Ok(VelocityCondition::Slip),
+        ("no-tangential", None) => Ok(VelocityCondition::NoTangential),
+        ("traction", None) => Ok(VelocityCondition::Traction([0.0, 0.0].map(Expression::constant))),
+        ("traction", Some(values)) => {
+            Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?))
+        }
+        ("dirichlet", Some(values)) => {
+            Ok(VelocityCondition::Dirichlet(vector("velocity.dirichlet", values, parameters)?))
+        }
+        ("dirichlet", None) => Err(wrong("`dirichlet` needs its two components".to_owned())),
+        ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
+        (other, _) => Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &VELOCITY)))),
+    }
+}
+
+fn polarity_condition(given: &NamedCondition, parameters: &[(&str, f64)]) -> Result<PolarityCondition, ModelError> {
+    let wrong = |rule: String| ModelError::new("polarity", given, rule, POLARITY_HINT);
+    match (given.name.as_str(), &given.values) {
+        ("neumann", None) => Ok(PolarityCondition::Neumann),
+        ("dirichlet", Some(values)) => {
+            Ok(PolarityCondition::Dirichlet(vector("polarity.dirichlet", values, parameters)?))
+        }
+        ("dirichlet", None) => Err(wrong("`dirichlet` needs its two components".to_owned())),
+        ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
+        (other, _) => Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &POLARITY)))),
+    }
+}
+
+fn vector(key: &str, values: &VectorFormula, parameters: &[(&str, f64)]) -> Result<[Expression; 2], ModelError> {
+    parse_vector(values, parameters).map_err(|error| ModelError::of_expression(key, &error))
+}
+
+/// A condition as the file has it: a name, or a table of one name with two formulas.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedCondition {
+    pub name: String,
+    pub values: Option<VectorFormula>,
+}
+
+impl fmt::Display for NamedCondition {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.values {
+            None => write!(out, "\"{}\"", self.name),
+            Some([first, second]) => write!(out, "{{ {} = [\"{first}\", \"{second}\"] }}", self.name),
+        }
+    }
+}
+
+impl Serialize for NamedCondition {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.values {
+            None => serializer.serialize_str(&self.name),
+            Some(values) => {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry(&self.name, values)?;
+                map.end()
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for NamedCondition {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ConditionVisitor)
+    }
+}
+
+/// By hand, because serde's untagged enums lose line and reason.
+struct ConditionVisitor;
+
+impl<'de> de::Visitor<'de> for ConditionVisitor {
+    type Value = NamedCondition;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("a condition such as \"slip\" or { dirichlet = [\"1\", \"0\"] }")
+    }
+
+    fn visit_str<E: de::Error>(self, name: &str) -> Result<NamedCondition, E> {
+        Ok(NamedCondition { name: name.to_owned(), values: None })
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, mut map: A) -> Result<NamedCondition, A::Error> {
+        let one = || de::Error::custom("a condition has exactly one name, as in { dirichlet = [\"1\", \"0\"] }");
+        let (name, values) = map.next_entry::<String, VectorFormula>()?.ok_or_else(one)?;
+        if map.next_key::<String>()?.is_some() {
+            return Err(one());
+        }
+        Ok(NamedCondition { name, values: Some(values) })
+    }
+}

@@ -1,0 +1,80 @@
+//! A formula as a scene file holds it: a string, or a plain number.
+
+use std::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize, de};
+
+use super::{Expression, ExpressionError};
+
+/// A string or a number; written back as it was read.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Formula {
+    Integer(i64),
+    Number(f64),
+    Text(String),
+}
+
+/// The two components of a vector, each a formula.
+pub type VectorFormula = [Formula; 2];
+
+impl Formula {
+    /// The expression, with `parameters` bound.
+    ///
+    /// # Errors
+    /// As [`Expression::parse`].
+    pub fn parse(&self, parameters: &[(&str, f64)]) -> Result<Expression, ExpressionError> {
+        Expression::parse(&self.to_string(), parameters)
+    }
+}
+
+/// Both components of a vector as expressions.
+///
+/// # Errors
+/// As [`Expression::parse`], for the first component that fails.
+pub fn parse_vector(
+    formulas: &VectorFormula,
+    parameters: &[(&str, f64)],
+) -> Result<[Expression; 2], ExpressionError> {
+    let [first, second] = formulas;
+    Ok([first.parse(parameters)?, second.parse(parameters)?])
+}
+
+impl fmt::Display for Formula {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Formula::Integer(value) => write!(out, "{value}"),
+            Formula::Number(value) => write!(out, "{value}"),
+            Formula::Text(text) => out.write_str(text),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Formula {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(FormulaVisitor)
+    }
+}
+
+/// By hand, because serde's untagged enums answer a wrong type with "did not match any variant".
+struct FormulaVisitor;
+
+impl de::Visitor<'_> for FormulaVisitor {
+    type Value = Formula;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("a formula (a string such as \"1 - y^2\") or a number")
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<Formula, E> {
+        Ok(Formula::Integer(value))
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<Formula, E> {
+        Ok(Formula::Number(value))
+    }
+
+    fn visit_str<E: de::Error>(self, value: &str) -> Result<Formula, E> {
+        Ok(Formula::Text(value.to_owned()))
+    }
+}

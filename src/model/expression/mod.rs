@@ -1,0 +1,123 @@
+//! Formulas of `x`, `y`, `t` and the model's parameters, as a scene writes them.
+//!
+//! Usual mathematics: `+ - * / ^`, comparisons (1 or 0), function calls, `pi` (or `PI`, `π`), `tau`, `e`. The power is
+//! right-associative and binds tighter than a minus sign on its left, so `exp(-x^2)` decays. `if(c, a, b)` is `a` where
+//! `c ≠ 0` and `b` elsewhere; `heaviside(s)` is 1 for `s ≥ 0` and 0 below. Parameters become numbers when the text is
+//! read, so an evaluation sees `x`, `y`, `t` only.
+
+mod formula;
+mod parse;
+mod tree;
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::mesh::Point;
+
+pub use formula::{Formula, VectorFormula, parse_vector};
+use tree::{Tree, Variable};
+
+/// What can be wrong with a formula.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ExpressionError {
+    #[error("`{text}` is no formula: at character {column}, {what}; hint: {hint}")]
+    Syntax { text: String, column: usize, what: String, hint: String },
+    #[error("`{text}` uses `{name}`, which is not defined{suggestion}; hint: the {kind} that exist are {known}")]
+    Unknown { text: String, name: String, kind: &'static str, suggestion: String, known: String },
+    #[error("`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a formula must be finite wherever it is used")]
+    NotFinite { text: String, value: f64, x: f64, y: f64, t: f64 },
+}
+
+/// A parsed formula; cheap to clone, and evaluated from any thread.
+#[derive(Clone)]
+pub struct Expression {
+    text: String,
+    tree: Arc<Tree>,
+}
+
+impl Expression {
+    /// Reads `text`; `parameters` are the names that stand for numbers.
+    ///
+    /// # Errors
+    /// A syntax error with its position, a name that does not exist, a constant formula that is not finite.
+    pub fn parse(text: &str, parameters: &[(&str, f64)]) -> Result<Self, ExpressionError> {
+        let tree = Arc::new(parse::tree(text, parameters)?);
+        let expression = Self { text: text.to_owned(), tree };
+        if expression.is_constant() {
+            expression.try_eval(Point::zeros(), 0.0)?;
+        }
+        Ok(expression)
+    }
+
+    /// The formula that has one value everywhere.
+    pub fn constant(value: f64) -> Self {
+        Self { text: value.to_string(), tree: Arc::new(Tree::Number(value)) }
+    }
+
+    /// Value at the point `x` and the time `t`; NaN or infinity outside the formula's domain.
+    pub fn eval(&self, x: Point, t: f64) -> f64 {
+        self.tree.eval([x.x, x.y, t])
+    }
+
+    /// Like [`eval`](Self::eval).
+    ///
+    /// # Errors
+    /// A value that is not finite, with the formula and the place.
+    pub fn try_eval(&self, x: Point, t: f64) -> Result<f64, ExpressionError> {
+        let value = self.eval(x, t);
+        if value.is_finite() {
+            return Ok(value);
+        }
+        Err(ExpressionError::NotFinite { text: self.text.clone(), value, x: x.x, y: x.y, t })
+    }
+
+    /// Partial derivative with respect to `"x"`, `"y"` or `"t"`; one-sided where `abs`, `min`, `max`, `if` and the like
+    /// have a corner or a jump.
+    ///
+    /// # Errors
+    /// Any other name.
+    pub fn diff(&self, variable: &str) -> Result<Self, ExpressionError> {
+        let known = Variable::ALL.iter().find(|v| v.name() == variable);
+        let &by = known.ok_or_else(|| ExpressionError::Unknown {
+            text: self.text.clone(),
+            name: variable.to_owned(),
+            kind: "variables",
+            suggestion: String::new(),
+            known: "x, y, t".to_owned(),
+        })?;
+        Ok(Self { text: format!("∂({})/∂{variable}", self.text), tree: Arc::new(self.tree.diff(by)) })
+    }
+
+    /// The text that was parsed; `∂(…)/∂x` for a derivative.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Whether the value is the same everywhere and always.
+    pub fn is_constant(&self) -> bool {
+        Variable::ALL.iter().all(|&v| !self.tree.depends_on(v))
+    }
+
+    /// Whether the value is zero everywhere, as far as constants show.
+    pub fn is_zero(&self) -> bool {
+        self.is_constant() && self.eval(Point::zeros(), 0.0) == 0.0
+    }
+
+    /// Whether `t` occurs.
+    pub fn depends_on_time(&self) -> bool {
+        self.tree.depends_on(Variable::T)
+    }
+}
+
+impl fmt::Debug for Expression {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "Expression(`{}`)", self.text)
+    }
+}
+
+/// Equal formulas: same text and, parameters bound, same meaning.
+impl PartialEq for Expression {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text && self.tree == other.tree
+    }
+}

@@ -1,0 +1,48 @@
+//! What is solved: parameters, formulas, boundary conditions. Knows nothing of files; [`crate::scene`] does.
+
+pub mod boundary;
+pub mod expression;
+pub mod frames;
+pub mod incompressible;
+pub mod momentum;
+pub mod names;
+pub mod parameters;
+pub mod polarity;
+
+pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
+pub use expression::{Expression, ExpressionError};
+pub use parameters::{ModelScene, Parameters, Term};
+
+/// A rule of the model that a value breaks. `key` is relative to the table that was checked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("`{key}` = {value}: {rule}; hint: {hint}")]
+pub struct ModelError {
+    pub key: String,
+    pub value: String,
+    pub rule: String,
+    pub hint: String,
+}
+
+impl ModelError {
+    pub(crate) fn new(
+        key: &str,
+        value: impl std::fmt::Display,
+        rule: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> Self {
+        Self { key: key.to_owned(), value: value.to_string(), rule: rule.into(), hint: hint.into() }
+    }
+
+    /// The error of the formula under `key`, in this error's parts.
+    pub(crate) fn of_expression(key: &str, error: &ExpressionError) -> Self {
+        // the expression's own message ends in its hint
+        let message = error.to_string();
+        let (rule, hint) = message.split_once("; hint: ").unwrap_or((&message, ""));
+        let text = match error {
+            ExpressionError::Syntax { text, .. }
+            | ExpressionError::Unknown { text, .. }
+            | ExpressionError::NotFinite { text, .. } => text,
+        };
+        Self::new(key, format!("\"{text}\""), rule, hint)
+    }
+}

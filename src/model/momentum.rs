@@ -1,0 +1,237 @@
+//! The velocity and pressure of a given polarity: a generalised Stokes problem, factorised once.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use super::boundary::{Conditions, VelocityCondition};
+use super::expression::ExpressionError;
+use super::frames::Frames;
+use crate::form::{Faces, Integrator, mass, stokes};
+use crate::solve::bordered::Bordered;
+use crate::solve::sparse::{Factored, Matrix};
+use crate::solve::{SolveError, norm};
+use crate::space::Space;
+
+/// How `v·n = 0` is imposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SlipTreatment {
+    /// Nodal unknowns in the frame of the exact normal.
+    Rotated,
+    /// `(1/ε) ∫ (v·n)(w·n)` [10.3].
+    Penalty(f64),
+}
+
+/// Why the momentum balance could not be set up or solved.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum MomentumError {
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    #[error(transparent)]
+    Formula(#[from] ExpressionError),
+    #[error(
+        "`model.friction` = 0 with no Dirichlet velocity: nothing holds the tissue in place; hint: give a friction, or a \
+         Dirichlet velocity on one tag"
+    )]
+    Unheld,
+    #[error(
+        "the prescribed velocities carry a net flux of {flux:.3e} through the closed boundary, but div v = 0; hint: make \
+         inflow and outflow equal, or give one tag `velocity = \"traction\"`"
+    )]
+    Flux { flux: f64 },
+}
+
+#[derive(Debug)]
+enum System {
+    /// Some boundary part fixes the pressure.
+    Open(Factored),
+    /// The pressure has zero mean: one pressure unknown and the multiplier border the rest.
+    Closed { bordered: Bordered, means: Vec<f64> },
+}
+
+/// `2(D(v)|D(w)) + C_F(v|w) + b(w,Π) = F(w)`, `b(v,ξ) = 0`   [7.11a], [7.11b]
+#[derive(Debug)]
+pub struct Momentum {
+    pub velocity: Arc<Space>,
+    pub pressure: Arc<Space>,
+    pub frames: Frames,
+    /// `2(D(v)|D(w)) + C_F(v|w)`, and the slip penalty.
+    stiffness: Matrix,
+    /// `b(w,Π)`: velocity rows, pressure columns.
+    gradient: Matrix,
+    /// `b(v,ξ)`.
+    divergence: Matrix,
+    pub velocity_mass: Matrix,
+    pub pressure_mass: Matrix,
+    system: System,
+    /// Factorised masses of the stationary residuals, free velocity unknowns and pressure.
+    residual_masses: (Factored, Factored),
+}
+
+impl Momentum {
+    /// Assembles and factorises.
+    ///
+    /// # Errors
+    /// A rigid motion that nothing holds; a factorisation that fails.
+    pub fn new(
+        loops: &Integrator,
+        velocity: &Arc<Space>,
+        pressure: &Arc<Space>,
+        conditions: &[Conditions],
+        friction: f64,
+        slip: SlipTreatment,
+    ) -> Result<Self, MomentumError> {
+        let frames = Frames::new(velocity, conditions, matches!(slip, SlipTreatment::Penalty(_)));
+        if friction == 0.0 && !frames.has_dirichlet() {
+            return Err(MomentumError::Unheld);
+        }
+        let mut form = stokes::viscosity(velocity) + friction * mass::vector_mass(velocity);
+        if let SlipTreatment::Penalty(epsilon) = slip {
+            let faces = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
+            form = form + stokes::slip_penalty(velocity, faces, epsilon);
+        }
+        let (nv, np) = (velocity.dof_count(), pressure.dof_count());
+        let stiffness = Matrix::from_triplets(nv, nv, &loops.triplets(&form, velocity, velocity));
+        let b = loops.triplets(&stokes::divergence(velocity, pressure), pressure, velocity);
+        let gradient = Matrix::from_triplets(nv, np, &b);
+        let transposed: Vec<_> = b.iter().map(|&(i, j, v)| (j, i, v)).collect();
+        let divergence = Matrix::from_triplets(np, nv, &transposed);
+        let vm = loops.triplets(&mass::vector_mass(velocity), velocity, velocity);
+        let velocity_mass = Matrix::from_triplets(nv, nv, &vm);
+        let pm = loops.triplets(&mass::mass(pressure), pressure, pressure);
+        let pressure_mass = Matrix::from_triplets(np, np, &pm);
+        let reduced_mass = Matrix::from_triplets(frames.free, frames.free, &frames.reduce(&velocity_mass));
+        let residual_masses = (
+            Factored::new("velocity mass", reduced_mass)?,
+            Factored::new("pressure mass", pressure_mass.clone())?,
+        );
+        let closed = conditions.iter().all(|c| match c.velocity {
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip => true,
+            VelocityCondition::Traction(_) | VelocityCondition::NoTangential => false,
+        });
+        let system = factorise(&frames, &stiffness, &gradient, &pressure_mass, closed)?;
+        Ok(Self {
+            velocity: velocity.clone(),
+            pressure: pressure.clone(),
+            frames,
+            stiffness,
+            gradient,
+            divergence,
+            velocity_mass,
+            pressure_mass,
+            system,
+            residual_masses,
+        })
+    }
+
+    /// Whether the pressure is only defined up to a constant, and normalised to mean zero.
+    pub fn is_closed(&self) -> bool {
+        matches!(self.system, System::Closed { .. })
+    }
+
+    /// Unknowns of the linear system.
+    pub fn unknowns(&self) -> usize {
+        self.frames.free + self.pressure.dof_count()
+    }
+
+    /// Solves for `(v, Π)` with the force `f` (a functional on the velocity space) and prescribed nodal values.
+    ///
+    /// # Errors
+    /// As [`Factored::solve`]; prescribed values with a net flux through a closed boundary.
+    pub fn solve(&self, f: &[f64], prescribed: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
+        let mut force = f.to_vec();
+        self.stiffness.times_add(-1.0, prescribed, &mut force);
+        let mut right = self.frames.restrict(&force);
+        let volume: Vec<f64> = self.divergence.times(prescribed).iter().map(|v| -v).collect();
+        let (free, pressure) = match &self.system {
+            System::Open(factored) => {
+                right.extend(&volume);
+                let mut x = factored.solve(&right)?;
+                let pressure = x.split_off(self.frames.free);
+                (x, pressure)
+            }
+            System::Closed { bordered, means } => {
+                let flux: f64 = volume.iter().sum();
+                let fastest = prescribed.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                if flux.abs() > 1e-3 * fastest * means.iter().sum::<f64>().sqrt() {
+                    return Err(MomentumError::Flux { flux });
+                }
+                let last = volume.len() - 1;
+                right.extend(&volume[..last]);
+                let (mut x, border) = bordered.solve(&right, &[volume[last], 0.0])?;
+                let mut pressure = x.split_off(self.frames.free);
+                pressure.push(border[0]);
+                (x, pressure)
+            }
+        };
+        Ok((self.frames.expand(&free, prescribed), pressure))
+    }
+
+    /// Residuals of both equations on the free unknowns, as functionals.
+    fn residual(&self, f: &[f64], v: &[f64], pi: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut momentum: Vec<f64> = f.iter().map(|v| -v).collect();
+        self.stiffness.times_add(1.0, v, &mut momentum);
+        self.gradient.times_add(1.0, pi, &mut momentum);
+        (self.frames.restrict(&momentum), self.divergence.times(v))
+    }
+
+    /// `(rᵀMr)^½` of `r = M⁻¹ R` for the momentum balance and for `div v = 0`   [9.8], [9.9]
+    ///
+    /// # Errors
+    /// As [`Factored::solve`].
+    pub fn residual_norms(&self, f: &[f64], v: &[f64], pi: &[f64]) -> Result<[f64; 2], SolveError> {
+        let (momentum, mut volume) = self.residual(f, v, pi);
+        if let System::Closed { means, .. } = &self.system {
+            // the multiplier of the zero mean takes the part of div v that no pressure can see
+            let shift = volume.iter().sum::<f64>() / means.iter().sum::<f64>();
+            volume.iter_mut().zip(means).for_each(|(r, m)| *r -= shift * m);
+        }
+        let size = |mass: &Factored, r: &[f64]| -> Result<f64, SolveError> {
+            if norm(r) == 0.0 {
+                return Ok(0.0);
+            }
+            Ok(crate::solve::dot(r, &mass.solve(r)?).max(0.0).sqrt())
+        };
+        Ok([size(&self.residual_masses.0, &momentum)?, size(&self.residual_masses.1, &volume)?])
+    }
+}
+
+/// The boundary faces whose velocity condition is of a kind.
+pub fn tagged(conditions: &[Conditions], kind: impl Fn(&VelocityCondition) -> bool) -> Faces {
+    let of_kind = conditions.iter().enumerate().filter(|(_, c)| kind(&c.velocity));
+    of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
+}
+
+/// `[TᵀAT  TᵀBᵀ; BT  0]`, bordered by the zero mean of the pressure where no condition fixes it.
+fn factorise(
+    frames: &Frames,
+    stiffness: &Matrix,
+    gradient: &Matrix,
+    pressure_mass: &Matrix,
+    closed: bool,
+) -> Result<System, SolveError> {
+    let (free, np) = (frames.free, pressure_mass.rows());
+    let kept = if closed { np - 1 } else { np };
+    let mut triplets = frames.reduce(stiffness);
+    let mut column = vec![0.0; free + kept];
+    for (i, j, value) in frames.reduce_rows(gradient) {
+        if j < kept {
+            triplets.push((i, free + j, value));
+            triplets.push((free + j, i, value));
+        } else {
+            column[i] += value;
+        }
+    }
+    let size = free + kept;
+    let inner = Factored::new("Stokes", Matrix::from_triplets(size, size, &triplets))?;
+    if !closed {
+        return Ok(System::Open(inner));
+    }
+    let means = pressure_mass.times(&vec![1.0; np]);
+    let mut mean = vec![0.0; size];
+    mean[free..].copy_from_slice(&means[..kept]);
+    let last = means[kept];
+    let corner = DMatrix::from_row_slice(2, 2, &[0.0, last, last, 0.0]);
+    let bordered = Bordered::new(inner, &[column.clone(), mean.clone()], vec![column, mean], corner)?;
+    Ok(System::Closed { bordered, means })
+}

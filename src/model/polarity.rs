@@ -1,0 +1,265 @@
+//! The polarity equation of a given flow, and the molecular field.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::boundary::{Conditions, PolarityCondition};
+use super::expression::Expression;
+use super::parameters::Parameters;
+use crate::form::{CellPoint, FacePoint, Faces, Integrator, elastic, mass, polarity, swip, upwind};
+use crate::mesh::{Mesh, Point};
+use crate::solve::blocks::{Incomplete, Neighbours, ScalarBlocks, VectorBlocks, neighbours};
+use crate::solve::krylov::gmres;
+use crate::solve::sparse::Factored;
+use crate::solve::{SolveError, norm};
+use crate::space::{Field, Space};
+
+/// Degree with which formulas are integrated.
+pub const FORMULA_DEGREE: usize = 6;
+
+/// A GMRES solve gives up after this many products and hands over to a direct factorisation.
+const KRYLOV_LIMIT: usize = 120;
+
+/// What never changes in the polarity equation.
+#[derive(Debug)]
+pub struct Polarity {
+    pub space: Arc<Space>,
+    pub dirichlet: Faces,
+    parameters: Parameters,
+    conditions: Vec<Conditions>,
+    /// `κ² a_swip`.
+    diffusion: ScalarBlocks,
+    /// `(φ|χ)`, `n × n` per cell.
+    mass: Vec<f64>,
+    mass_inverse: Vec<f64>,
+    neighbours: Neighbours,
+    order: Arc<Vec<usize>>,
+    rank: Arc<Vec<usize>>,
+    /// `κ² l_swip` where the Dirichlet data do not depend on time.
+    steady_data: Option<Vec<f64>>,
+}
+
+impl Polarity {
+    /// Assembles mass and diffusion.
+    pub fn new(
+        loops: &Integrator,
+        space: &Arc<Space>,
+        conditions: &[Conditions],
+        parameters: &Parameters,
+    ) -> Result<Self, SolveError> {
+        let mesh = &space.mesh;
+        let of_kind = conditions.iter().enumerate().filter(|(_, c)| data_of(c).is_some());
+        let dirichlet = of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag));
+        let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet);
+        let cells = loops.cell_blocks(&form, space, space);
+        let faces = loops.face_blocks(&form, space, space);
+        let neighbours = neighbours(mesh);
+        let mass = loops.cell_blocks(&mass::mass(space), space, space);
+        let mass_inverse = invert_blocks(&mass, space.n)?;
+        let order = downstream_order(mesh);
+        let mut rank = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(r, &cell)| rank[cell] = r);
+        let mut this = Self {
+            space: space.clone(),
+            dirichlet,
+            parameters: *parameters,
+            conditions: conditions.to_vec(),
+            diffusion: ScalarBlocks::gather(mesh, &neighbours, cells, &faces),
+            mass,
+            mass_inverse,
+            neighbours,
+            order: Arc::new(order),
+            rank: Arc::new(rank),
+            steady_data: None,
+        };
+        let moving = conditions.iter().filter_map(data_of).flatten().any(Expression::depends_on_time);
+        if !moving {
+            this.steady_data = Some(this.diffusion_data(loops, 0.0));
+        }
+        Ok(this)
+    }
+
+    /// `p_D` on a Dirichlet face.
+    pub fn data(&self, s: &FacePoint, t: f64) -> Point {
+        let tag = self.space.mesh.faces[s.face].tag;
+        let value = tag.and_then(|tag| data_of(&self.conditions[tag])).expect("Dirichlet faces carry data");
+        Point::new(value[0].eval(s.minus.x, t), value[1].eval(s.minus.x, t))
+    }
+
+    /// `κ² l_swip(q)` at time `t`   [6.25]
+    fn diffusion_data(&self, loops: &Integrator, t: f64) -> Vec<f64> {
+        if let Some(known) = &self.steady_data {
+            return known.clone();
+        }
+        if self.dirichlet == Faces::NONE {
+            return vec![0.0; self.space.dof_count()];
+        }
+        let kappa2 = self.parameters.coherence.powi(2);
+        let form = kappa2 * swip::l_swip(&self.space, self.dirichlet, FORMULA_DEGREE, |s| self.data(s, t));
+        loops.vector(&form, &self.space)
+    }
+
+    /// `∫ (|p|²−1) p·q + κ² [a_swip(p,q) − l_swip(q)] = (1/B)(L_h|q)` as a functional   [7.10]
+    pub fn molecular_functional(&self, loops: &Integrator, p: &Field, t: f64) -> Vec<f64> {
+        let mut out = loops.vector(&elastic::double_well(&self.space, p), &self.space);
+        let diffusion = self.diffusion.times(&p.values);
+        let data = self.diffusion_data(loops, t);
+        for ((out, d), g) in out.iter_mut().zip(diffusion).zip(data) {
+            *out += d - g;
+        }
+        out
+    }
+
+    /// `L_h / B`, the molecular field of `p` over the elasticity, cell by cell   [7.10]
+    pub fn molecular_over_b(&self, loops: &Integrator, p: &Field, t: f64) -> Field {
+        Field::new(&self.space, self.mass_solve(&self.molecular_functional(loops, p, t)))
+    }
+
+    /// `κ² Δ_h p = (|p|²−1)p − L_h/B` projected on the space, from the molecular field.
+    pub fn scaled_laplacian(&self, loops: &Integrator, p: &Field, t: f64) -> Field {
+        let mut out = self.diffusion.times(&p.values);
+        let data = self.diffusion_data(loops, t);
+        out.iter_mut().zip(data).for_each(|(o, g)| *o = g - *o);
+        Field::new(&self.space, self.mass_solve(&out))
+    }
+
+    /// `M⁻¹ f`.
+    pub fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
+        self.each_block(&self.mass_inverse, f)
+    }
+
+    /// `M x`.
+    pub fn mass_times(&self, x: &[f64]) -> Vec<f64> {
+        self.each_block(&self.mass, x)
+    }
+
+    fn each_block(&self, blocks: &[f64], x: &[f64]) -> Vec<f64> {
+        let n = self.space.n;
+        let mut out = vec![0.0; x.len()];
+        out.par_chunks_mut(n).zip(x.par_chunks(n)).enumerate().for_each(|(k, (out, x))| {
+            let block = &blocks[k / 2 * n * n..(k / 2 + 1) * n * n];
+            for (row, out) in block.chunks_exact(n).zip(out) {
+                *out = row.iter().zip(x).map(|(a, x)| a * x).sum();
+            }
+        });
+        out
+    }
+
+    /// The operator of one step, linear in the new polarity; `w = α₀/Δt`, `last` the last iterate:
+    ///
+    /// `w Pe (p|q) + Pe a_upw(p,q;v) − Pe [ω(p,q,v) + a δ(p,q,v)] + (|p*|²p|q) + κ² a_swip(p,q)`   [7.11c], [8.35]
+    pub fn operator(&self, loops: &Integrator, w: f64, flow: &Field, last: &Field) -> VectorBlocks {
+        let (m, space) = (&self.parameters, &*self.space);
+        let advection = m.peclet * upwind::a_upw(space, flow, self.dirichlet)
+            + mass::weighted_mass(space, 2 * space.degree, |x| last.vector(&x.site).norm_squared());
+        let faces = loops.face_blocks(&advection, space, space);
+        let cells = loops.cell_blocks(&advection, space, space);
+        let turning = -m.peclet * polarity::objective(space, flow, m.slip);
+        let mut diagonal = loops.cell_blocks(&turning, space, space);
+        let mut scalar = ScalarBlocks::gather(&space.mesh, &self.neighbours, cells, &faces);
+        scalar.off.par_iter_mut().zip(&self.diffusion.off).for_each(|(a, d)| *a += d);
+        let (n, size) = (space.n, space.n * space.n);
+        diagonal.par_chunks_mut(4 * size).enumerate().for_each(|(cell, block)| {
+            let range = cell * size..(cell + 1) * size;
+            let parts = scalar.diagonal[range.clone()].iter().zip(&self.diffusion.diagonal[range.clone()]);
+            for (k, ((a, d), mass)) in parts.zip(&self.mass[range]).enumerate() {
+                let (i, j) = (k / n, k % n);
+                let value = a + d + m.peclet * w * mass;
+                block[i * 2 * n + j] += value;
+                block[(n + i) * 2 * n + n + j] += value;
+            }
+        });
+        VectorBlocks { n, neighbours: self.neighbours.clone(), diagonal, off: scalar.off }
+    }
+
+    /// `κ² l_swip(q) + (f_p|q)`: the inputs that do not depend on the flow   [7.11c]
+    pub fn inputs(&self, loops: &Integrator, source: Option<&[Expression; 2]>, t: f64) -> Vec<f64> {
+        let mut out = self.diffusion_data(loops, t);
+        if let Some([f, g]) = source {
+            let value = move |x: &CellPoint| Point::new(f.eval(x.site.x, t), g.eval(x.site.x, t));
+            let load = loops.vector(&mass::load(&self.space, FORMULA_DEGREE, value), &self.space);
+            out.iter_mut().zip(load).for_each(|(o, f)| *o += f);
+        }
+        out
+    }
+
+    /// `Pe ∫_ΓDp (v·n)⊖ p_D·q`: what the flow brings in   [7.11c]
+    pub fn inflow(&self, loops: &Integrator, flow: &Field, t: f64) -> Vec<f64> {
+        if self.dirichlet == Faces::NONE {
+            return vec![0.0; self.space.dof_count()];
+        }
+        let data = move |s: &FacePoint| self.data(s, t);
+        let form = self.parameters.peclet * upwind::l_upw(&self.space, flow, self.dirichlet, FORMULA_DEGREE, data);
+        loops.vector(&form, &self.space)
+    }
+
+    /// Incomplete factors of an operator, for [`Polarity::solve`].
+    ///
+    /// # Errors
+    /// A singular pivot block.
+    pub fn precondition(&self, operator: &VectorBlocks) -> Result<Incomplete, SolveError> {
+        Incomplete::new(operator, &self.order, &self.rank)
+    }
+
+    /// Solves `A p = b` from the guess in `p` to a residual of `reduction` times the first one, or to rounding. Falls back
+    /// to a direct factorisation when the iteration stalls. Returns the number of iterations.
+    ///
+    /// # Errors
+    /// A solution that is not finite, or one that is too inaccurate even by factorisation.
+    pub fn solve(
+        &self,
+        operator: &VectorBlocks,
+        factors: &Incomplete,
+        b: &[f64],
+        p: &mut Vec<f64>,
+        reduction: f64,
+    ) -> Result<usize, SolveError> {
+        let system = "polarity".to_owned();
+        if let Some(index) = b.iter().position(|v| !v.is_finite()) {
+            return Err(SolveError::NotFiniteInput { system, index });
+        }
+        let mut first = vec![0.0; b.len()];
+        operator.times(p, &mut first);
+        first.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        let target = (reduction * norm(&first)).max(1e-13 * norm(b));
+        let apply = |x: &[f64], y: &mut [f64]| operator.times(x, y);
+        let precondition = |x: &mut [f64]| factors.solve(operator, x);
+        let outcome = gmres(&apply, &precondition, b, p, target, KRYLOV_LIMIT);
+        if outcome.converged && p.iter().all(|v| v.is_finite()) {
+            return Ok(outcome.iterations);
+        }
+        *p = Factored::new("polarity", operator.to_sparse())?.solve(b)?;
+        Ok(outcome.iterations)
+    }
+}
+
+/// The polarity's Dirichlet data on a tag.
+pub fn data_of(conditions: &Conditions) -> Option<&[Expression; 2]> {
+    match &conditions.polarity {
+        PolarityCondition::Dirichlet(value) => Some(value),
+        PolarityCondition::Neumann => None,
+    }
+}
+
+/// Cells from left to right: tissue mostly flows that way, and then the incomplete factors are nearly exact.
+fn downstream_order(mesh: &Mesh) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..mesh.cells.len()).collect();
+    order.sort_by(|&a, &b| mesh.centroid(a).x.total_cmp(&mesh.centroid(b).x).then(a.cmp(&b)));
+    order
+}
+
+fn invert_blocks(blocks: &[f64], n: usize) -> Result<Vec<f64>, SolveError> {
+    let mut out = Vec::with_capacity(blocks.len());
+    for (cell, block) in blocks.chunks(n * n).enumerate() {
+        let inverse = DMatrix::from_row_slice(n, n, block).cholesky().map(|c| c.inverse());
+        let inverse = inverse.ok_or_else(|| SolveError::Factorise {
+            system: "mass".into(),
+            reason: format!("the mass matrix of cell {cell} is not positive definite"),
+            hint: "the cell is degenerate".into(),
+        })?;
+        out.extend(inverse.iter());
+    }
+    Ok(out)
+}

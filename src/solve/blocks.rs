@@ -1,0 +1,245 @@
+//! Operators on a discontinuous space, stored as dense blocks by cell and neighbour, and their incomplete factorisation.
+//!
+//! Both components of a vector couple to neighbouring cells in the same way, so a neighbour's block is that of one
+//! component, `n × n`; only the block of the cell itself, `2n × 2n`, couples the components.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::SolveError;
+use super::sparse::Matrix;
+use crate::form::integrate::FaceBlocks;
+use crate::mesh::Mesh;
+
+/// No neighbour across this face.
+pub const NONE: usize = usize::MAX;
+
+/// The neighbours of every cell, by local face; [`NONE`] on the boundary.
+pub type Neighbours = Arc<Vec<[usize; 3]>>;
+
+/// Cells next to each cell.
+pub fn neighbours(mesh: &Mesh) -> Neighbours {
+    let of = |cell: usize| std::array::from_fn(|f| mesh.neighbour(cell, f).map_or(NONE, |s| s.cell));
+    Arc::new((0..mesh.cells.len()).map(of).collect())
+}
+
+/// An operator that acts on each component alike.
+#[derive(Debug, Clone)]
+pub struct ScalarBlocks {
+    pub n: usize,
+    pub neighbours: Neighbours,
+    /// `n × n` per cell.
+    pub diagonal: Vec<f64>,
+    /// `n × n` per cell and local face.
+    pub off: Vec<f64>,
+}
+
+impl ScalarBlocks {
+    /// Gathers what the integration loops computed.
+    pub fn gather(mesh: &Mesh, neighbours: &Neighbours, mut cells: Vec<f64>, faces: &FaceBlocks) -> Self {
+        let n = faces.rows;
+        let size = n * n;
+        let mut off = vec![0.0; mesh.cells.len() * 3 * size];
+        cells.par_chunks_mut(size).zip(off.par_chunks_mut(3 * size)).enumerate().for_each(|(cell, (diagonal, off))| {
+            for local in 0..3 {
+                let number = mesh.cell_faces[cell][local];
+                let face = &mesh.faces[number];
+                let side = usize::from(face.minus.cell != cell || face.minus.face != local);
+                add(diagonal, faces.block(number, side, side));
+                if face.plus.is_some() {
+                    off[local * size..(local + 1) * size].copy_from_slice(faces.block(number, side, 1 - side));
+                }
+            }
+        });
+        Self { n, neighbours: neighbours.clone(), diagonal: cells, off }
+    }
+
+    /// `A x` for a field of two components.
+    pub fn times(&self, x: &[f64]) -> Vec<f64> {
+        let (n, size) = (self.n, self.n * self.n);
+        let mut y = vec![0.0; x.len()];
+        y.par_chunks_mut(2 * n).enumerate().for_each(|(cell, y)| {
+            let own = &self.diagonal[cell * size..(cell + 1) * size];
+            multiply_each(own, n, &x[cell * 2 * n..(cell + 1) * 2 * n], y);
+            for (f, &other) in self.neighbours[cell].iter().enumerate() {
+                if other != NONE {
+                    let block = &self.off[(3 * cell + f) * size..(3 * cell + f + 1) * size];
+                    multiply_each(block, n, &x[other * 2 * n..(other + 1) * 2 * n], y);
+                }
+            }
+        });
+        y
+    }
+}
+
+fn add(to: &mut [f64], from: &[f64]) {
+    for (a, b) in to.iter_mut().zip(from) {
+        *a += b;
+    }
+}
+
+/// `y_c += A x_c` for both components.
+fn multiply_each(a: &[f64], n: usize, x: &[f64], y: &mut [f64]) {
+    let (x0, x1) = x.split_at(n);
+    let (y0, y1) = y.split_at_mut(n);
+    for (i, row) in a.chunks_exact(n).enumerate() {
+        let (mut s0, mut s1) = (0.0, 0.0);
+        for ((a, u), v) in row.iter().zip(x0).zip(x1) {
+            s0 += a * u;
+            s1 += a * v;
+        }
+        y0[i] += s0;
+        y1[i] += s1;
+    }
+}
+
+/// `y += A x`, `A` dense `m × m` row-major.
+fn multiply(a: &[f64], x: &[f64], y: &mut [f64]) {
+    let m = x.len();
+    for (row, y) in a.chunks_exact(m).zip(y) {
+        *y += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    }
+}
+
+/// An operator whose own-cell blocks couple the two components.
+#[derive(Debug, Clone)]
+pub struct VectorBlocks {
+    pub n: usize,
+    pub neighbours: Neighbours,
+    /// `2n × 2n` per cell.
+    pub diagonal: Vec<f64>,
+    /// `n × n` per cell and local face.
+    pub off: Vec<f64>,
+}
+
+impl VectorBlocks {
+    /// `A x`.
+    pub fn times(&self, x: &[f64], y: &mut [f64]) {
+        let (n, size) = (self.n, self.n * self.n);
+        y.par_chunks_mut(2 * n).enumerate().for_each(|(cell, y)| {
+            y.fill(0.0);
+            let own = &self.diagonal[cell * 4 * size..(cell + 1) * 4 * size];
+            multiply(own, &x[cell * 2 * n..(cell + 1) * 2 * n], y);
+            for (f, &other) in self.neighbours[cell].iter().enumerate() {
+                if other != NONE {
+                    let block = &self.off[(3 * cell + f) * size..(3 * cell + f + 1) * size];
+                    multiply_each(block, n, &x[other * 2 * n..(other + 1) * 2 * n], y);
+                }
+            }
+        });
+    }
+
+    /// The same operator as a sparse matrix.
+    pub fn to_sparse(&self) -> Matrix {
+        let (n, m) = (self.n, 2 * self.n);
+        let mut triplets = Vec::with_capacity(self.diagonal.len() + 2 * self.off.len());
+        for (cell, own) in self.diagonal.chunks(m * m).enumerate() {
+            triplets.extend(own.iter().enumerate().map(|(k, &v)| (cell * m + k / m, cell * m + k % m, v)));
+            for (f, &other) in self.neighbours[cell].iter().enumerate().filter(|(_, o)| **o != NONE) {
+                let block = &self.off[(3 * cell + f) * n * n..(3 * cell + f + 1) * n * n];
+                for (k, &v) in block.iter().enumerate() {
+                    for c in 0..2 {
+                        triplets.push((cell * m + c * n + k / n, other * m + c * n + k % n, v));
+                    }
+                }
+            }
+        }
+        let size = self.neighbours.len() * m;
+        Matrix::from_triplets(size, size, &triplets)
+    }
+}
+
+/// Block incomplete factorisation `A ≈ (D + L) D⁻¹ (D + U)` in a given order of the cells, with
+/// `D_i = A_ii − Σ_{j before i} A_ij D_j⁻¹ A_ji`. It is exact when nothing flows back against the order.
+#[derive(Debug, Clone)]
+pub struct Incomplete {
+    n: usize,
+    order: Arc<Vec<usize>>,
+    rank: Arc<Vec<usize>>,
+    /// `D_i⁻¹`.
+    inverses: Vec<f64>,
+}
+
+impl Incomplete {
+    /// Factorises `a` in the order `order` of its cells.
+    ///
+    /// # Errors
+    /// When a pivot block is singular or not finite.
+    pub fn new(a: &VectorBlocks, order: &Arc<Vec<usize>>, rank: &Arc<Vec<usize>>) -> Result<Self, SolveError> {
+        let (n, m) = (a.n, 2 * a.n);
+        let mut inverses = vec![0.0; a.diagonal.len()];
+        for &cell in order.iter() {
+            let mut pivot = DMatrix::from_row_slice(m, m, &a.diagonal[cell * m * m..(cell + 1) * m * m]);
+            for (f, &other) in a.neighbours[cell].iter().enumerate() {
+                if other == NONE || rank[other] >= rank[cell] {
+                    continue;
+                }
+                let back = a.neighbours[other].iter().position(|&c| c == cell).expect("neighbours are mutual");
+                let here = DMatrix::from_row_slice(n, n, &a.off[(3 * cell + f) * n * n..(3 * cell + f + 1) * n * n]);
+                let there =
+                    DMatrix::from_row_slice(n, n, &a.off[(3 * other + back) * n * n..(3 * other + back + 1) * n * n]);
+                let inverse = DMatrix::from_row_slice(m, m, &inverses[other * m * m..(other + 1) * m * m]);
+                for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let product = &here * inverse.view((r * n, c * n), (n, n)) * &there;
+                    let mut part = pivot.view_mut((r * n, c * n), (n, n));
+                    part -= product;
+                }
+            }
+            let inverse =
+                pivot.try_inverse().filter(|i| i.iter().all(|v| v.is_finite())).ok_or_else(|| SolveError::Factorise {
+                    system: "polarity".into(),
+                    reason: format!("the pivot block of cell {cell} is singular"),
+                    hint: "take a smaller time step".into(),
+                })?;
+            inverses[cell * m * m..(cell + 1) * m * m].copy_from_slice(inverse.transpose().as_slice());
+        }
+        Ok(Self { n, order: order.clone(), rank: rank.clone(), inverses })
+    }
+
+    /// `x ← (D + U)⁻¹ D (D + L)⁻¹ x`, with the neighbour blocks of `a` (which may have changed since).
+    pub fn solve(&self, a: &VectorBlocks, x: &mut [f64]) {
+        let m = 2 * self.n;
+        let mut sum = vec![0.0; m];
+        for &cell in self.order.iter() {
+            sum.copy_from_slice(&x[cell * m..(cell + 1) * m]);
+            self.gather(a, cell, x, &mut sum, -1.0, |other, own| other < own);
+            let own = &mut x[cell * m..(cell + 1) * m];
+            own.fill(0.0);
+            multiply(&self.inverses[cell * m * m..(cell + 1) * m * m], &sum, own);
+        }
+        for &cell in self.order.iter().rev() {
+            sum.fill(0.0);
+            self.gather(a, cell, x, &mut sum, -1.0, |other, own| other > own);
+            multiply(&self.inverses[cell * m * m..(cell + 1) * m * m], &sum, &mut x[cell * m..(cell + 1) * m]);
+        }
+    }
+
+    fn gather(
+        &self,
+        a: &VectorBlocks,
+        cell: usize,
+        x: &[f64],
+        sum: &mut [f64],
+        sign: f64,
+        counts: impl Fn(usize, usize) -> bool,
+    ) {
+        let (n, m) = (self.n, 2 * self.n);
+        for (f, &other) in a.neighbours[cell].iter().enumerate() {
+            if other != NONE && counts(self.rank[other], self.rank[cell]) {
+                let block = &a.off[(3 * cell + f) * n * n..(3 * cell + f + 1) * n * n];
+                let (x0, x1) = x[other * m..(other + 1) * m].split_at(n);
+                for (i, row) in block.chunks_exact(n).enumerate() {
+                    let (mut s0, mut s1) = (0.0, 0.0);
+                    for ((a, u), v) in row.iter().zip(x0).zip(x1) {
+                        s0 += a * u;
+                        s1 += a * v;
+                    }
+                    sum[i] += sign * s0;
+                    sum[n + i] += sign * s1;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Sparse matrices and their factorisation. The only file that names faer.
+
+use faer::prelude::Solve;
+use faer::sparse::linalg::solvers::Lu;
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{MatMut, Par};
+
+use super::{DIRECT_TOLERANCE, SolveError, axpy, norm};
+
+/// A sparse matrix in compressed columns.
+#[derive(Debug, Clone)]
+pub struct Matrix {
+    inner: SparseColMat<usize, f64>,
+}
+
+impl Matrix {
+    /// Sums triplets `(row, column, value)` into a matrix.
+    ///
+    /// # Panics
+    /// For an index out of range.
+    pub fn from_triplets(rows: usize, columns: usize, triplets: &[(usize, usize, f64)]) -> Self {
+        let entries: Vec<_> = triplets.iter().map(|&(i, j, v)| Triplet::new(i, j, v)).collect();
+        let inner = SparseColMat::try_new_from_triplets(rows, columns, &entries)
+            .expect("triplets lie inside the matrix and memory suffices");
+        Self { inner }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.inner.nrows()
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.inner.ncols()
+    }
+
+    /// Number of stored entries.
+    pub fn entries(&self) -> usize {
+        self.inner.compute_nnz()
+    }
+
+    /// `A x`.
+    pub fn times(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; self.rows()];
+        self.times_add(1.0, x, &mut y);
+        y
+    }
+
+    /// `y += scale A x`.
+    pub fn times_add(&self, scale: f64, x: &[f64], y: &mut [f64]) {
+        for (j, &xj) in x.iter().enumerate() {
+            if xj != 0.0 {
+                let factor = scale * xj;
+                for (&i, &a) in self.inner.row_idx_of_col_raw(j).iter().zip(self.inner.val_of_col(j)) {
+                    y[i] += factor * a;
+                }
+            }
+        }
+    }
+
+    /// `xᵀ A x`.
+    pub fn quadratic(&self, x: &[f64]) -> f64 {
+        super::dot(x, &self.times(x))
+    }
+
+    /// All entries as triplets.
+    pub fn triplets(&self) -> Vec<(usize, usize, f64)> {
+        let column = |j: usize| {
+            let rows = self.inner.row_idx_of_col_raw(j).iter();
+            rows.zip(self.inner.val_of_col(j)).map(move |(&i, &v)| (i, j, v))
+        };
+        (0..self.columns()).flat_map(column).collect()
+    }
+}
+
+/// A factorised square matrix that remembers the matrix, so that every solve can be checked.
+pub struct Factored {
+    name: String,
+    matrix: Matrix,
+    lu: Lu<usize, f64>,
+}
+
+impl std::fmt::Debug for Factored {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Factored").field("name", &self.name).field("unknowns", &self.matrix.rows()).finish()
+    }
+}
+
+impl Factored {
+    /// Factorises `matrix`; `name` is what errors call the system. One thread, so that the bits of the factors do not
+    /// depend on the number of threads.
+    ///
+    /// # Errors
+    /// When the factorisation fails; a matrix that is singular to rounding only shows in [`Factored::solve`].
+    pub fn new(name: &str, matrix: Matrix) -> Result<Self, SolveError> {
+        faer::set_global_parallelism(Par::Seq);
+        let lu = matrix.inner.sp_lu().map_err(|e| SolveError::Factorise {
+            system: name.into(),
+            reason: format!("{e:?}"),
+            hint: "a boundary condition may be missing, or a parameter may be zero that must not be".into(),
+        })?;
+        Ok(Self { name: name.into(), matrix, lu })
+    }
+
+    /// The matrix.
+    pub fn matrix(&self) -> &Matrix {
+        &self.matrix
+    }
+
+    /// Solves `A x = b`, with one step of iterative refinement when rounding has left more than a tenth of the tolerance.
+    ///
+    /// # Errors
+    /// Input or solution not finite; relative residual above [`DIRECT_TOLERANCE`].
+    pub fn solve(&self, b: &[f64]) -> Result<Vec<f64>, SolveError> {
+        let system = || self.name.clone();
+        if let Some(index) = b.iter().position(|v| !v.is_finite()) {
+            return Err(SolveError::NotFiniteInput { system: system(), index });
+        }
+        let mut x = b.to_vec();
+        self.apply_inverse(&mut x);
+        let scale = norm(b);
+        let mut residual = self.residual(&x, b);
+        if norm(&residual) > 0.1 * DIRECT_TOLERANCE * scale {
+            self.apply_inverse(&mut residual);
+            axpy(1.0, &residual, &mut x);
+            residual = self.residual(&x, b);
+        }
+        let hint = || "check that the boundary conditions leave no motion free, and that no parameter is extreme".into();
+        if x.iter().any(|v| !v.is_finite()) {
+            return Err(SolveError::NotFinite { system: system(), hint: hint() });
+        }
+        let relative = norm(&residual) / scale.max(f64::MIN_POSITIVE);
+        if relative > DIRECT_TOLERANCE {
+            return Err(SolveError::Inaccurate { system: system(), residual: relative, hint: hint() });
+        }
+        Ok(x)
+    }
+
+    fn apply_inverse(&self, x: &mut [f64]) {
+        let n = x.len();
+        self.lu.solve_in_place(MatMut::from_column_major_slice_mut(x, n, 1));
+    }
+
+    fn residual(&self, x: &[f64], b: &[f64]) -> Vec<f64> {
+        let mut r = b.to_vec();
+        self.matrix.times_add(-1.0, x, &mut r);
+        r
+    }
+}

@@ -1,0 +1,48 @@
+//! The thesis' step control [9.1.2, Algorithm 1].
+
+use serde::{Deserialize, Serialize};
+
+/// Bounds of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControlSettings {
+    /// `Δt_0`: first and largest step.
+    pub step: f64,
+    /// `Δt_min`: the run ends when a step would have to be smaller.
+    pub step_min: f64,
+}
+
+/// A step rate below this does not count towards growth.
+const GOOD_RATE: f64 = 0.55;
+
+/// The current step and the row of good steps behind it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Control {
+    /// `Δt`
+    pub step: f64,
+    /// Good steps in a row since the last change.
+    pub streak: usize,
+}
+
+impl Control {
+    /// Starts with `Δt_0`.
+    pub fn new(settings: &ControlSettings) -> Self {
+        Self { step: settings.step, streak: 0 }
+    }
+
+    /// Halves Δt after a failure; `false` when that falls below Δt_min.
+    pub fn halve(&mut self, settings: &ControlSettings) -> bool {
+        self.step *= 0.5;
+        self.streak = 0;
+        self.step >= settings.step_min
+    }
+
+    /// Books an accepted step with rate η: after `⌈50 Δt_0/Δt⌉` good ones in a row, Δt grows by a quarter, up to Δt_0.
+    pub fn accept(&mut self, settings: &ControlSettings, rate: f64) {
+        self.streak = if rate > GOOD_RATE { self.streak + 1 } else { 0 };
+        let needed = (50.0 * settings.step / self.step).ceil();
+        if self.step < settings.step && self.streak as f64 >= needed {
+            self.step = (1.25 * self.step).min(settings.step);
+            self.streak = 0;
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! One time step: velocity, pressure and polarity brought to agree by a fixed point, plain or accelerated [8.33–8.35].
+
+use super::Phases;
+use super::bdf;
+use crate::model::incompressible::{Incompressible, State};
+use crate::model::momentum::MomentumError;
+use crate::solve::SolveError;
+use crate::solve::anderson::Anderson;
+use crate::solve::dot;
+use crate::space::Field;
+
+/// How a step is solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CouplingSettings {
+    /// δ_fp, bound on the increment of the last iteration.
+    pub tolerance: f64,
+    /// k_max.
+    pub max_iterations: usize,
+    /// Depth of the Anderson acceleration; 0 for the plain fixed point.
+    pub depth: usize,
+}
+
+/// Each polarity solve reduces its residual by this factor: the iteration around it corrects what is left.
+const LINEAR_REDUCTION: f64 = 1e-3;
+
+/// An increment above this is divergence [9.1].
+const DIVERGED: f64 = 1e4;
+
+/// A step that was solved.
+#[derive(Debug, Clone)]
+pub struct StepOutcome {
+    pub state: State,
+    /// `∂_t p` by the BDF.
+    pub rate_of_p: Vec<f64>,
+    pub iterations: usize,
+    pub linear_iterations: usize,
+    /// `e_k`, the last increment.
+    pub increment: f64,
+    /// `η_k = −log10(e_k/e_1)`
+    pub rate: f64,
+    /// Whether `e_k < δ_fp`; otherwise the step was accepted at k_max with `e_k < δ_fp^½`.
+    pub converged: bool,
+}
+
+/// Why a step was not solved.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum StepFailure {
+    #[error("the {scheme} iteration reached {iterations} iterations with increment {increment:.1e}")]
+    Slow { scheme: &'static str, iterations: usize, increment: f64 },
+    #[error("the {scheme} iteration diverged: increment {increment:.1e} after {iterations} iterations")]
+    Diverged { scheme: &'static str, iterations: usize, increment: f64 },
+    #[error(transparent)]
+    Polarity(#[from] SolveError),
+    #[error(transparent)]
+    Momentum(#[from] MomentumError),
+}
+
+impl StepFailure {
+    /// Whether a smaller step may help: not when the constant Stokes problem or a formula fails.
+    pub fn may_be_cured_by_a_smaller_step(&self) -> bool {
+        match self {
+            StepFailure::Slow { .. } | StepFailure::Diverged { .. } | StepFailure::Polarity(_) => true,
+            // a force that is not finite comes from a polarity that is not
+            StepFailure::Momentum(MomentumError::Solve(SolveError::NotFiniteInput { .. })) => true,
+            StepFailure::Momentum(
+                MomentumError::Solve(_)
+                | MomentumError::Formula(_)
+                | MomentumError::Unheld
+                | MomentumError::Flux { .. },
+            ) => false,
+        }
+    }
+}
+
+/// Solves the step to time `t`. `past` holds `(t_{n−i}, p^{n−i})`, newest first, as many as the order asks for; the
+/// iteration starts from `guess`.
+///
+/// Iteration k: `L_h` and the force from the last p; velocity and pressure from them; then the polarity, with `|p|²` and the
+/// `−p` term from the last iterate and everything else implicit   [8.33], [8.34], [8.35].
+///
+/// # Errors
+/// Too slow, diverged, or a linear solve that failed.
+pub fn solve_step(
+    model: &Incompressible,
+    t: f64,
+    past: &[(f64, &Field)],
+    guess: &State,
+    settings: &CouplingSettings,
+    phases: &mut Phases,
+) -> Result<StepOutcome, StepFailure> {
+    let times: Vec<f64> = std::iter::once(t).chain(past.iter().map(|(t, _)| *t)).collect();
+    let weights = bdf::derivative_weights(&times);
+    let mut history = vec![0.0; guess.p.values.len()];
+    for (d, (_, p)) in weights[1..].iter().zip(past) {
+        crate::solve::axpy(*d, &p.values, &mut history);
+    }
+    let mut fixed = model.polarity_inputs(t);
+    let pe = model.parameters.peclet;
+    for (f, h) in fixed.iter_mut().zip(model.polarity.mass_times(&history)) {
+        *f -= pe * h;
+    }
+    let scheme = if settings.depth == 0 { "fixed-point" } else { "Anderson" };
+    let mut anderson = Anderson::new(settings.depth);
+    let mut state = guess.clone();
+    let mut factors = None;
+    let (mut first, mut linear_iterations) = (0.0, 0);
+    for k in 1..=settings.max_iterations {
+        let force = phases.measure("force", || model.force(&state.p, t));
+        let (v, pi) = phases.measure("stokes", || model.flow_of(&force, t))?;
+        let operator = phases.measure("polarity assembly", || model.polarity.operator(&model.loops, weights[0], &v, &state.p));
+        let mut b = phases.measure("polarity assembly", || model.polarity.inflow(&model.loops, &v, t));
+        for ((b, f), p) in b.iter_mut().zip(&fixed).zip(model.polarity.mass_times(&state.p.values)) {
+            *b += f + p;
+        }
+        // factors of the first iterate serve the whole step: later ones differ little
+        if factors.is_none() {
+            factors = Some(phases.measure("polarity factors", || model.polarity.precondition(&operator))?);
+        }
+        let factors = factors.as_ref().expect("just made");
+        let mut image = state.p.values.clone();
+        linear_iterations += phases.measure("polarity solve", || {
+            model.polarity.solve(&operator, factors, &b, &mut image, LINEAR_REDUCTION)
+        })?;
+        let increment = increment(model, &state, &v, &pi, &image);
+        if k == 1 {
+            first = increment;
+        }
+        let rate = if increment > 0.0 { -(increment / first).log10() } else { f64::INFINITY };
+        let converged = increment < settings.tolerance;
+        let p = if converged { image } else { anderson.next(&state.p.values, &image) };
+        state = State { v, pi, p: Field::new(&model.polarity.space, p) };
+        if !(increment < DIVERGED) {
+            return Err(StepFailure::Diverged { scheme, iterations: k, increment });
+        }
+        let late = k == settings.max_iterations && increment < settings.tolerance.sqrt();
+        if converged || late {
+            let mut rate_of_p = history;
+            crate::solve::axpy(weights[0], &state.p.values, &mut rate_of_p);
+            return Ok(StepOutcome { state, rate_of_p, iterations: k, linear_iterations, increment, rate, converged });
+        }
+        if k == settings.max_iterations {
+            return Err(StepFailure::Slow { scheme, iterations: k, increment });
+        }
+    }
+    unreachable!("max_iterations is at least one")
+}
+
+/// `e_k = (‖δv‖² + ‖δΠ‖² + ‖δp‖²)^½`   [9.1]
+fn increment(model: &Incompressible, last: &State, v: &Field, pi: &Field, p: &[f64]) -> f64 {
+    let minus = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    let dv = model.momentum.velocity_mass.quadratic(&minus(&v.values, &last.v.values));
+    let dpi = model.momentum.pressure_mass.quadratic(&minus(&pi.values, &last.pi.values));
+    let dp = minus(p, &last.p.values);
+    (dv + dpi + dot(&dp, &model.polarity.mass_times(&dp))).max(0.0).sqrt()
+}

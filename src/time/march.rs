@@ -1,0 +1,229 @@
+//! Marching in time: history, rejected steps, and all that a restart needs.
+
+use serde::{Deserialize, Serialize};
+
+use super::control::{Control, ControlSettings};
+use super::coupling::{CouplingSettings, StepFailure, solve_step};
+use super::schedule::trim;
+use super::{Phases, bdf};
+use crate::model::incompressible::{Incompressible, Residuals, State};
+use crate::model::momentum::MomentumError;
+use crate::space::Field;
+
+/// How time is discretised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MarchSettings {
+    /// Order b of the BDF, 1 to 6; the start uses `b_n = min(n, b)`.
+    pub order: usize,
+    pub control: ControlSettings,
+    pub coupling: CouplingSettings,
+}
+
+/// What one accepted step was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepReport {
+    /// Number of the step, from 1.
+    pub step: usize,
+    /// Time reached.
+    pub t: f64,
+    pub dt: f64,
+    pub order: usize,
+    pub iterations: usize,
+    pub increment: f64,
+    pub rate: f64,
+    pub converged: bool,
+    /// Halvings before this step was accepted.
+    pub rejected: usize,
+}
+
+/// Why the march cannot go on; the last good state is kept.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum MarchError {
+    #[error(
+        "step {step} from t = {t} failed and Δt would fall below `time.step_min` = {step_min:.1e}: {cause}; hint: take a \
+         smaller `time.step`, `coupling.kind = \"anderson\"`, or a finer mesh"
+    )]
+    StepTooSmall { step: usize, t: f64, step_min: f64, cause: StepFailure },
+    #[error("step {step} from t = {t} failed: {cause}")]
+    Failed { step: usize, t: f64, cause: StepFailure },
+}
+
+/// Totals over a run, resumed parts included.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Counts {
+    pub steps: usize,
+    pub rejected: usize,
+    pub nonlinear_iterations: usize,
+    pub polarity_linear_iterations: usize,
+    /// Steps that were accepted at k_max without reaching the tolerance.
+    pub accepted_late: usize,
+}
+
+/// All that a restart needs, to continue bit for bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    pub t: f64,
+    pub counts: Counts,
+    pub control: Control,
+    /// Times and polarities, newest first; the newest is the current state.
+    pub past: Vec<(f64, Vec<f64>)>,
+    pub velocity: Vec<f64>,
+    pub pressure: Vec<f64>,
+    pub rate_of_p: Vec<f64>,
+    /// Steps in a row with `|dF/dt|` below its bound.
+    pub quiet: usize,
+}
+
+/// A march in progress.
+#[derive(Debug)]
+pub struct March<'m> {
+    pub model: &'m Incompressible,
+    pub settings: MarchSettings,
+    pub t: f64,
+    pub state: State,
+    pub counts: Counts,
+    pub phases: Phases,
+    /// Steps in a row with `|dF/dt|` below its bound.
+    pub quiet: usize,
+    control: Control,
+    past: Vec<(f64, Field)>,
+    rate_of_p: Vec<f64>,
+}
+
+impl<'m> March<'m> {
+    /// Starts at `t = 0` from the polarity `p`; velocity and pressure follow from it.
+    ///
+    /// # Errors
+    /// As [`Incompressible::flow`].
+    pub fn start(model: &'m Incompressible, settings: MarchSettings, p: Field) -> Result<Self, MomentumError> {
+        let (v, pi) = model.flow(&p, 0.0)?;
+        let rate_of_p = vec![0.0; p.values.len()];
+        Ok(Self {
+            model,
+            settings,
+            t: 0.0,
+            state: State { v, pi, p: p.clone() },
+            counts: Counts::default(),
+            phases: Phases::default(),
+            quiet: 0,
+            control: Control::new(&settings.control),
+            past: vec![(0.0, p)],
+            rate_of_p,
+        })
+    }
+
+    /// Continues from a checkpoint of the same problem.
+    pub fn resume(model: &'m Incompressible, settings: MarchSettings, from: Checkpoint) -> Self {
+        let space = &model.polarity.space;
+        let past: Vec<_> = from.past.into_iter().map(|(t, p)| (t, Field::new(space, p))).collect();
+        let state = State {
+            v: Field::new(&model.momentum.velocity, from.velocity),
+            pi: Field::new(&model.momentum.pressure, from.pressure),
+            p: past[0].1.clone(),
+        };
+        Self {
+            model,
+            settings,
+            t: from.t,
+            state,
+            counts: from.counts,
+            phases: Phases::default(),
+            quiet: from.quiet,
+            control: from.control,
+            past,
+            rate_of_p: from.rate_of_p,
+        }
+    }
+
+    /// The current state of the march.
+    pub fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            t: self.t,
+            counts: self.counts,
+            control: self.control.clone(),
+            past: self.past.iter().map(|(t, p)| (*t, p.values.clone())).collect(),
+            velocity: self.state.v.values.clone(),
+            pressure: self.state.pi.values.clone(),
+            rate_of_p: self.rate_of_p.clone(),
+            quiet: self.quiet,
+        }
+    }
+
+    /// Takes one step, trimmed to land on `landing`, halving Δt until the coupling converges.
+    ///
+    /// # Errors
+    /// Δt below its minimum, or a failure that no smaller step can cure; the state is then the last good one.
+    pub fn advance(&mut self, landing: f64) -> Result<StepReport, MarchError> {
+        let step = self.counts.steps + 1;
+        let mut rejected = 0;
+        loop {
+            let dt = trim(self.t, self.control.step, landing);
+            let lands = self.t + dt >= landing - 1e-9 * dt;
+            let t = if lands { landing } else { self.t + dt };
+            let order = self.settings.order.min(self.past.len());
+            let past: Vec<(f64, &Field)> = self.past.iter().take(order).map(|(t, p)| (*t, p)).collect();
+            let coupling = &self.settings.coupling;
+            match solve_step(self.model, t, &past, &self.state, coupling, &mut self.phases) {
+                Ok(outcome) => {
+                    let report = StepReport {
+                        step,
+                        t,
+                        dt: t - self.t,
+                        order,
+                        iterations: outcome.iterations,
+                        increment: outcome.increment,
+                        rate: outcome.rate,
+                        converged: outcome.converged,
+                        rejected,
+                    };
+                    self.t = t;
+                    self.state = outcome.state;
+                    self.rate_of_p = outcome.rate_of_p;
+                    self.past.insert(0, (t, self.state.p.clone()));
+                    self.past.truncate(self.settings.order.min(bdf::MAX_ORDER));
+                    self.control.accept(&self.settings.control, report.rate);
+                    self.counts.steps = step;
+                    self.counts.rejected += rejected;
+                    self.counts.nonlinear_iterations += report.iterations;
+                    self.counts.polarity_linear_iterations += outcome.linear_iterations;
+                    self.counts.accepted_late += usize::from(!report.converged);
+                    return Ok(report);
+                }
+                Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
+                    return Err(MarchError::Failed { step, t: self.t, cause });
+                }
+                Err(cause) => {
+                    rejected += 1;
+                    // a trimmed step may be far below the control's: halve what was really tried
+                    self.control.step = self.control.step.min(dt);
+                    if !self.control.halve(&self.settings.control) {
+                        let step_min = self.settings.control.step_min;
+                        return Err(MarchError::StepTooSmall { step, t: self.t, step_min, cause });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Residuals of the stationary equations at the current state.
+    ///
+    /// # Errors
+    /// As [`Incompressible::residuals`].
+    pub fn residuals(&mut self) -> Result<Residuals, crate::solve::SolveError> {
+        let (model, state, t) = (self.model, &self.state, self.t);
+        self.phases.measure("residuals", || model.residuals(state, t))
+    }
+
+    /// Free energy `F_h` and its rate `(L_h|∂_t p)`.
+    pub fn energy(&mut self) -> (f64, f64) {
+        let (model, p, t) = (self.model, &self.state.p, self.t);
+        let rate_of_p = &self.rate_of_p;
+        self.phases.measure("energy", || {
+            let rate = match model.parameters.elasticity {
+                0.0 => 0.0,
+                b => b * crate::solve::dot(&model.polarity.molecular_functional(&model.loops, p, t), rate_of_p),
+            };
+            (model.free_energy(p, t), rate)
+        })
+    }
+}

@@ -1,0 +1,14 @@
+//! Time stepping: BDF weights, the coupling within a step, step control, and schedules that steps land on.
+
+pub mod bdf;
+pub mod control;
+pub mod coupling;
+pub mod march;
+pub mod phases;
+pub mod schedule;
+
+pub use control::{Control, ControlSettings};
+pub use coupling::{CouplingSettings, StepFailure, StepOutcome};
+pub use march::{Checkpoint, March, MarchSettings, StepReport};
+pub use phases::Phases;
+pub use schedule::Schedule;

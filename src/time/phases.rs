@@ -1,0 +1,25 @@
+//! Wall time by phase of the computation.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// Seconds spent in each named phase.
+#[derive(Debug, Default, Clone)]
+pub struct Phases {
+    spent: BTreeMap<&'static str, Duration>,
+}
+
+impl Phases {
+    /// Runs `work` and books its time under `name`.
+    pub fn measure<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        *self.spent.entry(name).or_default() += start.elapsed();
+        result
+    }
+
+    /// Seconds by phase.
+    pub fn seconds(&self) -> BTreeMap<&'static str, f64> {
+        self.spent.iter().map(|(name, d)| (*name, d.as_secs_f64())).collect()
+    }
+}

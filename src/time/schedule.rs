@@ -1,0 +1,47 @@
+//! When outputs, checkpoints and measures happen.
+
+use serde::{Deserialize, Serialize};
+
+/// A rule for repeating something; the last state always counts as well.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Schedule {
+    /// At every multiple of a time; steps are trimmed to land on it.
+    Time(f64),
+    /// Every so many accepted steps.
+    Steps(usize),
+    /// Only at the end.
+    End,
+}
+
+/// Two times closer than this fraction of a step are the same.
+const SAME: f64 = 1e-9;
+
+impl Schedule {
+    /// The next time after `t` on which a step must land.
+    pub fn next_time(&self, t: f64) -> Option<f64> {
+        match *self {
+            Schedule::Time(every) => {
+                let count = (t / every + SAME.sqrt()).floor() + 1.0;
+                Some(count * every)
+            }
+            Schedule::Steps(_) | Schedule::End => None,
+        }
+    }
+
+    /// Whether it is due after the step that went from `before` to `t`, the `step`-th.
+    pub fn is_due(&self, before: f64, t: f64, step: usize) -> bool {
+        match *self {
+            Schedule::Time(_) => self.next_time(before).is_some_and(|next| t >= next - SAME * (t - before)),
+            Schedule::Steps(every) => step.is_multiple_of(every),
+            Schedule::End => false,
+        }
+    }
+}
+
+/// The step to take from `t` towards `landing`: `step` itself while far away, then as many equal parts as are needed, so that
+/// no sliver of a step is left.
+pub fn trim(t: f64, step: f64, landing: f64) -> f64 {
+    let rest = landing - t;
+    let parts = (rest / step - SAME).ceil();
+    if parts <= 2.0 { rest / parts.max(1.0) } else { step }
+}
