@@ -13,9 +13,13 @@
 //! gives every formula with the tag that the code cites; numbers in square brackets are those of Shourick's thesis (2024).
 
 pub mod element;
-pub mod mesh;
-pub mod space;
 pub mod form;
-pub mod solve;
+pub mod measure;
+pub mod mesh;
 pub mod model;
+pub mod output;
+pub mod run;
+pub mod scene;
+pub mod solve;
+pub mod space;
 pub mod time;

@@ -1,1 +1,192 @@
-fn main(){}
+//! The program `monolayer`: arguments and printing.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, Parser, Subcommand};
+use monolayer::mesh::gmsh::{self, Encoding};
+use monolayer::output::progress::Verbosity;
+use monolayer::output::vtk::{Grid, write_vtu};
+use monolayer::run::{self, Ending, Options};
+use monolayer::scene::{Scene, SceneSource};
+
+/// Set by Ctrl-C.
+static INTERRUPT: AtomicBool = AtomicBool::new(false);
+
+/// Solver for thin active tissue: velocity, pressure and polarity of a confluent cell sheet.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Say nothing but errors.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// A line for every step.
+    #[arg(short, long, global = true)]
+    verbose: bool,
+    /// Threads to use; results do not depend on it [default: all cores].
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run one scene to its end: fields, tables, summary.
+    Run {
+        #[command(flatten)]
+        scene: SceneArgs,
+        /// Folder of the results [default: out/NAME, numbered if it is taken].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Continue from the checkpoint in the folder of the results.
+        #[arg(long)]
+        resume: bool,
+    },
+    /// Read a scene and say what will be solved, or what is wrong; solve nothing.
+    Check {
+        #[command(flatten)]
+        scene: SceneArgs,
+        /// Print the report as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
+    Mesh {
+        /// A scene (.toml) or a Gmsh 4.1 file (.msh).
+        #[arg(value_name = "SCENE|FILE")]
+        input: PathBuf,
+        #[command(flatten)]
+        sets: Sets,
+        /// Write NAME.vtu and NAME.msh into this folder.
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Write the Gmsh file as text instead of binary.
+        #[arg(long)]
+        ascii: bool,
+    },
+}
+
+#[derive(Debug, Args)]
+struct SceneArgs {
+    /// Scene file.
+    scene: PathBuf,
+    #[command(flatten)]
+    sets: Sets,
+}
+
+#[derive(Debug, Args)]
+struct Sets {
+    /// Change a value of the scene, such as model.peclet=4; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+}
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    match execute(&cli) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
+    if let Some(threads) = cli.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    }
+    match &cli.command {
+        Command::Run { scene, out, resume } => run_scene(cli, scene, out.as_deref(), *resume),
+        Command::Check { scene, json } => {
+            let report = run::report::report(&scene.read()?)?;
+            let text = if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() };
+            println!("{text}");
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
+    }
+}
+
+impl SceneArgs {
+    fn read(&self) -> Result<Scene, Failure> {
+        self.sets.apply(&self.scene)
+    }
+}
+
+impl Sets {
+    fn apply(&self, file: &Path) -> Result<Scene, Failure> {
+        let mut source = SceneSource::read(file)?;
+        for set in &self.sets {
+            let (key, value) = set.split_once('=').ok_or_else(|| {
+                format!("`--set {set}` has no `=`; hint: write `--set KEY=VALUE`, such as `--set model.peclet=4`")
+            })?;
+            source.set(key.trim(), value.trim())?;
+        }
+        Ok(Scene::check(source)?)
+    }
+}
+
+fn run_scene(cli: &Cli, args: &SceneArgs, out: Option<&Path>, resume: bool) -> Result<ExitCode, Failure> {
+    let scene = args.read()?;
+    let out = match out {
+        Some(out) => out.to_owned(),
+        None => default_folder(&args.scene, resume),
+    };
+    ctrlc::set_handler(|| {
+        if INTERRUPT.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("interrupted: finishing this step and writing a checkpoint (again to stop at once)");
+    })?;
+    let verbosity = match (cli.quiet, cli.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (false, true) => Verbosity::Verbose,
+        (false, false) => Verbosity::Normal,
+    };
+    let options = Options { out: out.clone(), resume, verbosity, interrupt: &INTERRUPT };
+    let summary = run::run(&scene, &options)?;
+    if verbosity > Verbosity::Quiet {
+        println!("{summary}");
+        println!("results in {}", out.display());
+    }
+    Ok(match &summary.ending {
+        Ending::Failed { reason } => {
+            eprintln!("error: {reason}; the last good state is in {}", out.display());
+            ExitCode::FAILURE
+        }
+        Ending::Interrupted => ExitCode::from(130),
+        Ending::EndTime | Ending::MaxSteps | Ending::Stationary | Ending::EnergyAtRest => ExitCode::SUCCESS,
+    })
+}
+
+/// `out/NAME`, or `out/NAME-2`, … when that holds results already; the latest of them to resume.
+fn default_folder(scene: &Path, resume: bool) -> PathBuf {
+    let stem = scene.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy().into_owned());
+    let numbered = |k: usize| Path::new("out").join(if k == 1 { stem.clone() } else { format!("{stem}-{k}") });
+    let free = (1..).find(|&k| !numbered(k).join("scene.toml").exists()).unwrap_or(1);
+    numbered(if resume { free.saturating_sub(1).max(1) } else { free })
+}
+
+fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
+    let mesh = if input.extension().is_some_and(|e| e == "msh") {
+        gmsh::read(input)?
+    } else {
+        run::setup::build_mesh(&sets.apply(input)?)?
+    };
+    println!("{}", mesh.quality());
+    if let Some(out) = out {
+        std::fs::create_dir_all(out).map_err(|e| monolayer::output::OutputError::io(out, &e))?;
+        let stem = input.file_stem().map_or_else(|| "mesh".into(), |s| s.to_string_lossy().into_owned());
+        let degree = mesh.curved.iter().flatten().map(|nodes| nodes.degree).max().unwrap_or(1);
+        let (vtu, msh) = (out.join(format!("{stem}.vtu")), out.join(format!("{stem}.msh")));
+        write_vtu(&vtu, &Grid::new(&mesh, degree), 0.0, &[])?;
+        gmsh::write(&mesh, &msh, if ascii { Encoding::Ascii } else { Encoding::Binary })?;
+        println!("written {} and {}", vtu.display(), msh.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -3,7 +3,11 @@
 //! Nodes are numbered as VTK's Lagrange triangle numbers them: the three vertices, then the inner nodes of the edges
 //! 0→1, 1→2, 2→0 in that direction, then the inner nodes, which form a triangle of degree `q − 3` numbered the same way.
 
+use std::sync::OnceLock;
+
 use nalgebra::Vector2;
+
+use super::MAX_DEGREE;
 
 /// Number of nodes of the Lagrange triangle of degree `q`: `(q+1)(q+2)/2`.
 pub const fn node_count(q: usize) -> usize {
@@ -35,20 +39,14 @@ pub fn node_indices(q: usize) -> Vec<[usize; 3]> {
 /// Reference coordinates of the nodes, in the order of [`node_indices`].
 pub fn nodes(q: usize) -> Vec<Vector2<f64>> {
     let step = 1.0 / q.max(1) as f64;
-    node_indices(q)
-        .into_iter()
-        .map(|[_, j, k]| Vector2::new(j as f64 * step, k as f64 * step))
-        .collect()
+    node_indices(q).into_iter().map(|[_, j, k]| Vector2::new(j as f64 * step, k as f64 * step)).collect()
 }
 
 /// Local numbers of the nodes on local face `f` (opposite vertex `f`), from vertex `f+1` to vertex `f+2`, ends included.
 pub fn face_nodes(q: usize, f: usize) -> Vec<usize> {
     let (a, b) = ((f + 1) % 3, (f + 2) % 3);
     let first = 3 + a * (q - 1);
-    std::iter::once(a)
-        .chain(first..first + q - 1)
-        .chain(std::iter::once(b))
-        .collect()
+    std::iter::once(a).chain(first..first + q - 1).chain(std::iter::once(b)).collect()
 }
 
 /// Value and derivative of `P_i(s) = Π_{m<i} (s − m)/(m + 1)`.
@@ -60,18 +58,31 @@ fn factor(i: usize, s: f64) -> (f64, f64) {
     })
 }
 
+/// The indices of [`node_indices`], computed once.
+fn cached_indices(q: usize) -> &'static [[usize; 3]] {
+    static INDICES: [OnceLock<Vec<[usize; 3]>>; MAX_DEGREE + 1] = [const { OnceLock::new() }; MAX_DEGREE + 1];
+    INDICES[q].get_or_init(|| node_indices(q))
+}
+
 /// Values and reference gradients of all basis functions of degree `q` at the reference point `at`.
 ///
 /// With barycentric coordinates λ, `φ_ijk = P_i(qλ₀) P_j(qλ₁) P_k(qλ₂)`.
 pub fn evaluate(q: usize, at: Vector2<f64>) -> (Vec<f64>, Vec<Vector2<f64>>) {
     let scale = q as f64;
     let bary = [1.0 - at.x - at.y, at.x, at.y];
-    node_indices(q)
-        .into_iter()
+    cached_indices(q)
+        .iter()
         .map(|index| {
             let [(a, da), (b, db), (c, dc)] = std::array::from_fn(|v| factor(index[v], scale * bary[v]));
             let along = [da * b * c * scale, a * db * c * scale, a * b * dc * scale];
             (a * b * c, Vector2::new(along[1] - along[0], along[2] - along[0]))
         })
         .unzip()
+}
+
+/// Values alone, in the order of the nodes.
+pub fn values(q: usize, at: Vector2<f64>) -> impl Iterator<Item = f64> {
+    let scale = q as f64;
+    let bary = [1.0 - at.x - at.y, at.x, at.y];
+    cached_indices(q).iter().map(move |index| (0..3).map(|v| factor(index[v], scale * bary[v]).0).product())
 }

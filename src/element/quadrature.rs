@@ -31,10 +31,7 @@ pub fn triangle(degree: usize) -> &'static Rule<Vector2<f64>> {
             .expect("Xiao–Gimbutas rules exist for every degree up to 30");
         let total: f64 = weights.iter().sum();
         let width = points.len() / weights.len();
-        let points = points
-            .chunks(width)
-            .map(|p| Vector2::new(p[width - 2], p[width - 1]))
-            .collect();
+        let points = points.chunks(width).map(|p| Vector2::new(p[width - 2], p[width - 1])).collect();
         let weights = weights.iter().map(|w| 0.5 * w / total).collect();
         Rule { degree, points, weights }
     })

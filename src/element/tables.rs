@@ -7,33 +7,48 @@ use nalgebra::Vector2;
 use super::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
 use super::{MAX_DEGREE, basis};
 
-/// One basis at a list of points; row `q` holds the `n` basis functions at point `q`.
+/// Longest padded row: 21 functions of degree 5, rounded up to whole vector registers.
+pub const MAX_STRIDE: usize = 24;
+
+/// Rows of `n` functions are padded with zeros to this length, so that loops over them have no remainder.
+pub const fn stride(n: usize) -> usize {
+    n.next_multiple_of(4)
+}
+
+/// One basis at a list of points; row `q` holds the `n` basis functions at point `q`, padded with zeros.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// Number of basis functions.
     pub n: usize,
+    stride: usize,
     values: Vec<f64>,
-    slopes: Vec<Vector2<f64>>,
+    slopes: [Vec<f64>; 2],
 }
 
 impl Table {
     fn new(degree: usize, points: &[Vector2<f64>]) -> Self {
-        let rows: Vec<_> = points.iter().map(|&x| basis::evaluate(degree, x)).collect();
-        Self {
-            n: basis::node_count(degree),
-            values: rows.iter().flat_map(|r| r.0.iter().copied()).collect(),
-            slopes: rows.iter().flat_map(|r| r.1.iter().copied()).collect(),
+        let n = basis::node_count(degree);
+        let stride = stride(n);
+        let mut table = Self { n, stride, values: Vec::new(), slopes: [Vec::new(), Vec::new()] };
+        for &x in points {
+            let (values, slopes) = basis::evaluate(degree, x);
+            let padding = || std::iter::repeat_n(0.0, stride - n);
+            table.values.extend(values.into_iter().chain(padding()));
+            for (c, to) in table.slopes.iter_mut().enumerate() {
+                to.extend(slopes.iter().map(|d| d[c]).chain(padding()));
+            }
         }
+        table
     }
 
-    /// Values of the basis at point `q`.
+    /// Values of the basis at point `q`, padded.
     pub fn values(&self, q: usize) -> &[f64] {
-        &self.values[q * self.n..(q + 1) * self.n]
+        &self.values[q * self.stride..(q + 1) * self.stride]
     }
 
-    /// Reference gradients of the basis at point `q`.
-    pub fn slopes(&self, q: usize) -> &[Vector2<f64>] {
-        &self.slopes[q * self.n..(q + 1) * self.n]
+    /// Reference derivatives along axis `c` of the basis at point `q`, padded.
+    pub fn slopes(&self, q: usize, c: usize) -> &[f64] {
+        &self.slopes[c][q * self.stride..(q + 1) * self.stride]
     }
 }
 

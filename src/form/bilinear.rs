@@ -1,7 +1,7 @@
 //! Bilinear forms as sums of integrands over cells and faces.
 
 use std::marker::PhantomData;
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Mul, Neg, Range, Sub};
 
 use super::integrate::{CellPoint, FacePoint, Faces};
 use super::words::{Jet, Trace};
@@ -23,7 +23,8 @@ impl Stencil {
 }
 
 type CellIntegrand<'a> = Box<dyn Fn(&CellPoint, &mut Stencil) + Sync + 'a>;
-type FaceIntegrand<'a> = Box<dyn Fn(&FacePoint, &mut Stencil) + Sync + 'a>;
+/// Fills the rows of the given test slots.
+type FaceIntegrand<'a> = Box<dyn Fn(&FacePoint, Range<usize>, &mut Stencil) + Sync + 'a>;
 
 pub(super) struct CellTerm<'a> {
     pub scale: f64,
@@ -77,11 +78,12 @@ impl<'a, U: Jet, V: Jet> Bilinear<'a, U, V> {
         F: Fn(&FacePoint) -> G + Sync + 'a,
         G: Fn(Trace<U>, Trace<V>) -> f64,
     {
-        let integrand = move |s: &FacePoint, stencil: &mut Stencil| {
+        let integrand = move |s: &FacePoint, tests: Range<usize>, stencil: &mut Stencil| {
             let integrand = at(s);
             let boundary = s.plus.is_none();
             let sides = if boundary { 1 } else { 2 };
-            for (t, row) in stencil.c.iter_mut().enumerate().take(sides * V::SLOTS) {
+            for t in tests {
+                let row = &mut stencil.c[t];
                 for (u, entry) in row.iter_mut().enumerate().take(sides * U::SLOTS) {
                     *entry = integrand(unit_trace(u, boundary), unit_trace(t, boundary));
                 }

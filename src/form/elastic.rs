@@ -43,9 +43,7 @@ pub fn energy_over_b(
     let face = loops.sum_faces(Faces::INTERIOR | dirichlet, 2 * q, |s| {
         let inner = p.vector_gradient(&s.minus) * s.n;
         let (jump, slope) = match &s.plus {
-            Some(plus) => {
-                (p.vector(&s.minus) - p.vector(plus), (inner + p.vector_gradient(plus) * s.n) * 0.5)
-            }
+            Some(plus) => (p.vector(&s.minus) - p.vector(plus), (inner + p.vector_gradient(plus) * s.n) * 0.5),
             None => (p.vector(&s.minus) - data(s), inner),
         };
         0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump)

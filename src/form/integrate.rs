@@ -10,14 +10,15 @@ use std::sync::Arc;
 use nalgebra::Matrix2;
 use rayon::prelude::*;
 
-use super::bilinear::{Bilinear, Stencil};
+use super::bilinear::{Bilinear, MAX_SLOTS, Stencil};
+use super::kernel::{Basis, Block, add_vector};
 use super::linear::{Linear, Weights};
 use super::words::Jet;
 use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
 use crate::element::tables;
 use crate::mesh::{CellMap, Face, Mesh, Point, geometry};
-use crate::space::Space;
 use crate::space::field::Site;
+use crate::space::{Continuity, Space};
 
 /// A set of faces: interior faces, boundary tags, or both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,53 +78,12 @@ pub struct FacePoint<'t> {
     pub varpi: f64,
 }
 
-/// Blocks of the four combinations of sides of every face, `[test][trial]` in the order −−, −+, +−, ++.
-pub struct FaceBlocks {
-    /// Rows (test dofs of a cell) of a block.
-    pub rows: usize,
-    /// Columns (trial dofs of a cell) of a block.
-    pub columns: usize,
-    pub values: Vec<f64>,
-}
-
-impl FaceBlocks {
-    /// The block of `face` with test functions on `test` and trial functions on `trial` (0 minus, 1 plus).
-    pub fn block(&self, face: usize, test: usize, trial: usize) -> &[f64] {
-        let size = self.rows * self.columns;
-        let start = (face * 4 + 2 * test + trial) * size;
-        &self.values[start..start + size]
-    }
-}
-
 /// The integration loops on one mesh.
 #[derive(Debug, Clone)]
 pub struct Integrator {
     pub mesh: Arc<Mesh>,
     /// `|∂K|/|K|` of every cell.
     ratios: Vec<f64>,
-}
-
-/// Values and physical gradients of one basis at one point, slot by slot.
-struct Basis {
-    n: usize,
-    rows: [Vec<f64>; 3],
-}
-
-impl Basis {
-    fn new(space: &Space) -> Self {
-        Self { n: space.n, rows: std::array::from_fn(|_| vec![0.0; space.n]) }
-    }
-
-    fn evaluate(&mut self, degree: usize, site: &Site) {
-        let table = site.table(degree);
-        self.rows[0].copy_from_slice(table.values(site.q));
-        let m = &site.inverse_transposed;
-        let [_, dx, dy] = &mut self.rows;
-        for ((dx, dy), d) in dx.iter_mut().zip(dy).zip(table.slopes(site.q)) {
-            *dx = m.m11 * d.x + m.m12 * d.y;
-            *dy = m.m21 * d.x + m.m22 * d.y;
-        }
-    }
 }
 
 impl Integrator {
@@ -159,12 +119,10 @@ impl Integrator {
                 let (rule, tables) = (quadrature::triangle(degree), tables::cell(degree));
                 let shape = tables.degree(nodes.degree);
                 for (q, w) in rule.weights.iter().enumerate() {
-                    let (x, jacobian) = geometry::combine(&nodes.positions, shape.values(q), shape.slopes(q));
+                    let (x, jacobian) =
+                        geometry::combine(&nodes.positions, shape.values(q), [shape.slopes(q, 0), shape.slopes(q, 1)]);
                     let (det, inverse_transposed) = inverse_transposed(&jacobian);
-                    visit(&CellPoint {
-                        site: Site { cell, tables, q, x, inverse_transposed },
-                        weight: w * det,
-                    });
+                    visit(&CellPoint { site: Site { cell, tables, q, x, inverse_transposed }, weight: w * det });
                 }
             }
         }
@@ -193,13 +151,20 @@ impl Integrator {
         }
     }
 
-    fn face_site(&self, cell: usize, local: usize, reversed: bool, degree: usize, q: usize) -> (Site<'_>, Matrix2<f64>) {
+    fn face_site(
+        &self,
+        cell: usize,
+        local: usize,
+        reversed: bool,
+        degree: usize,
+        q: usize,
+    ) -> (Site<'_>, Matrix2<f64>) {
         let tables = tables::face(degree, local, reversed);
         let (x, jacobian) = match self.mesh.map(cell) {
             CellMap::Affine { origin, jacobian } => (origin + jacobian * tables.points[q], jacobian),
             CellMap::Isoparametric(nodes) => {
                 let shape = tables.degree(nodes.degree);
-                geometry::combine(&nodes.positions, shape.values(q), shape.slopes(q))
+                geometry::combine(&nodes.positions, shape.values(q), [shape.slopes(q, 0), shape.slopes(q, 1)])
             }
         };
         let (_, inverse_transposed) = inverse_transposed(&jacobian);
@@ -235,55 +200,48 @@ impl Integrator {
 
     /// Dense blocks of the cell terms, cell after cell, row-major with test dofs as rows.
     pub fn cell_blocks<U: Jet, V: Jet>(&self, form: &Bilinear<U, V>, trial: &Space, test: &Space) -> Vec<f64> {
-        let (rows, columns) = (block_size::<V>(test), block_size::<U>(trial));
-        let mut blocks = vec![0.0; self.mesh.cells.len() * rows * columns];
-        blocks.par_chunks_mut(rows * columns).enumerate().for_each_init(
-            || (Basis::new(trial), Basis::new(test), Stencil::zero()),
-            |(phi, chi, stencil), (cell, block)| {
-                for term in &form.cell_terms {
-                    self.each_cell_point(cell, term.degree, &mut |x| {
-                        phi.evaluate(trial.degree, &x.site);
-                        chi.evaluate(test.degree, &x.site);
-                        (term.integrand)(x, stencil);
-                        let size = (V::SLOTS / 3, U::SLOTS / 3);
-                        accumulate(block, columns, stencil, (0, 0), size, chi, phi, x.weight * term.scale);
-                    });
-                }
-            },
-        );
+        let mut blocks = vec![0.0; self.mesh.cells.len() * block_size::<V>(test) * block_size::<U>(trial)];
+        self.add_cell_blocks(form, trial, test, &mut blocks);
         blocks
     }
 
-    /// Dense blocks of the face terms.
-    pub fn face_blocks<U: Jet, V: Jet>(&self, form: &Bilinear<U, V>, trial: &Space, test: &Space) -> FaceBlocks {
-        let (rows, columns) = (block_size::<V>(test), block_size::<U>(trial));
-        let size = rows * columns;
-        let mut values = vec![0.0; self.mesh.faces.len() * 4 * size];
-        values.par_chunks_mut(4 * size).enumerate().for_each_init(
-            || ([Basis::new(trial), Basis::new(trial)], [Basis::new(test), Basis::new(test)], Stencil::zero()),
-            |(phi, chi, stencil), (index, blocks)| {
-                for term in form.face_terms.iter().filter(|t| t.faces.holds(&self.mesh.faces[index])) {
-                    self.each_face_point(index, term.degree, &mut |s| {
-                        for (side, site) in std::iter::once(&s.minus).chain(&s.plus).enumerate() {
-                            phi[side].evaluate(trial.degree, site);
-                            chi[side].evaluate(test.degree, site);
-                        }
-                        (term.integrand)(s, stencil);
-                        let sides = if s.plus.is_some() { 2 } else { 1 };
-                        let components = (V::SLOTS / 3, U::SLOTS / 3);
-                        for t in 0..sides {
-                            for u in 0..sides {
-                                let block = &mut blocks[(2 * t + u) * size..(2 * t + u + 1) * size];
-                                let corner = (t * V::SLOTS, u * U::SLOTS);
-                                let weight = s.weight * term.scale;
-                                accumulate(block, columns, stencil, corner, components, &chi[t], &phi[u], weight);
-                            }
-                        }
-                    });
+    /// Adds the cell terms to the dense blocks `blocks`.
+    pub fn add_cell_blocks<U: Jet, V: Jet>(
+        &self,
+        form: &Bilinear<U, V>,
+        trial: &Space,
+        test: &Space,
+        blocks: &mut [f64],
+    ) {
+        let size = block_size::<V>(test) * block_size::<U>(trial);
+        blocks.par_chunks_mut(size).enumerate().for_each_init(
+            || Worker::new::<U, V>(trial, test),
+            |worker, (cell, out)| worker.add_cell(self, form, cell, out),
+        );
+    }
+
+    /// The rows of a form on a discontinuous space, cell by cell: the own-cell block and those of the three neighbours
+    /// across local faces 0, 1, 2, added to `diagonal` and `off`. Each cell visits its own faces.
+    pub fn add_rows<U: Jet, V: Jet>(
+        &self,
+        form: &Bilinear<U, V>,
+        space: &Space,
+        diagonal: &mut [f64],
+        off: &mut [f64],
+    ) {
+        let size = block_size::<V>(space) * block_size::<U>(space);
+        let cells = diagonal.par_chunks_mut(size).zip(off.par_chunks_mut(3 * size)).enumerate();
+        cells.for_each_init(
+            || Worker::new::<U, V>(space, space),
+            |worker, (cell, (diagonal, off))| {
+                worker.add_cell(self, form, cell, diagonal);
+                for (local, off) in off.chunks_exact_mut(size).enumerate() {
+                    let face = &self.mesh.faces[self.mesh.cell_faces[cell][local]];
+                    let side = usize::from(face.minus.cell != cell || face.minus.face != local);
+                    worker.add_face_row(self, form, self.mesh.cell_faces[cell][local], side, diagonal, off);
                 }
             },
         );
-        FaceBlocks { rows, columns, values }
     }
 
     /// The whole matrix as triplets `(row, column, value)`; rows are test dofs. Duplicates are to be added.
@@ -294,25 +252,27 @@ impl Integrator {
         test: &Space,
     ) -> Vec<(usize, usize, f64)> {
         let mut triplets = Vec::new();
-        let (rows, columns) = (block_size::<V>(test), block_size::<U>(trial));
+        let size = block_size::<V>(test) * block_size::<U>(trial);
         if !form.cell_terms.is_empty() {
             let blocks = self.cell_blocks(form, trial, test);
-            for (cell, block) in blocks.chunks(rows * columns).enumerate() {
-                scatter(&mut triplets, block, (test, cell), (trial, cell));
+            for (cell, block) in blocks.chunks(size).enumerate() {
+                scatter::<U, V>(&mut triplets, block, (test, cell), (trial, cell));
             }
         }
-        if !form.face_terms.is_empty() {
-            let blocks = self.face_blocks(form, trial, test);
-            for (index, face) in self.mesh.faces.iter().enumerate() {
-                if !form.face_terms.iter().any(|t| t.faces.holds(face)) {
-                    continue;
-                }
-                let cells: Vec<usize> = std::iter::once(face.minus).chain(face.plus).map(|s| s.cell).collect();
-                for (t, &row_cell) in cells.iter().enumerate() {
-                    for (u, &column_cell) in cells.iter().enumerate() {
-                        let block = blocks.block(index, t, u);
-                        scatter(&mut triplets, block, (test, row_cell), (trial, column_cell));
-                    }
+        let mut worker = Worker::new::<U, V>(trial, test);
+        let (mut own, mut other) = (vec![0.0; size], vec![0.0; size]);
+        for (index, face) in self.mesh.faces.iter().enumerate() {
+            if !form.face_terms.iter().any(|t| t.faces.holds(face)) {
+                continue;
+            }
+            let cells: Vec<usize> = std::iter::once(face.minus).chain(face.plus).map(|s| s.cell).collect();
+            for (side, &cell) in cells.iter().enumerate() {
+                own.fill(0.0);
+                other.fill(0.0);
+                worker.add_face_row(self, form, index, side, &mut own, &mut other);
+                scatter::<U, V>(&mut triplets, &own, (test, cell), (trial, cell));
+                if let Some(&across) = cells.get(1 - side) {
+                    scatter::<U, V>(&mut triplets, &other, (test, cell), (trial, across));
                 }
             }
         }
@@ -325,18 +285,21 @@ impl Integrator {
         assert_eq!(rows, test.cell_dof_count(), "test jets and space have different numbers of components");
         let mut local = vec![0.0; self.mesh.cells.len() * rows];
         local.par_chunks_mut(rows).enumerate().for_each_init(
-            || (Basis::new(test), [0.0; super::bilinear::MAX_SLOTS]),
+            || (Basis::new(test), [0.0; MAX_SLOTS]),
             |(chi, weights), (cell, block)| {
                 for term in &form.cell_terms {
                     self.each_cell_point(cell, term.degree, &mut |x| {
-                        chi.evaluate(test.degree, &x.site);
+                        chi.evaluate(&x.site);
                         (term.integrand)(x, weights);
-                        accumulate_vector(block, weights, 0, V::SLOTS / 3, chi, x.weight * term.scale);
+                        add_vector(block, weights, 0, chi, x.weight * term.scale);
                     });
                 }
             },
         );
         self.add_face_terms(form, test, &mut local);
+        if test.continuity == Continuity::Discontinuous {
+            return local;
+        }
         let mut global = vec![0.0; test.dof_count()];
         for (cell, block) in local.chunks(rows).enumerate() {
             for (k, value) in block.iter().enumerate() {
@@ -347,22 +310,111 @@ impl Integrator {
     }
 
     fn add_face_terms<V: Jet>(&self, form: &Linear<V>, test: &Space, local: &mut [f64]) {
+        if form.face_terms.is_empty() {
+            return;
+        }
         let rows = block_size::<V>(test);
         let mut chi = Basis::new(test);
-        let mut weights: Weights = [0.0; super::bilinear::MAX_SLOTS];
+        let mut weights: Weights = [0.0; MAX_SLOTS];
         for (index, face) in self.mesh.faces.iter().enumerate() {
             for term in form.face_terms.iter().filter(|t| t.faces.holds(face)) {
                 self.each_face_point(index, term.degree, &mut |s| {
                     (term.integrand)(s, &mut weights);
                     for (side, site) in std::iter::once(&s.minus).chain(&s.plus).enumerate() {
-                        chi.evaluate(test.degree, site);
+                        chi.evaluate(site);
                         let block = &mut local[site.cell * rows..(site.cell + 1) * rows];
-                        let weight = s.weight * term.scale;
-                        accumulate_vector(block, &weights, side * V::SLOTS, V::SLOTS / 3, &chi, weight);
+                        add_vector(block, &weights, side * V::SLOTS, &chi, s.weight * term.scale);
                     }
                 });
             }
         }
+    }
+}
+
+/// What one thread needs to compute blocks of a bilinear form.
+struct Worker<'s> {
+    trial: &'s Space,
+    test: &'s Space,
+    /// Both sides' trial functions, then the test functions of the side at work.
+    phi: [Basis; 2],
+    chi: Basis,
+    stencil: Stencil,
+    own: Block,
+    other: Block,
+}
+
+impl<'s> Worker<'s> {
+    fn new<U: Jet, V: Jet>(trial: &'s Space, test: &'s Space) -> Self {
+        let components = (V::SLOTS / 3, U::SLOTS / 3);
+        Self {
+            trial,
+            test,
+            phi: [Basis::new(trial), Basis::new(trial)],
+            chi: Basis::new(test),
+            stencil: Stencil::zero(),
+            own: Block::new(test, trial, components),
+            other: Block::new(test, trial, components),
+        }
+    }
+
+    /// Whether trial and test functions are the same, so that one evaluation serves both.
+    fn is_square(&self) -> bool {
+        self.trial.degree == self.test.degree
+    }
+
+    fn add_cell<U: Jet, V: Jet>(&mut self, loops: &Integrator, form: &Bilinear<U, V>, cell: usize, out: &mut [f64]) {
+        let square = self.is_square();
+        self.own.clear();
+        for term in &form.cell_terms {
+            loops.each_cell_point(cell, term.degree, &mut |x| {
+                self.phi[0].evaluate(&x.site);
+                (term.integrand)(x, &mut self.stencil);
+                let weight = x.weight * term.scale;
+                if square {
+                    self.own.add(&self.stencil, (0, 0), &self.phi[0], &self.phi[0], weight);
+                } else {
+                    self.chi.evaluate(&x.site);
+                    self.own.add(&self.stencil, (0, 0), &self.chi, &self.phi[0], weight);
+                }
+            });
+        }
+        self.own.add_to(out);
+    }
+
+    /// Rows of the test functions on `side` (0 minus, 1 plus) of a face: the block of trial functions on the same side is
+    /// added to `own`, that of the other side to `other`.
+    fn add_face_row<U: Jet, V: Jet>(
+        &mut self,
+        loops: &Integrator,
+        form: &Bilinear<U, V>,
+        index: usize,
+        side: usize,
+        own: &mut [f64],
+        other: &mut [f64],
+    ) {
+        let square = self.is_square();
+        self.own.clear();
+        self.other.clear();
+        for term in form.face_terms.iter().filter(|t| t.faces.holds(&loops.mesh.faces[index])) {
+            loops.each_face_point(index, term.degree, &mut |s| {
+                for (phi, site) in self.phi.iter_mut().zip(std::iter::once(&s.minus).chain(&s.plus)) {
+                    phi.evaluate(site);
+                }
+                (term.integrand)(s, side * V::SLOTS..(side + 1) * V::SLOTS, &mut self.stencil);
+                let weight = s.weight * term.scale;
+                if !square {
+                    self.chi.evaluate(if side == 0 { &s.minus } else { s.plus.as_ref().expect("an interior face") });
+                }
+                let chi = if square { &self.phi[side] } else { &self.chi };
+                let row = side * V::SLOTS;
+                self.own.add(&self.stencil, (row, side * U::SLOTS), chi, &self.phi[side], weight);
+                if s.plus.is_some() {
+                    self.other.add(&self.stencil, (row, (1 - side) * U::SLOTS), chi, &self.phi[1 - side], weight);
+                }
+            });
+        }
+        self.own.add_to(own);
+        self.other.add_to(other);
     }
 }
 
@@ -381,59 +433,19 @@ fn reference_tangent(face: usize) -> Point {
     [Point::new(-1.0, 1.0), Point::new(0.0, -1.0), Point::new(1.0, 0.0)][face]
 }
 
-/// `block[a·n + i][b·m + j] += weight Σ_st B_s,i c[s][t] B_t,j` over components `a`, `b`.
-#[allow(clippy::too_many_arguments)]
-fn accumulate(
-    block: &mut [f64],
-    columns: usize,
-    stencil: &Stencil,
-    corner: (usize, usize),
-    components: (usize, usize),
-    test: &Basis,
-    trial: &Basis,
-    weight: f64,
+/// Appends a dense block.
+fn scatter<U: Jet, V: Jet>(
+    triplets: &mut Vec<(usize, usize, f64)>,
+    block: &[f64],
+    test: (&Space, usize),
+    trial: (&Space, usize),
 ) {
-    let mut combined = [0.0; 32];
-    let combined = &mut combined[..trial.n];
-    for a in 0..components.0 {
-        for s in 0..3 {
-            let row_of = &stencil.c[corner.0 + 3 * a + s];
-            for b in 0..components.1 {
-                let from = corner.1 + 3 * b;
-                let c: [f64; 3] = std::array::from_fn(|t| weight * row_of[from + t]);
-                if c == [0.0; 3] {
-                    continue;
-                }
-                let [v, dx, dy] = &trial.rows;
-                for (((out, v), dx), dy) in combined.iter_mut().zip(v).zip(dx).zip(dy) {
-                    *out = c[0] * v + c[1] * dx + c[2] * dy;
-                }
-                for (i, &chi) in test.rows[s].iter().enumerate() {
-                    let start = (a * test.n + i) * columns + b * trial.n;
-                    for (entry, phi) in block[start..start + trial.n].iter_mut().zip(combined.iter()) {
-                        *entry += chi * phi;
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn accumulate_vector(block: &mut [f64], weights: &Weights, from: usize, components: usize, test: &Basis, weight: f64) {
-    for a in 0..components {
-        for s in 0..3 {
-            let c = weight * weights[from + 3 * a + s];
-            if c != 0.0 {
-                for (entry, chi) in block[a * test.n..(a + 1) * test.n].iter_mut().zip(&test.rows[s]) {
-                    *entry += c * chi;
-                }
-            }
-        }
-    }
-}
-
-fn scatter(triplets: &mut Vec<(usize, usize, f64)>, block: &[f64], test: (&Space, usize), trial: (&Space, usize)) {
-    let columns = trial.0.cell_dof_count();
+    let columns = block_size::<U>(trial.0);
+    assert_eq!(
+        (columns, block.len()),
+        (trial.0.cell_dof_count(), columns * test.0.cell_dof_count()),
+        "jets and spaces have different numbers of components"
+    );
     for (k, &value) in block.iter().enumerate() {
         if value != 0.0 {
             let (i, j) = (k / columns, k % columns);

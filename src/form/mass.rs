@@ -51,11 +51,7 @@ pub fn load<'a>(space: &Space, degree: usize, f: impl Fn(&CellPoint) -> Point + 
 }
 
 /// `(f|χ) = ∫ fχ` for a scalar `f` of degree `degree`.
-pub fn scalar_load<'a>(
-    space: &Space,
-    degree: usize,
-    f: impl Fn(&CellPoint) -> f64 + Sync + 'a,
-) -> Linear<'a, Scalar> {
+pub fn scalar_load<'a>(space: &Space, degree: usize, f: impl Fn(&CellPoint) -> f64 + Sync + 'a) -> Linear<'a, Scalar> {
     Linear::cells(space.degree + degree, move |x| {
         let f = f(x);
         move |chi: Scalar| f * chi.value

@@ -5,7 +5,9 @@
 
 pub mod bilinear;
 pub mod elastic;
+pub mod gradient;
 pub mod integrate;
+mod kernel;
 pub mod linear;
 pub mod mass;
 pub mod polarity;

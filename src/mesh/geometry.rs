@@ -28,21 +28,23 @@ impl CellMap<'_> {
             CellMap::Affine { origin, jacobian } => (origin + jacobian * xi, *jacobian),
             CellMap::Isoparametric(nodes) => {
                 let (values, slopes) = basis::evaluate(nodes.degree, xi);
-                combine(&nodes.positions, &values, &slopes)
+                let rows = [0, 1].map(|c| slopes.iter().map(|d| d[c]).collect::<Vec<f64>>());
+                combine(&nodes.positions, &values, [&rows[0], &rows[1]])
             }
         }
     }
 }
 
 /// `Σ N_i X_i` and `Σ X_i ⊗ ∇N_i`.
-pub fn combine(positions: &[Point], values: &[f64], slopes: &[Point]) -> (Point, Matrix2<f64>) {
+pub fn combine(positions: &[Point], values: &[f64], slopes: [&[f64]; 2]) -> (Point, Matrix2<f64>) {
     let mut x = Point::zeros();
-    let mut jacobian = Matrix2::zeros();
-    for ((p, &value), slope) in positions.iter().zip(values).zip(slopes) {
-        x += *p * value;
-        jacobian += *p * slope.transpose();
+    let (mut along, mut across) = (Point::zeros(), Point::zeros());
+    for (((p, value), dx), dy) in positions.iter().zip(values).zip(slopes[0]).zip(slopes[1]) {
+        x += *p * *value;
+        along += *p * *dx;
+        across += *p * *dy;
     }
-    (x, jacobian)
+    (x, Matrix2::from_columns(&[along, across]))
 }
 
 impl Mesh {
@@ -117,7 +119,7 @@ impl Mesh {
             for xi in rule.points.iter().copied().chain(basis::nodes(nodes.degree)) {
                 let (x, jacobian) = map.at(xi);
                 let area = jacobian.determinant();
-                if !(area > 1e-3 * straight) {
+                if area <= 1e-3 * straight || area.is_nan() {
                     let hint = "refine the mesh near the curved boundary, or use a lower `curved` degree";
                     return Err(MeshError::Inverted { cell, x: x.x, y: x.y, area, hint });
                 }
@@ -130,5 +132,7 @@ impl Mesh {
 /// Nodes of the straight triangle.
 pub fn straight_nodes(degree: usize, [a, b, c]: [Point; 3]) -> Nodes {
     let place = |xi: Point| a + (b - a) * xi.x + (c - a) * xi.y;
-    Nodes { degree, positions: basis::nodes(degree).into_iter().map(place).collect() }
+    let mut positions: Vec<Point> = basis::nodes(degree).into_iter().map(place).collect();
+    positions[..3].copy_from_slice(&[a, b, c]);
+    Nodes { degree, positions }
 }

@@ -7,9 +7,10 @@
 pub mod curve;
 pub mod generate;
 pub mod geometry;
-//pub mod gmsh;
-//pub mod locate;
-//pub mod quality;
+pub mod gmsh;
+pub mod locate;
+pub mod quality;
+pub mod refine;
 
 use std::collections::HashMap;
 
@@ -28,7 +29,9 @@ pub enum MeshError {
     Inverted { cell: usize, x: f64, y: f64, area: f64, hint: &'static str },
     #[error("the edge between vertices {a} and {b} belongs to {count} cells; a conforming mesh has at most two")]
     NonManifold { a: usize, b: usize, count: usize },
-    #[error("the boundary edge from ({x0:.4}, {y0:.4}) to ({x1:.4}, {y1:.4}) has no tag; hint: give every boundary edge a tag (a physical curve in Gmsh)")]
+    #[error(
+        "the boundary edge from ({x0:.4}, {y0:.4}) to ({x1:.4}, {y1:.4}) has no tag; hint: give every boundary edge a tag (a physical curve in Gmsh)"
+    )]
     Untagged { x0: f64, y0: f64, x1: f64, y1: f64 },
     #[error("the tagged edge between vertices {a} and {b} (tag `{tag}`) is no boundary face of the mesh")]
     NotOnBoundary { a: usize, b: usize, tag: String },
@@ -172,7 +175,7 @@ fn orient(vertices: &[Point], cells: &mut [[usize; 3]]) -> Result<(), MeshError>
         let [a, b, c] = cell.map(|v| vertices[v]);
         let area = 0.5 * (b - a).perp(&(c - a));
         let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
-        if !(area.abs() > 1e-14 * longest) {
+        if area.abs() <= 1e-14 * longest || area.is_nan() {
             let hint = "remove the sliver or the repeated vertex from the mesh";
             let centre = (a + b + c) / 3.0;
             return Err(MeshError::Inverted { cell: index, x: centre.x, y: centre.y, area, hint });

@@ -82,9 +82,7 @@ fn velocity_condition(given: &NamedCondition, parameters: &[(&str, f64)]) -> Res
         ("slip", None) => Ok(VelocityCondition::Slip),
         ("no-tangential", None) => Ok(VelocityCondition::NoTangential),
         ("traction", None) => Ok(VelocityCondition::Traction([0.0, 0.0].map(Expression::constant))),
-        ("traction", Some(values)) => {
-            Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?))
-        }
+        ("traction", Some(values)) => Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?)),
         ("dirichlet", Some(values)) => {
             Ok(VelocityCondition::Dirichlet(vector("velocity.dirichlet", values, parameters)?))
         }

@@ -21,7 +21,7 @@ pub struct Degrees {
 }
 
 /// Sources of a manufactured solution; `None` where there is none.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sources {
     /// `f_v`
     pub force: Option<[Expression; 2]>,
@@ -199,7 +199,8 @@ impl Incompressible {
 
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
-        let operator = self.polarity.operator(&self.loops, 0.0, &state.v, &state.p);
+        let mut operator = self.polarity.empty_operator();
+        self.polarity.operator(&self.loops, 0.0, &state.v, &state.p, &mut operator);
         let mut r = vec![0.0; state.p.values.len()];
         operator.times(&state.p.values, &mut r);
         let inputs = self.polarity_inputs(t);

@@ -8,6 +8,7 @@ pub mod momentum;
 pub mod names;
 pub mod parameters;
 pub mod polarity;
+pub mod start;
 
 pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
 pub use expression::{Expression, ExpressionError};

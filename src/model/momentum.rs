@@ -18,8 +18,8 @@ use crate::space::Space;
 pub enum SlipTreatment {
     /// Nodal unknowns in the frame of the exact normal.
     Rotated,
-    /// `(1/ε) ∫ (v·n)(w·n)` [10.3].
-    Penalty(f64),
+    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3].
+    Penalty { epsilon: f64 },
 }
 
 /// Why the momentum balance could not be set up or solved.
@@ -81,12 +81,12 @@ impl Momentum {
         friction: f64,
         slip: SlipTreatment,
     ) -> Result<Self, MomentumError> {
-        let frames = Frames::new(velocity, conditions, matches!(slip, SlipTreatment::Penalty(_)));
+        let frames = Frames::new(velocity, conditions, matches!(slip, SlipTreatment::Penalty { .. }));
         if friction == 0.0 && !frames.has_dirichlet() {
             return Err(MomentumError::Unheld);
         }
         let mut form = stokes::viscosity(velocity) + friction * mass::vector_mass(velocity);
-        if let SlipTreatment::Penalty(epsilon) = slip {
+        if let SlipTreatment::Penalty { epsilon } = slip {
             let faces = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
             form = form + stokes::slip_penalty(velocity, faces, epsilon);
         }
@@ -101,10 +101,8 @@ impl Momentum {
         let pm = loops.triplets(&mass::mass(pressure), pressure, pressure);
         let pressure_mass = Matrix::from_triplets(np, np, &pm);
         let reduced_mass = Matrix::from_triplets(frames.free, frames.free, &frames.reduce(&velocity_mass));
-        let residual_masses = (
-            Factored::new("velocity mass", reduced_mass)?,
-            Factored::new("pressure mass", pressure_mass.clone())?,
-        );
+        let residual_masses =
+            (Factored::new("velocity mass", reduced_mass)?, Factored::new("pressure mass", pressure_mass.clone())?);
         let closed = conditions.iter().all(|c| match c.velocity {
             VelocityCondition::Dirichlet(_) | VelocityCondition::Slip => true,
             VelocityCondition::Traction(_) | VelocityCondition::NoTangential => false,

@@ -189,8 +189,11 @@ impl Parameters {
     /// The terms of the semi-discrete system [7.11] in the spec's order, on and off.
     pub fn terms(&self) -> Vec<Term> {
         let always = |name, formula| Term { name, formula, on: true, reason: "always on".to_owned() };
-        let by = |name, formula, key: &str, value: f64| {
-            Term { name, formula, on: value != 0.0, reason: format!("{key} = {value}") }
+        let by = |name, formula, key: &str, value: f64| Term {
+            name,
+            formula,
+            on: value != 0.0,
+            reason: format!("{key} = {value}"),
         };
         let elastic = |name, formula| by(name, formula, "elasticity", self.elasticity);
         let stretching = if self.elasticity == 0.0 {

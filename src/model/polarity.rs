@@ -53,9 +53,9 @@ impl Polarity {
         let of_kind = conditions.iter().enumerate().filter(|(_, c)| data_of(c).is_some());
         let dirichlet = of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag));
         let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet);
-        let cells = loops.cell_blocks(&form, space, space);
-        let faces = loops.face_blocks(&form, space, space);
         let neighbours = neighbours(mesh);
+        let mut diffusion = ScalarBlocks::zero(&neighbours, space.n);
+        loops.add_rows(&form, space, &mut diffusion.diagonal, &mut diffusion.off);
         let mass = loops.cell_blocks(&mass::mass(space), space, space);
         let mass_inverse = invert_blocks(&mass, space.n)?;
         let order = downstream_order(mesh);
@@ -66,7 +66,7 @@ impl Polarity {
             dirichlet,
             parameters: *parameters,
             conditions: conditions.to_vec(),
-            diffusion: ScalarBlocks::gather(mesh, &neighbours, cells, &faces),
+            diffusion,
             mass,
             mass_inverse,
             neighbours,
@@ -150,28 +150,29 @@ impl Polarity {
     /// The operator of one step, linear in the new polarity; `w = α₀/Δt`, `last` the last iterate:
     ///
     /// `w Pe (p|q) + Pe a_upw(p,q;v) − Pe [ω(p,q,v) + a δ(p,q,v)] + (|p*|²p|q) + κ² a_swip(p,q)`   [7.11c], [8.35]
-    pub fn operator(&self, loops: &Integrator, w: f64, flow: &Field, last: &Field) -> VectorBlocks {
+    pub fn operator(&self, loops: &Integrator, w: f64, flow: &Field, last: &Field, out: &mut VectorBlocks) {
         let (m, space) = (&self.parameters, &*self.space);
-        let advection = m.peclet * upwind::a_upw(space, flow, self.dirichlet)
+        let alike = m.peclet * upwind::a_upw(space, flow, self.dirichlet)
             + mass::weighted_mass(space, 2 * space.degree, |x| last.vector(&x.site).norm_squared());
-        let faces = loops.face_blocks(&advection, space, space);
-        let cells = loops.cell_blocks(&advection, space, space);
         let turning = -m.peclet * polarity::objective(space, flow, m.slip);
-        let mut diagonal = loops.cell_blocks(&turning, space, space);
-        let mut scalar = ScalarBlocks::gather(&space.mesh, &self.neighbours, cells, &faces);
-        scalar.off.par_iter_mut().zip(&self.diffusion.off).for_each(|(a, d)| *a += d);
         let (n, size) = (space.n, space.n * space.n);
-        diagonal.par_chunks_mut(4 * size).enumerate().for_each(|(cell, block)| {
-            let range = cell * size..(cell + 1) * size;
-            let parts = scalar.diagonal[range.clone()].iter().zip(&self.diffusion.diagonal[range.clone()]);
-            for (k, ((a, d), mass)) in parts.zip(&self.mass[range]).enumerate() {
-                let (i, j) = (k / n, k % n);
-                let value = a + d + m.peclet * w * mass;
-                block[i * 2 * n + j] += value;
-                block[(n + i) * 2 * n + n + j] += value;
+        let mut diagonal = self.diffusion.diagonal.clone();
+        diagonal.par_iter_mut().zip(&self.mass).for_each(|(a, mass)| *a += m.peclet * w * mass);
+        out.off.copy_from_slice(&self.diffusion.off);
+        loops.add_rows(&alike, space, &mut diagonal, &mut out.off);
+        out.diagonal.par_chunks_mut(4 * size).zip(diagonal.par_chunks(size)).for_each(|(block, alike)| {
+            block.fill(0.0);
+            for (i, row) in alike.chunks_exact(n).enumerate() {
+                block[i * 2 * n..][..n].copy_from_slice(row);
+                block[(n + i) * 2 * n + n..][..n].copy_from_slice(row);
             }
         });
-        VectorBlocks { n, neighbours: self.neighbours.clone(), diagonal, off: scalar.off }
+        loops.add_cell_blocks(&turning, space, space, &mut out.diagonal);
+    }
+
+    /// Room for an operator.
+    pub fn empty_operator(&self) -> VectorBlocks {
+        VectorBlocks::zero(&self.neighbours, self.space.n)
     }
 
     /// `κ² l_swip(q) + (f_p|q)`: the inputs that do not depend on the flow   [7.11c]

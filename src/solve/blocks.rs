@@ -10,7 +10,6 @@ use rayon::prelude::*;
 
 use super::SolveError;
 use super::sparse::Matrix;
-use crate::form::integrate::FaceBlocks;
 use crate::mesh::Mesh;
 
 /// No neighbour across this face.
@@ -37,23 +36,15 @@ pub struct ScalarBlocks {
 }
 
 impl ScalarBlocks {
-    /// Gathers what the integration loops computed.
-    pub fn gather(mesh: &Mesh, neighbours: &Neighbours, mut cells: Vec<f64>, faces: &FaceBlocks) -> Self {
-        let n = faces.rows;
-        let size = n * n;
-        let mut off = vec![0.0; mesh.cells.len() * 3 * size];
-        cells.par_chunks_mut(size).zip(off.par_chunks_mut(3 * size)).enumerate().for_each(|(cell, (diagonal, off))| {
-            for local in 0..3 {
-                let number = mesh.cell_faces[cell][local];
-                let face = &mesh.faces[number];
-                let side = usize::from(face.minus.cell != cell || face.minus.face != local);
-                add(diagonal, faces.block(number, side, side));
-                if face.plus.is_some() {
-                    off[local * size..(local + 1) * size].copy_from_slice(faces.block(number, side, 1 - side));
-                }
-            }
-        });
-        Self { n, neighbours: neighbours.clone(), diagonal: cells, off }
+    /// The zero operator.
+    pub fn zero(neighbours: &Neighbours, n: usize) -> Self {
+        let cells = neighbours.len();
+        Self {
+            n,
+            neighbours: neighbours.clone(),
+            diagonal: vec![0.0; cells * n * n],
+            off: vec![0.0; 3 * cells * n * n],
+        }
     }
 
     /// `A x` for a field of two components.
@@ -62,11 +53,11 @@ impl ScalarBlocks {
         let mut y = vec![0.0; x.len()];
         y.par_chunks_mut(2 * n).enumerate().for_each(|(cell, y)| {
             let own = &self.diagonal[cell * size..(cell + 1) * size];
-            multiply_each(own, n, &x[cell * 2 * n..(cell + 1) * 2 * n], y);
+            multiply_each(own, n, &x[cell * 2 * n..(cell + 1) * 2 * n], y, 1.0);
             for (f, &other) in self.neighbours[cell].iter().enumerate() {
                 if other != NONE {
                     let block = &self.off[(3 * cell + f) * size..(3 * cell + f + 1) * size];
-                    multiply_each(block, n, &x[other * 2 * n..(other + 1) * 2 * n], y);
+                    multiply_each(block, n, &x[other * 2 * n..(other + 1) * 2 * n], y, 1.0);
                 }
             }
         });
@@ -74,33 +65,60 @@ impl ScalarBlocks {
     }
 }
 
-fn add(to: &mut [f64], from: &[f64]) {
-    for (a, b) in to.iter_mut().zip(from) {
-        *a += b;
+/// `y_c += sign A x_c` for both components; `A` is `n × n`, row-major.
+fn multiply_each(a: &[f64], n: usize, x: &[f64], y: &mut [f64], sign: f64) {
+    match n {
+        3 => multiply_each_of::<3>(a, x, y, sign),
+        6 => multiply_each_of::<6>(a, x, y, sign),
+        10 => multiply_each_of::<10>(a, x, y, sign),
+        15 => multiply_each_of::<15>(a, x, y, sign),
+        21 => multiply_each_of::<21>(a, x, y, sign),
+        other => unreachable!("no Lagrange triangle has {other} functions"),
     }
 }
 
-/// `y_c += A x_c` for both components.
-fn multiply_each(a: &[f64], n: usize, x: &[f64], y: &mut [f64]) {
-    let (x0, x1) = x.split_at(n);
-    let (y0, y1) = y.split_at_mut(n);
-    for (i, row) in a.chunks_exact(n).enumerate() {
-        let (mut s0, mut s1) = (0.0, 0.0);
-        for ((a, u), v) in row.iter().zip(x0).zip(x1) {
-            s0 += a * u;
-            s1 += a * v;
+fn multiply_each_of<const N: usize>(a: &[f64], x: &[f64], y: &mut [f64], sign: f64) {
+    let x0: &[f64; N] = x[..N].try_into().expect("first component");
+    let x1: &[f64; N] = x[N..2 * N].try_into().expect("second component");
+    let (y0, y1) = y.split_at_mut(N);
+    for ((row, y0), y1) in a.as_chunks::<N>().0.iter().zip(y0).zip(y1) {
+        *y0 += sign * product(row, x0);
+        *y1 += sign * product(row, x1);
+    }
+}
+
+/// `y += A x`, `A` dense `2n × 2n` row-major.
+fn multiply(a: &[f64], x: &[f64], y: &mut [f64], sign: f64) {
+    match x.len() {
+        6 => multiply_of::<6>(a, x, y, sign),
+        12 => multiply_of::<12>(a, x, y, sign),
+        20 => multiply_of::<20>(a, x, y, sign),
+        30 => multiply_of::<30>(a, x, y, sign),
+        42 => multiply_of::<42>(a, x, y, sign),
+        other => unreachable!("no polarity cell has {other} unknowns"),
+    }
+}
+
+fn multiply_of<const M: usize>(a: &[f64], x: &[f64], y: &mut [f64], sign: f64) {
+    let x: &[f64; M] = x.try_into().expect("one value per column");
+    for (row, y) in a.as_chunks::<M>().0.iter().zip(y) {
+        *y += sign * product(row, x);
+    }
+}
+
+/// Scalar product in four lanes, so that it needs no chain of dependent additions.
+fn product<const N: usize>(a: &[f64; N], x: &[f64; N]) -> f64 {
+    let mut lanes = [0.0; 4];
+    let whole = N / 4 * 4;
+    for k in (0..whole).step_by(4) {
+        for l in 0..4 {
+            lanes[l] += a[k + l] * x[k + l];
         }
-        y0[i] += s0;
-        y1[i] += s1;
     }
-}
-
-/// `y += A x`, `A` dense `m × m` row-major.
-fn multiply(a: &[f64], x: &[f64], y: &mut [f64]) {
-    let m = x.len();
-    for (row, y) in a.chunks_exact(m).zip(y) {
-        *y += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    for k in whole..N {
+        lanes[k - whole] += a[k] * x[k];
     }
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
 }
 
 /// An operator whose own-cell blocks couple the two components.
@@ -115,17 +133,28 @@ pub struct VectorBlocks {
 }
 
 impl VectorBlocks {
+    /// The zero operator.
+    pub fn zero(neighbours: &Neighbours, n: usize) -> Self {
+        let cells = neighbours.len();
+        Self {
+            n,
+            neighbours: neighbours.clone(),
+            diagonal: vec![0.0; 4 * cells * n * n],
+            off: vec![0.0; 3 * cells * n * n],
+        }
+    }
+
     /// `A x`.
     pub fn times(&self, x: &[f64], y: &mut [f64]) {
         let (n, size) = (self.n, self.n * self.n);
         y.par_chunks_mut(2 * n).enumerate().for_each(|(cell, y)| {
             y.fill(0.0);
             let own = &self.diagonal[cell * 4 * size..(cell + 1) * 4 * size];
-            multiply(own, &x[cell * 2 * n..(cell + 1) * 2 * n], y);
+            multiply(own, &x[cell * 2 * n..(cell + 1) * 2 * n], y, 1.0);
             for (f, &other) in self.neighbours[cell].iter().enumerate() {
                 if other != NONE {
                     let block = &self.off[(3 * cell + f) * size..(3 * cell + f + 1) * size];
-                    multiply_each(block, n, &x[other * 2 * n..(other + 1) * 2 * n], y);
+                    multiply_each(block, n, &x[other * 2 * n..(other + 1) * 2 * n], y, 1.0);
                 }
             }
         });
@@ -187,12 +216,13 @@ impl Incomplete {
                     part -= product;
                 }
             }
-            let inverse =
-                pivot.try_inverse().filter(|i| i.iter().all(|v| v.is_finite())).ok_or_else(|| SolveError::Factorise {
+            let inverse = pivot.try_inverse().filter(|i| i.iter().all(|v| v.is_finite())).ok_or_else(|| {
+                SolveError::Factorise {
                     system: "polarity".into(),
                     reason: format!("the pivot block of cell {cell} is singular"),
                     hint: "take a smaller time step".into(),
-                })?;
+                }
+            })?;
             inverses[cell * m * m..(cell + 1) * m * m].copy_from_slice(inverse.transpose().as_slice());
         }
         Ok(Self { n, order: order.clone(), rank: rank.clone(), inverses })
@@ -204,41 +234,25 @@ impl Incomplete {
         let mut sum = vec![0.0; m];
         for &cell in self.order.iter() {
             sum.copy_from_slice(&x[cell * m..(cell + 1) * m]);
-            self.gather(a, cell, x, &mut sum, -1.0, |other, own| other < own);
+            self.gather(a, cell, x, &mut sum, |other, own| other < own);
             let own = &mut x[cell * m..(cell + 1) * m];
             own.fill(0.0);
-            multiply(&self.inverses[cell * m * m..(cell + 1) * m * m], &sum, own);
+            multiply(&self.inverses[cell * m * m..(cell + 1) * m * m], &sum, own, 1.0);
         }
         for &cell in self.order.iter().rev() {
             sum.fill(0.0);
-            self.gather(a, cell, x, &mut sum, -1.0, |other, own| other > own);
-            multiply(&self.inverses[cell * m * m..(cell + 1) * m * m], &sum, &mut x[cell * m..(cell + 1) * m]);
+            self.gather(a, cell, x, &mut sum, |other, own| other > own);
+            multiply(&self.inverses[cell * m * m..(cell + 1) * m * m], &sum, &mut x[cell * m..(cell + 1) * m], 1.0);
         }
     }
 
-    fn gather(
-        &self,
-        a: &VectorBlocks,
-        cell: usize,
-        x: &[f64],
-        sum: &mut [f64],
-        sign: f64,
-        counts: impl Fn(usize, usize) -> bool,
-    ) {
+    /// `sum −= Σ A_ij x_j` over the neighbours j whose rank compares with the cell's as `counts` says.
+    fn gather(&self, a: &VectorBlocks, cell: usize, x: &[f64], sum: &mut [f64], counts: impl Fn(usize, usize) -> bool) {
         let (n, m) = (self.n, 2 * self.n);
         for (f, &other) in a.neighbours[cell].iter().enumerate() {
             if other != NONE && counts(self.rank[other], self.rank[cell]) {
                 let block = &a.off[(3 * cell + f) * n * n..(3 * cell + f + 1) * n * n];
-                let (x0, x1) = x[other * m..(other + 1) * m].split_at(n);
-                for (i, row) in block.chunks_exact(n).enumerate() {
-                    let (mut s0, mut s1) = (0.0, 0.0);
-                    for ((a, u), v) in row.iter().zip(x0).zip(x1) {
-                        s0 += a * u;
-                        s1 += a * v;
-                    }
-                    sum[i] += sign * s0;
-                    sum[n + i] += sign * s1;
-                }
+                multiply_each(block, n, &x[other * m..(other + 1) * m], sum, -1.0);
             }
         }
     }

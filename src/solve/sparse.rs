@@ -126,7 +126,8 @@ impl Factored {
             axpy(1.0, &residual, &mut x);
             residual = self.residual(&x, b);
         }
-        let hint = || "check that the boundary conditions leave no motion free, and that no parameter is extreme".into();
+        let hint =
+            || "check that the boundary conditions leave no motion free, and that no parameter is extreme".into();
         if x.iter().any(|v| !v.is_finite()) {
             return Err(SolveError::NotFinite { system: system(), hint: hint() });
         }

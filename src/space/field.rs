@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Matrix2;
 
 use super::{Continuity, Space};
+use crate::element::basis;
 use crate::element::tables::{Table, Tables};
 use crate::mesh::Point;
 
@@ -63,44 +64,63 @@ impl Field {
         block.iter().copied().chain(gathered)
     }
 
-    fn component(&self, site: &Site, c: usize) -> f64 {
-        let basis = site.table(self.space.degree).values(site.q);
-        let mut sum = 0.0;
-        let mut basis = basis.iter();
-        self.coefficients(site.cell, c).for_each(|u| sum += u * basis.next().expect("one coefficient per node"));
-        sum
-    }
-
-    fn slope(&self, site: &Site, c: usize) -> Point {
-        let mut slopes = site.table(self.space.degree).slopes(site.q).iter();
-        let (mut x, mut y) = (0.0, 0.0);
-        self.coefficients(site.cell, c).for_each(|u| {
-            let d = slopes.next().expect("one coefficient per node");
-            x += u * d.x;
-            y += u * d.y;
-        });
-        site.inverse_transposed * Point::new(x, y)
+    /// Combines `K` tabulated rows with the coefficients of each of `C` components: `out[c][k] = Σ_i row_k[i] u_c[i]`.
+    fn combine<const C: usize, const K: usize>(&self, cell: usize, rows: [&[f64]; K]) -> [[f64; K]; C] {
+        let space = &*self.space;
+        let n = space.n;
+        let rows = rows.map(|r| &r[..n]);
+        let mut out = [[0.0; K]; C];
+        match space.continuity {
+            Continuity::Continuous => {
+                for (i, &node) in space.cell_nodes(cell).iter().enumerate() {
+                    let values = &self.values[node as usize * C..(node as usize + 1) * C];
+                    for (out, u) in out.iter_mut().zip(values) {
+                        for (out, row) in out.iter_mut().zip(rows) {
+                            *out += row[i] * u;
+                        }
+                    }
+                }
+            }
+            Continuity::Discontinuous => {
+                let block = &self.values[cell * C * n..(cell + 1) * C * n];
+                for i in 0..n {
+                    for (c, out) in out.iter_mut().enumerate() {
+                        for (out, row) in out.iter_mut().zip(rows) {
+                            *out += row[i] * block[c * n + i];
+                        }
+                    }
+                }
+            }
+        }
+        out
     }
 
     /// Value of a scalar field.
     pub fn scalar(&self, site: &Site) -> f64 {
-        self.component(site, 0)
+        let table = site.table(self.space.degree);
+        let [[value]] = self.combine(site.cell, [table.values(site.q)]);
+        value
     }
 
     /// Gradient of a scalar field.
     pub fn scalar_gradient(&self, site: &Site) -> Point {
-        self.slope(site, 0)
+        let table = site.table(self.space.degree);
+        let [[x, y]] = self.combine(site.cell, [table.slopes(site.q, 0), table.slopes(site.q, 1)]);
+        site.inverse_transposed * Point::new(x, y)
     }
 
     /// Value of a vector field.
     pub fn vector(&self, site: &Site) -> Point {
-        Point::new(self.component(site, 0), self.component(site, 1))
+        let table = site.table(self.space.degree);
+        let [[x], [y]] = self.combine(site.cell, [table.values(site.q)]);
+        Point::new(x, y)
     }
 
     /// Gradient of a vector field, `G_ij = ∂_j v_i`.
     pub fn vector_gradient(&self, site: &Site) -> Matrix2<f64> {
-        let (a, b) = (self.slope(site, 0), self.slope(site, 1));
-        Matrix2::new(a.x, a.y, b.x, b.y)
+        let table = site.table(self.space.degree);
+        let [a, b] = self.combine(site.cell, [table.slopes(site.q, 0), table.slopes(site.q, 1)]);
+        Matrix2::new(a[0], a[1], b[0], b[1]) * site.inverse_transposed.transpose()
     }
 
     /// Value of a scalar field at a reference point of a cell.
@@ -115,7 +135,6 @@ impl Field {
 
     /// Value of component `c` at a reference point of a cell.
     pub fn component_at(&self, cell: usize, xi: Point, c: usize) -> f64 {
-        let (basis, _) = crate::element::basis::evaluate(self.space.degree, xi);
-        basis.iter().zip(self.coefficients(cell, c)).map(|(phi, u)| phi * u).sum()
+        basis::values(self.space.degree, xi).zip(self.coefficients(cell, c)).map(|(phi, u)| phi * u).sum()
     }
 }

@@ -9,10 +9,20 @@ pub struct ControlSettings {
     pub step: f64,
     /// `Δt_min`: the run ends when a step would have to be smaller.
     pub step_min: f64,
+    /// Factor by which Δt grows (thesis: 1.25).
+    pub growth: f64,
+    /// Δt grows after `⌈growth_wait Δt_0/Δt⌉` good steps in a row (thesis: 50).
+    pub growth_wait: f64,
+    /// A step is good when its rate η is above this (thesis: 0.55).
+    pub growth_rate: f64,
 }
 
-/// A step rate below this does not count towards growth.
-const GOOD_RATE: f64 = 0.55;
+impl ControlSettings {
+    /// The thesis' numbers.
+    pub fn new(step: f64, step_min: f64) -> Self {
+        Self { step, step_min, growth: 1.25, growth_wait: 50.0, growth_rate: 0.55 }
+    }
+}
 
 /// The current step and the row of good steps behind it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,12 +46,12 @@ impl Control {
         self.step >= settings.step_min
     }
 
-    /// Books an accepted step with rate η: after `⌈50 Δt_0/Δt⌉` good ones in a row, Δt grows by a quarter, up to Δt_0.
+    /// Books an accepted step with rate η: after enough good ones in a row Δt grows, up to Δt_0.
     pub fn accept(&mut self, settings: &ControlSettings, rate: f64) {
-        self.streak = if rate > GOOD_RATE { self.streak + 1 } else { 0 };
-        let needed = (50.0 * settings.step / self.step).ceil();
+        self.streak = if rate > settings.growth_rate { self.streak + 1 } else { 0 };
+        let needed = (settings.growth_wait * settings.step / self.step).ceil();
         if self.step < settings.step && self.streak as f64 >= needed {
-            self.step = (1.25 * self.step).min(settings.step);
+            self.step = (settings.growth * self.step).min(settings.step);
             self.streak = 0;
         }
     }

@@ -14,17 +14,44 @@ use crate::space::Field;
 pub struct CouplingSettings {
     /// δ_fp, bound on the increment of the last iteration.
     pub tolerance: f64,
+    /// At k_max a step is accepted when its increment is below this (thesis: `δ_fp^½`).
+    pub accept: f64,
+    /// An increment above this is divergence [9.1] (thesis: 10⁴).
+    pub diverged: f64,
     /// k_max.
     pub max_iterations: usize,
-    /// Depth of the Anderson acceleration; 0 for the plain fixed point.
-    pub depth: usize,
+    pub kind: CouplingKind,
+}
+
+/// How the next iterate follows from the last ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CouplingKind {
+    /// It is the image of the last one [8.33–8.35].
+    FixedPoint,
+    /// Anderson acceleration over up to `depth` differences.
+    Anderson { depth: usize },
+}
+
+impl CouplingKind {
+    /// Depth of the acceleration; 0 is the plain iteration.
+    pub fn depth(self) -> usize {
+        match self {
+            CouplingKind::FixedPoint => 0,
+            CouplingKind::Anderson { depth } => depth,
+        }
+    }
+
+    /// What messages call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            CouplingKind::FixedPoint => "fixed-point",
+            CouplingKind::Anderson { .. } => "Anderson",
+        }
+    }
 }
 
 /// Each polarity solve reduces its residual by this factor: the iteration around it corrects what is left.
-const LINEAR_REDUCTION: f64 = 1e-3;
-
-/// An increment above this is divergence [9.1].
-const DIVERGED: f64 = 1e4;
+const LINEAR_REDUCTION: f64 = 1e-2;
 
 /// A step that was solved.
 #[derive(Debug, Clone)]
@@ -38,7 +65,7 @@ pub struct StepOutcome {
     pub increment: f64,
     /// `η_k = −log10(e_k/e_1)`
     pub rate: f64,
-    /// Whether `e_k < δ_fp`; otherwise the step was accepted at k_max with `e_k < δ_fp^½`.
+    /// Whether `e_k < δ_fp`; otherwise the step was accepted at k_max with a larger increment.
     pub converged: bool,
 }
 
@@ -99,15 +126,18 @@ pub fn solve_step(
     for (f, h) in fixed.iter_mut().zip(model.polarity.mass_times(&history)) {
         *f -= pe * h;
     }
-    let scheme = if settings.depth == 0 { "fixed-point" } else { "Anderson" };
-    let mut anderson = Anderson::new(settings.depth);
+    let scheme = settings.kind.name();
+    let mut anderson = Anderson::new(settings.kind.depth());
     let mut state = guess.clone();
     let mut factors = None;
+    let mut operator = model.polarity.empty_operator();
     let (mut first, mut linear_iterations) = (0.0, 0);
     for k in 1..=settings.max_iterations {
         let force = phases.measure("force", || model.force(&state.p, t));
         let (v, pi) = phases.measure("stokes", || model.flow_of(&force, t))?;
-        let operator = phases.measure("polarity assembly", || model.polarity.operator(&model.loops, weights[0], &v, &state.p));
+        phases.measure("polarity assembly", || {
+            model.polarity.operator(&model.loops, weights[0], &v, &state.p, &mut operator);
+        });
         let mut b = phases.measure("polarity assembly", || model.polarity.inflow(&model.loops, &v, t));
         for ((b, f), p) in b.iter_mut().zip(&fixed).zip(model.polarity.mass_times(&state.p.values)) {
             *b += f + p;
@@ -118,9 +148,8 @@ pub fn solve_step(
         }
         let factors = factors.as_ref().expect("just made");
         let mut image = state.p.values.clone();
-        linear_iterations += phases.measure("polarity solve", || {
-            model.polarity.solve(&operator, factors, &b, &mut image, LINEAR_REDUCTION)
-        })?;
+        linear_iterations += phases
+            .measure("polarity solve", || model.polarity.solve(&operator, factors, &b, &mut image, LINEAR_REDUCTION))?;
         let increment = increment(model, &state, &v, &pi, &image);
         if k == 1 {
             first = increment;
@@ -129,10 +158,10 @@ pub fn solve_step(
         let converged = increment < settings.tolerance;
         let p = if converged { image } else { anderson.next(&state.p.values, &image) };
         state = State { v, pi, p: Field::new(&model.polarity.space, p) };
-        if !(increment < DIVERGED) {
+        if increment >= settings.diverged || increment.is_nan() {
             return Err(StepFailure::Diverged { scheme, iterations: k, increment });
         }
-        let late = k == settings.max_iterations && increment < settings.tolerance.sqrt();
+        let late = k == settings.max_iterations && increment < settings.accept;
         if converged || late {
             let mut rate_of_p = history;
             crate::solve::axpy(weights[0], &state.p.values, &mut rate_of_p);

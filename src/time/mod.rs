@@ -8,7 +8,7 @@ pub mod phases;
 pub mod schedule;
 
 pub use control::{Control, ControlSettings};
-pub use coupling::{CouplingSettings, StepFailure, StepOutcome};
-pub use march::{Checkpoint, March, MarchSettings, StepReport};
+pub use coupling::{CouplingKind, CouplingSettings, StepFailure, StepOutcome};
+pub use march::{Checkpoint, March, MarchError, MarchSettings, StepReport};
 pub use phases::Phases;
 pub use schedule::Schedule;

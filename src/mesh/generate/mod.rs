@@ -1,5 +1,15 @@
 //! Meshes that a scene describes by shape and local size.
 
+mod front;
+mod keys;
+mod mirror;
+mod outline;
+mod relax;
+mod rules;
+mod size;
+mod square;
+mod stretch;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Mesh, MeshError};
@@ -70,10 +80,11 @@ pub struct MeshScene {
     /// Edge length on the disc (default `h`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub h_disc: Option<f64>,
-    /// Growth of the edge length per unit of distance from the disc (default 0.3).
+    /// Growth of the edge length per unit of distance from the disc (default 0.15).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grading: Option<f64>,
-    /// Cells are this much longer along x₁ than across, away from the disc (default 1; up to 1000).
+    /// Cells are this much longer along x₁ than across, away from the disc (default 1; up to 1000). About a disc the
+    /// mesh stays isotropic; from there the cells grow by a third each until the stretch is reached.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stretch: Option<f64>,
     /// The mesh is its own exact mirror image in x₂ = 0 (default false).
@@ -82,4 +93,33 @@ pub struct MeshScene {
     /// Isoparametric degree of cells on circles: 1, 2 or 3 (default 3).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curved: Option<usize>,
+}
+
+impl MeshScene {
+    /// Generates the mesh. The same scene gives the same bits.
+    ///
+    /// # Errors
+    /// [`MeshError::BadKey`] names the key that is missing, does not apply to the shape, or has a value of which no mesh
+    /// can be made; the errors of [`Mesh::build`] and [`Mesh::bend`].
+    pub fn build(&self) -> Result<Mesh, MeshError> {
+        let Some(shape) = self.shape else {
+            let hint = "name one of square, strip, strip-with-disc, disc, annulus, racetrack";
+            return Err(keys::bad("shape", "(missing)", "a mesh is generated from its shape", hint));
+        };
+        let scene = self.defaults_filled();
+        scene.check(shape)?;
+        if shape == Shape::Square {
+            return square::build(&scene);
+        }
+        let outline = outline::Outline::new(&scene, shape);
+        let size = size::Size::new(&scene, shape);
+        let border = outline.divide(&size);
+        let points = relax::relax(front::fill(&border, &size), &border, &size);
+        let cells = front::triangulate(&points, &border.edges);
+        let draft = mirror::Draft { points, cells, border, outline };
+        let stretch = if scene.stretch.is_some() { stretch::Stretch::new(&scene) } else { stretch::Stretch::NONE };
+        let mut mesh = draft.finish(scene.symmetric == Some(true), &stretch)?;
+        mesh.bend(scene.curved.unwrap_or(1))?;
+        Ok(mesh)
+    }
 }

@@ -32,10 +32,7 @@ impl Formula {
 ///
 /// # Errors
 /// As [`Expression::parse`], for the first component that fails.
-pub fn parse_vector(
-    formulas: &VectorFormula,
-    parameters: &[(&str, f64)],
-) -> Result<[Expression; 2], ExpressionError> {
+pub fn parse_vector(formulas: &VectorFormula, parameters: &[(&str, f64)]) -> Result<[Expression; 2], ExpressionError> {
     let [first, second] = formulas;
     Ok([first.parse(parameters)?, second.parse(parameters)?])
 }

@@ -229,9 +229,8 @@ impl Parser<'_> {
         let arguments = self.arguments()?;
         let found = arguments.len();
         let mut arguments = arguments.into_iter();
-        let wrong = || {
-            syntax(self.text, place, format!("`{name}` takes {wanted} argument(s), here it has {found}"), "")
-        };
+        let wrong =
+            || syntax(self.text, place, format!("`{name}` takes {wanted} argument(s), here it has {found}"), "");
         let mut argument = || arguments.next().filter(|_| found == wanted).ok_or_else(wrong);
         match (one, two) {
             (Some(f), _) => Ok(unary(f, argument()?)),

@@ -249,7 +249,7 @@ pub(super) fn binary(f: Binary, a: Tree, b: Tree) -> Tree {
 /// `if(condition, yes, no)`, decided now if the condition is a number.
 pub(super) fn choose(condition: Tree, yes: Tree, no: Tree) -> Tree {
     match condition {
-        Tree::Number(c) if c == 0.0 => no,
+        Tree::Number(0.0) => no,
         Tree::Number(c) if !c.is_nan() => yes,
         Tree::Number(_) | Tree::Variable(_) | Tree::Unary(..) | Tree::Binary(..) | Tree::If(_) => {
             Tree::If(Box::new([condition, yes, no]))

@@ -1,0 +1,54 @@
+//! Sections along straight lines.
+
+use crate::mesh::locate::Locator;
+use crate::mesh::{Mesh, Point};
+use crate::space::Field;
+
+/// A straight section with equidistant points, both ends included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    pub name: String,
+    pub from: Point,
+    pub to: Point,
+    pub points: usize,
+}
+
+/// A point of a section and the cells that meet there.
+#[derive(Debug, Clone)]
+pub struct Sample {
+    /// Distance from the beginning of the section.
+    pub s: f64,
+    pub x: Point,
+    /// Reference positions in the one cell, or in the cells on both sides of the line where it runs along faces.
+    pub at: Vec<(usize, Point)>,
+}
+
+impl Line {
+    /// The points of the section that lie in the mesh; those in an obstacle are left out.
+    pub fn samples(&self, mesh: &Mesh, locator: &Locator) -> Vec<Sample> {
+        let length = (self.to - self.from).norm();
+        (0..self.points)
+            .filter_map(|k| {
+                let share = k as f64 / (self.points - 1).max(1) as f64;
+                let x = self.from + (self.to - self.from) * share;
+                let at = both_sides(mesh, locator, x, self.to - self.from);
+                (!at.is_empty()).then_some(Sample { s: share * length, x, at })
+            })
+            .collect()
+    }
+}
+
+/// The cells just left and just right of a line through `x`: a discontinuous field has two values where the line runs along
+/// faces, and neither is the better one.
+pub fn both_sides(mesh: &Mesh, locator: &Locator, x: Point, direction: Point) -> Vec<(usize, Point)> {
+    let aside = Point::new(-direction.y, direction.x).normalize() * 1e-7;
+    let mut found: Vec<(usize, Point)> =
+        [x + aside, x - aside].into_iter().filter_map(|x| locator.locate(mesh, x)).collect();
+    found.dedup_by_key(|(cell, _)| *cell);
+    found
+}
+
+/// Mean over the sides of component `c`.
+pub fn value(field: &Field, at: &[(usize, Point)], c: usize) -> f64 {
+    at.iter().map(|&(cell, xi)| field.component_at(cell, xi, c)).sum::<f64>() / at.len() as f64
+}

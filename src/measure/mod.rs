@@ -1,0 +1,27 @@
+//! Numbers and curves from fields.
+
+pub mod asymmetry;
+pub mod cut;
+pub mod overshoot;
+pub mod stream;
+
+pub use asymmetry::Mirror;
+pub use cut::{Line, Sample};
+pub use overshoot::Overshoot;
+pub use stream::StreamFunction;
+
+/// Why a measure cannot be taken.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum MeasureError {
+    #[error(
+        "the measure `asymmetry` needs a domain that is its own mirror image in x₂ = {axis}: ({x:.4}, {y:.4}) has no image; \
+         hint: remove the measure"
+    )]
+    NoMirror { axis: f64, x: f64, y: f64 },
+    #[error(
+        "the {what} meets no cell between x₁ = {from:.4} and {to:.4} at x₂ = {y:.4}; hint: check `mesh.centre` and `mesh.length`"
+    )]
+    Outside { what: &'static str, from: f64, to: f64, y: f64 },
+    #[error(transparent)]
+    Solve(#[from] crate::solve::SolveError),
+}

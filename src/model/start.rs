@@ -1,0 +1,119 @@
+//! Initial polarities.
+
+use std::sync::Arc;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use super::boundary::{Conditions, PolarityCondition, VelocityCondition};
+use super::expression::{Expression, ExpressionError};
+use super::frames::Frames;
+use super::momentum::MomentumError;
+use crate::form::{Integrator, gradient, mass};
+use crate::mesh::Point;
+use crate::solve::sparse::{Factored, Matrix};
+use crate::space::{Continuity, Field, Space, project};
+
+/// The field of two formulas at `t = 0`.
+///
+/// # Errors
+/// A formula that is not finite at a node.
+pub fn formulas(space: &Arc<Space>, [f, g]: &[Expression; 2]) -> Result<Field, ExpressionError> {
+    for x in space.node_positions() {
+        f.try_eval(x, 0.0)?;
+        g.try_eval(x, 0.0)?;
+    }
+    Ok(project::interpolate_vector(space, |x| Point::new(f.eval(x, 0.0), g.eval(x, 0.0))))
+}
+
+/// The unit vector e₁, smoothed over the length `L` and laid around the obstacles: continuous `p₀` with
+///
+/// `L² (∇p₀|∇q) + (p₀|q) = (e₁|q)`, `p₀·n = q·n = 0` on slip boundaries, `p₀ = p_D` on Dirichlet boundaries   [10.4], [10.5]
+///
+/// # Errors
+/// A formula that is not finite, a factorisation that fails.
+pub fn aligned(
+    loops: &Integrator,
+    space: &Arc<Space>,
+    conditions: &[Conditions],
+    length: f64,
+) -> Result<Field, MomentumError> {
+    let continuous = Arc::new(Space::new(&space.mesh, Continuity::Continuous, space.degree, 2));
+    let held: Vec<Conditions> = conditions.iter().map(hold).collect();
+    let frames = Frames::new(&continuous, &held, false);
+    let form = length.powi(2) * gradient::vector_gradients(&continuous) + mass::vector_mass(&continuous);
+    let n = continuous.dof_count();
+    let matrix = Matrix::from_triplets(n, n, &loops.triplets(&form, &continuous, &continuous));
+    let prescribed = frames.prescribed(&held, 0.0)?;
+    let mut right = loops.vector(&mass::load(&continuous, 0, |_| Point::x()), &continuous);
+    matrix.times_add(-1.0, &prescribed, &mut right);
+    let reduced = Matrix::from_triplets(frames.free, frames.free, &frames.reduce(&matrix));
+    let free = Factored::new("aligned start", reduced)?.solve(&frames.restrict(&right))?;
+    Ok(discontinuous(space, &Field::new(&continuous, frames.expand(&free, &prescribed))))
+}
+
+/// Conditions of the aligned start, in the words of the velocity's.
+fn hold(conditions: &Conditions) -> Conditions {
+    let velocity = match (&conditions.polarity, &conditions.velocity) {
+        (PolarityCondition::Dirichlet(value), _) => VelocityCondition::Dirichlet(value.clone()),
+        (PolarityCondition::Neumann, VelocityCondition::Slip) => VelocityCondition::Slip,
+        (
+            PolarityCondition::Neumann,
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential,
+        ) => VelocityCondition::Traction([0.0, 0.0].map(Expression::constant)),
+    };
+    Conditions { velocity, polarity: conditions.polarity.clone() }
+}
+
+/// A continuous field in the discontinuous space of the same degree.
+fn discontinuous(space: &Arc<Space>, field: &Field) -> Field {
+    let mut out = Field::zero(space);
+    for cell in 0..space.mesh.cells.len() {
+        for c in 0..2 {
+            for i in 0..space.n {
+                out.values[space.dof(cell, c, i)] = field.values[field.space.dof(cell, c, i)];
+            }
+        }
+    }
+    out
+}
+
+/// Random start   [10.4.4]: at every vertex of a triangular lattice of edge length `h` that covers the domain, a unit vector
+/// of uniform angle times a normal deviate of standard deviation `amplitude`; linear between the vertices. The lattice
+/// depends on the domain's extent alone, so that finer meshes start from the same field.
+pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Field {
+    let vertices = &space.mesh.vertices;
+    let low = vertices.iter().fold(vertices[0], |m, x| m.inf(x));
+    let high = vertices.iter().fold(vertices[0], |m, x| m.sup(x));
+    let row = h * 0.75_f64.sqrt();
+    // lattice coordinates: x = low + i h e₁ + j (½h, row); a margin for curved boundaries beyond their vertices
+    let lattice = |x: Point| {
+        let j = (x.y - low.y) / row + 2.0;
+        ((x.x - low.x) / h - 0.5 * j + 2.0, j)
+    };
+    let rows = lattice(high).1.ceil() as usize + 3;
+    let shift = rows.div_ceil(2);
+    let columns = lattice(Point::new(high.x, low.y)).0.ceil() as usize + shift + 3;
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    let values: Vec<Point> = (0..rows * columns)
+        .map(|_| {
+            let angle = generator.random_range(0.0..std::f64::consts::TAU);
+            let size: f64 = generator.sample::<f64, _>(StandardNormal) * amplitude;
+            Point::new(angle.cos(), angle.sin()) * size
+        })
+        .collect();
+    let at = |i: usize, j: usize| values[j * columns + i];
+    project::interpolate_vector(space, |x| {
+        let (a, b) = lattice(x);
+        let a = a + shift as f64;
+        let (i, j) = (a.floor() as usize, b.floor() as usize);
+        let (s, t) = (a - a.floor(), b - b.floor());
+        // the rhombus (i, j) consists of two triangles
+        if s + t <= 1.0 {
+            at(i, j) * (1.0 - s - t) + at(i + 1, j) * s + at(i, j + 1) * t
+        } else {
+            at(i + 1, j + 1) * (s + t - 1.0) + at(i + 1, j) * (1.0 - t) + at(i, j + 1) * (1.0 - s)
+        }
+    })
+}

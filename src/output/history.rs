@@ -1,0 +1,75 @@
+//! The table of accepted steps, one row each, flushed as it grows.
+
+use std::fs::{File, OpenOptions};
+use std::path::{Path, PathBuf};
+
+use super::{OutputError, write_whole};
+
+/// An open `history.csv`.
+#[derive(Debug)]
+pub struct History {
+    path: PathBuf,
+    columns: Vec<String>,
+    writer: csv::Writer<File>,
+}
+
+/// First column: the number of the step.
+const STEP: &str = "step";
+
+impl History {
+    /// Begins a new table; `columns` follow the column `step`.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`]
+    pub fn create(path: &Path, columns: Vec<String>) -> Result<Self, OutputError> {
+        let file = File::create(path).map_err(|e| OutputError::io(path, &e))?;
+        let mut history = Self { path: path.into(), columns, writer: csv::Writer::from_writer(file) };
+        let header: Vec<String> = std::iter::once(STEP.into()).chain(history.columns.iter().cloned()).collect();
+        history.record(&header)?;
+        Ok(history)
+    }
+
+    /// Continues a table after step `last`: later rows are dropped.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`]; a table that is missing or has other columns.
+    pub fn resume(path: &Path, columns: Vec<String>, last: usize) -> Result<Self, OutputError> {
+        let malformed = |what: String| OutputError::Malformed {
+            path: path.display().to_string(),
+            what,
+            hint: "the outputs of the scene have changed; resume into another folder, or keep them",
+        };
+        let mut reader = csv::Reader::from_path(path).map_err(|e| malformed(e.to_string()))?;
+        let header = reader.headers().map_err(|e| malformed(e.to_string()))?.clone();
+        if !header.iter().skip(1).eq(columns.iter().map(String::as_str)) {
+            return Err(malformed(format!("has the columns {}", header.iter().collect::<Vec<_>>().join(", "))));
+        }
+        let mut kept = csv::Writer::from_writer(Vec::new());
+        kept.write_record(&header).map_err(|e| malformed(e.to_string()))?;
+        // the row that a crash cut off, if any, is the last and not needed
+        for row in reader.records().map_while(Result::ok) {
+            if row.get(0).and_then(|s| s.parse().ok()).is_some_and(|step: usize| step <= last) {
+                kept.write_record(&row).map_err(|e| malformed(e.to_string()))?;
+            }
+        }
+        let bytes = kept.into_inner().map_err(|e| malformed(e.to_string()))?;
+        write_whole(path, |file| file.write_all(&bytes))?;
+        let file = OpenOptions::new().append(true).open(path).map_err(|e| OutputError::io(path, &e))?;
+        Ok(Self { path: path.into(), columns, writer: csv::Writer::from_writer(file) })
+    }
+
+    /// Appends a row; `value` gives the entry of each column, `None` for an empty one.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`]
+    pub fn append(&mut self, step: usize, value: impl Fn(&str) -> Option<f64>) -> Result<(), OutputError> {
+        let cell = |column: &String| value(column).map_or_else(String::new, |v| v.to_string());
+        let row: Vec<String> = std::iter::once(step.to_string()).chain(self.columns.iter().map(cell)).collect();
+        self.record(&row)
+    }
+
+    fn record(&mut self, row: &[String]) -> Result<(), OutputError> {
+        let written = self.writer.write_record(row).map_err(std::io::Error::other);
+        written.and_then(|()| self.writer.flush()).map_err(|e| OutputError::io(&self.path, &e))
+    }
+}

@@ -1,0 +1,67 @@
+//! Files that a run leaves behind.
+
+pub mod checkpoint;
+pub mod history;
+pub mod progress;
+pub mod pvd;
+pub mod vtk;
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+/// What can go wrong while results are written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    #[error("{path}: {what}; hint: {hint}")]
+    Io { path: String, what: String, hint: &'static str },
+    #[error(
+        "{path}: field `{field}` has the value {value} in cell {cell} at node {node}, component {component}; hint: {hint}"
+    )]
+    NonFinite {
+        path: String,
+        field: String,
+        cell: usize,
+        node: usize,
+        component: usize,
+        value: f64,
+        hint: &'static str,
+    },
+    #[error("{path}: {what}; hint: {hint}")]
+    Malformed { path: String, what: String, hint: &'static str },
+}
+
+impl OutputError {
+    /// An error of the operating system, with a hint for its kind.
+    pub fn io(path: &Path, error: &io::Error) -> Self {
+        let hint = match error.kind() {
+            io::ErrorKind::NotFound => "the folder does not exist",
+            io::ErrorKind::PermissionDenied => "choose a folder that can be written to",
+            io::ErrorKind::StorageFull => "free some disk space, or write fewer fields less often",
+            _ => "check the folder and the disk",
+        };
+        Self::Io { path: path.display().to_string(), what: error.to_string(), hint }
+    }
+}
+
+/// Writes a file under a temporary name (`<name>.part`) and renames it, so that at any moment there is the old file, the
+/// new file or none, but never half of one.
+///
+/// # Errors
+/// [`OutputError::Io`] when creating, writing or renaming fails; the temporary file is then removed.
+pub fn write_whole(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), OutputError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    let fill = || {
+        let mut file = BufWriter::new(File::create(&part)?);
+        content(&mut file)?;
+        file.into_inner()?.sync_data()?;
+        std::fs::rename(&part, path)
+    };
+    fill().map_err(|error| {
+        // The first error is the one to report, whether or not there is something to remove.
+        let _ = std::fs::remove_file(&part);
+        OutputError::io(path, &error)
+    })
+}

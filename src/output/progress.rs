@@ -1,0 +1,101 @@
+//! What a person sees while a computation runs.
+
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// How much is said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verbosity {
+    Quiet,
+    Normal,
+    Verbose,
+}
+
+/// One line about the state of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Status {
+    pub step: usize,
+    pub t: f64,
+    pub end: f64,
+    pub dt: f64,
+    pub iterations: usize,
+    /// Residual of the stationary equations, where it is known.
+    pub residual: Option<f64>,
+}
+
+/// A bar on a terminal, a line now and then elsewhere, nothing when quiet.
+#[derive(Debug)]
+pub struct Progress {
+    bar: Option<ProgressBar>,
+    verbosity: Verbosity,
+    start: (Instant, f64),
+    last_line: Instant,
+}
+
+/// Plain lines are this far apart.
+const PAUSE: Duration = Duration::from_secs(10);
+const TICKS: f64 = 10_000.0;
+
+impl Progress {
+    /// Begins at time `t`.
+    ///
+    /// # Panics
+    /// Never: the template is a constant.
+    pub fn new(verbosity: Verbosity, t: f64) -> Self {
+        let on_terminal = std::io::stderr().is_terminal() && verbosity == Verbosity::Normal;
+        let bar = on_terminal.then(|| {
+            let style = ProgressStyle::with_template("{bar:30} {percent:>3}%  {msg}").expect("a valid template");
+            ProgressBar::new(TICKS as u64).with_style(style)
+        });
+        let now = Instant::now();
+        Self { bar, verbosity, start: (now, t), last_line: now }
+    }
+
+    /// A remark on a line of its own.
+    pub fn say(&self, text: &str) {
+        match (&self.bar, self.verbosity) {
+            (_, Verbosity::Quiet) => {}
+            (Some(bar), Verbosity::Normal | Verbosity::Verbose) => bar.println(text),
+            (None, Verbosity::Normal | Verbosity::Verbose) => eprintln!("{text}"),
+        }
+    }
+
+    /// Shows where the run is.
+    pub fn show(&mut self, status: &Status) {
+        let residual = status.residual.map_or_else(String::new, |r| format!("  residual {r:.2e}"));
+        let left = self.time_left(status);
+        let text = format!(
+            "step {}  t {:.4} of {}  dt {:.3e}  {} iterations{residual}  {left} left at most",
+            status.step, status.t, status.end, status.dt, status.iterations
+        );
+        if let Some(bar) = &self.bar {
+            bar.set_position((TICKS * status.t / status.end) as u64);
+            bar.set_message(text);
+        } else if self.verbosity == Verbosity::Verbose
+            || (self.verbosity == Verbosity::Normal && self.last_line.elapsed() >= PAUSE)
+        {
+            self.last_line = Instant::now();
+            eprintln!("{text}");
+        }
+    }
+
+    /// Time to `end` at the pace so far.
+    fn time_left(&self, status: &Status) -> String {
+        let done = status.t - self.start.1;
+        if done <= 0.0 {
+            return "?".into();
+        }
+        let seconds = self.start.0.elapsed().as_secs_f64() * (status.end - status.t).max(0.0) / done;
+        let whole = seconds.min(1e9) as u64;
+        format!("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60)
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Which numbers a scene asks for, and their values at a state.
+
+use std::collections::BTreeMap;
+
+use super::{RunError, Setup};
+use crate::measure::{Mirror, Overshoot};
+use crate::model::incompressible::Residuals;
+use crate::scene::{Measure, Scene, What};
+use crate::time::{March, Schedule};
+
+/// What was measured after one step; empty where nothing was due.
+#[derive(Debug, Clone, Default)]
+pub struct Readings {
+    pub residuals: Option<Residuals>,
+    /// `F` and `dF/dt`.
+    pub energy: Option<(f64, f64)>,
+    /// By column of the history.
+    pub values: BTreeMap<&'static str, f64>,
+}
+
+/// The measures of a scene, with what they need prepared once.
+#[derive(Debug)]
+pub struct Gauges<'s> {
+    setup: &'s Setup,
+    due: Vec<(Measure, Schedule)>,
+    mirror: Option<Mirror>,
+    residual_each_step: bool,
+    energy_each_step: bool,
+    /// Disc radius, and its centre.
+    radius: f64,
+    centre: [f64; 2],
+    end: f64,
+}
+
+impl<'s> Gauges<'s> {
+    /// Prepares what the scene measures, and nothing else.
+    ///
+    /// # Errors
+    /// A domain without mirror image for the asymmetry.
+    pub fn new(scene: &Scene, setup: &'s Setup) -> Result<Self, RunError> {
+        let mut due = Vec::new();
+        for output in &scene.outputs {
+            match &output.what {
+                What::Measures(measures) => due.extend(measures.iter().map(|m| (*m, output.schedule))),
+                What::Fields(_) | What::Cuts(_) | What::Checkpoint => {}
+            }
+        }
+        let centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
+        let loops = &setup.model.loops;
+        let degree = 2 * setup.model.polarity.space.degree;
+        let mirror = if due.iter().any(|(m, _)| *m == Measure::Asymmetry) {
+            Some(Mirror::new(loops, &setup.locator, centre[1], degree)?)
+        } else {
+            None
+        };
+        Ok(Self {
+            setup,
+            due,
+            mirror,
+            residual_each_step: scene.time.stop_residual.is_some(),
+            energy_each_step: scene.time.stop_energy_rate.is_some(),
+            radius: scene.mesh.radius.unwrap_or(1.0),
+            centre,
+            end: setup.mesh.vertices.iter().fold(f64::MIN, |m, x| m.max(x.x)),
+        })
+    }
+
+    /// Measures what is due after the step that began at `before`.
+    ///
+    /// # Errors
+    /// A measure that cannot be taken.
+    pub fn read(&self, march: &mut March, before: f64) -> Result<Readings, RunError> {
+        let (t, step) = (march.t, march.counts.steps);
+        let due: Vec<Measure> = self.due.iter().filter(|(_, s)| s.is_due(before, t, step)).map(|(m, _)| *m).collect();
+        let residuals = if self.residual_each_step || !due.is_empty() { Some(march.residuals()?) } else { None };
+        let energy = (self.energy_each_step || due.contains(&Measure::FreeEnergy)).then(|| march.energy());
+        let mut readings = Readings { residuals, energy, values: BTreeMap::new() };
+        for measure in due {
+            self.take(measure, march, &mut readings.values)?;
+        }
+        Ok(readings)
+    }
+
+    /// Every measure that the scene names, at the last state.
+    ///
+    /// # Errors
+    /// A measure that cannot be taken.
+    pub fn all(&self, march: &mut March) -> Result<BTreeMap<&'static str, f64>, RunError> {
+        let mut values = BTreeMap::new();
+        for (measure, _) in &self.due {
+            self.take(*measure, march, &mut values)?;
+        }
+        Ok(values)
+    }
+
+    /// As [`Gauges::all`] after a failure: what cannot be measured is left out.
+    pub fn finite(&self, march: &March) -> BTreeMap<&'static str, f64> {
+        let mut values = BTreeMap::new();
+        for (measure, _) in &self.due {
+            if *measure != Measure::FreeEnergy {
+                // the run has failed already: a measure that fails too adds nothing
+                let _ = self.fields(*measure, march, &mut values);
+            }
+        }
+        values.retain(|_, v| v.is_finite());
+        values
+    }
+
+    fn take(
+        &self,
+        measure: Measure,
+        march: &mut March,
+        values: &mut BTreeMap<&'static str, f64>,
+    ) -> Result<(), RunError> {
+        if measure == Measure::FreeEnergy {
+            let (energy, rate) = march.energy();
+            values.extend([("free_energy", energy), ("free_energy_rate", rate)]);
+        }
+        self.fields(measure, march, values)
+    }
+
+    fn fields(
+        &self,
+        measure: Measure,
+        march: &March,
+        values: &mut BTreeMap<&'static str, f64>,
+    ) -> Result<(), RunError> {
+        let Setup { mesh, locator, model, .. } = self.setup;
+        match measure {
+            Measure::FreeEnergy => {}
+            Measure::Overshoot => {
+                let span = (self.centre[0] + self.radius, self.end);
+                let v = Overshoot::of(&march.state.v, mesh, locator, span, self.centre[1])?;
+                let p = Overshoot::of(&march.state.p, mesh, locator, span, self.centre[1])?;
+                values.extend([
+                    ("overshoot_velocity", v.percent),
+                    ("overshoot_velocity_x1", v.x1),
+                    ("overshoot_polarity", p.percent),
+                    ("overshoot_polarity_x1", p.x1),
+                ]);
+            }
+            Measure::Asymmetry => {
+                if let Some(mirror) = &self.mirror {
+                    values.insert("asymmetry_velocity", mirror.asymmetry(&model.loops, &march.state.v));
+                    values.insert("asymmetry_polarity", mirror.asymmetry(&model.loops, &march.state.p));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Columns of the history that a scene's measures fill, in the order in which they are written.
+pub fn columns(scene: &Scene) -> Vec<&'static str> {
+    let mut columns = Vec::new();
+    let mut named = |measure: Measure| {
+        scene.outputs.iter().any(|output| match &output.what {
+            What::Measures(measures) => measures.contains(&measure),
+            What::Fields(_) | What::Cuts(_) | What::Checkpoint => false,
+        })
+    };
+    let (energy, overshoot, asymmetry) =
+        (named(Measure::FreeEnergy), named(Measure::Overshoot), named(Measure::Asymmetry));
+    if energy || overshoot || asymmetry || scene.time.stop_residual.is_some() {
+        columns.extend(["residual", "residual_velocity", "residual_pressure", "residual_polarity"]);
+    }
+    if energy || scene.time.stop_energy_rate.is_some() {
+        columns.extend(["free_energy", "free_energy_rate"]);
+    }
+    if overshoot {
+        columns.extend(["overshoot_velocity", "overshoot_velocity_x1", "overshoot_polarity", "overshoot_polarity_x1"]);
+    }
+    if asymmetry {
+        columns.extend(["asymmetry_velocity", "asymmetry_polarity"]);
+    }
+    columns
+}
+
+impl Readings {
+    /// The entry of a column, if it was measured.
+    pub fn value(&self, column: &str) -> Option<f64> {
+        let residual = |part: fn(&Residuals) -> f64| self.residuals.as_ref().map(part);
+        match column {
+            "residual" => residual(Residuals::total),
+            "residual_velocity" => residual(|r| r.velocity),
+            "residual_pressure" => residual(|r| r.pressure),
+            "residual_polarity" => residual(|r| r.polarity),
+            "free_energy" => self.energy.map(|e| e.0),
+            "free_energy_rate" => self.energy.map(|e| e.1),
+            other => self.values.get(other).copied(),
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! One scene from its description to its folder of results.
+
+pub mod measures;
+pub mod report;
+pub mod setup;
+pub mod summary;
+pub mod writer;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use crate::measure::MeasureError;
+use crate::mesh::MeshError;
+use crate::model::ExpressionError;
+use crate::model::incompressible::Residuals;
+use crate::model::momentum::MomentumError;
+use crate::output::OutputError;
+use crate::output::checkpoint::Saved;
+use crate::output::progress::{Progress, Status, Verbosity};
+use crate::scene::{Scene, SceneError};
+use crate::solve::SolveError;
+use crate::time::{March, MarchError, MarchSettings};
+
+use measures::Gauges;
+pub use setup::Setup;
+pub use summary::{Ending, Summary};
+use writer::Writer;
+
+/// Whatever can stop a run before or after its steps; a step that fails is an [`Ending`].
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    #[error(transparent)]
+    Scene(#[from] Box<SceneError>),
+    #[error("{origin}: {error}")]
+    Mesh { origin: String, error: Box<MeshError> },
+    #[error("{origin}: {error}")]
+    Model { origin: String, error: Box<MomentumError> },
+    #[error("{origin}: {error}")]
+    Formula { origin: String, error: Box<ExpressionError> },
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error(
+        "{folder}: holds the results of an earlier run; hint: add `--resume` to continue it, or choose another `--out`"
+    )]
+    Occupied { folder: String },
+    #[error(
+        "{file}: belongs to another problem: `{key}` differs; hint: resume with the scene of the run (`scene.toml` in its folder); only `time.end`, `time.max_steps`, `time.stop` and `output` may change"
+    )]
+    OtherProblem { file: String, key: String },
+    #[error("{file}: {what}; hint: {hint}")]
+    Start { file: String, what: String, hint: String },
+}
+
+impl From<SceneError> for RunError {
+    fn from(error: SceneError) -> Self {
+        RunError::Scene(Box::new(error))
+    }
+}
+
+/// What a caller decides about a run.
+#[derive(Debug)]
+pub struct Options<'a> {
+    /// Folder of the results.
+    pub out: PathBuf,
+    /// Continue from the folder's checkpoint.
+    pub resume: bool,
+    pub verbosity: Verbosity,
+    /// Set from outside to end the run cleanly after the current step.
+    pub interrupt: &'a AtomicBool,
+}
+
+/// `|dF/dt|` must stay below its bound for so many steps: it vanishes at every extremum of an oscillation, too.
+const QUIET_STEPS: usize = 10;
+
+/// Runs a scene to its end and leaves the results in `options.out`.
+///
+/// # Errors
+/// Anything that is wrong before the first step, and results that cannot be written. A step that fails ends the run with
+/// [`Ending::Failed`]: its last good state is written like any other.
+pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
+    let begin = Instant::now();
+    let saved = prepare_folder(scene, options)?;
+    let setup = Setup::new(scene)?;
+    let settings = MarchSettings { order: scene.time.order, control: scene.time.control, coupling: scene.coupling };
+    let model = &setup.model;
+    let resumed_at = saved.as_ref().map(|s| s.march.counts.steps);
+    let mut march = match saved {
+        Some(saved) => March::resume(model, settings, saved.march),
+        None => {
+            let start = setup.initial(scene)?;
+            March::start(model, settings, start)
+                .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?
+        }
+    };
+    let mut gauges = Gauges::new(scene, &setup)?;
+    let mut writer = Writer::new(scene, &setup, &options.out, &march, resumed_at.is_some())?;
+    let mut progress = Progress::new(options.verbosity, march.t);
+    for remark in setup.remarks(scene) {
+        progress.say(&format!("note: {remark}"));
+    }
+    if resumed_at.is_none() {
+        writer.write_due(&mut march, &setup, None)?;
+    }
+    let ending = step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress)?;
+    progress.finish();
+    let residuals = march.residuals().ok();
+    let measures = if ending.is_failure() { gauges.finite(&march) } else { gauges.all(&mut march)? };
+    writer.write_last(&mut march, &setup, ending.is_failure())?;
+    let summary = Summary::new(scene, &setup, &march, &writer, ending, residuals, measures, begin.elapsed());
+    summary.write(&options.out.join("summary.json"))?;
+    Ok(summary)
+}
+
+fn step_to_the_end(
+    scene: &Scene,
+    options: &Options,
+    march: &mut March,
+    gauges: &mut Gauges,
+    writer: &mut Writer,
+    setup: &Setup,
+    progress: &mut Progress,
+) -> Result<Ending, RunError> {
+    let time = &scene.time;
+    loop {
+        if march.t >= time.end * (1.0 - 1e-12) {
+            return Ok(Ending::EndTime);
+        }
+        if time.max_steps.is_some_and(|most| march.counts.steps >= most) {
+            return Ok(Ending::MaxSteps);
+        }
+        if options.interrupt.load(Ordering::Relaxed) {
+            return Ok(Ending::Interrupted);
+        }
+        let before = march.t;
+        let landing = writer.next_landing(before).fold(time.end, f64::min);
+        let report = match march.advance(landing) {
+            Ok(report) => report,
+            Err(error) => return Ok(Ending::failed(&error)),
+        };
+        let readings = gauges.read(march, before)?;
+        let residual = readings.residuals.as_ref().map(Residuals::total);
+        writer.append_history(&report, &readings)?;
+        writer.write_due(march, setup, Some(before))?;
+        progress.show(&Status {
+            step: report.step,
+            t: march.t,
+            end: time.end,
+            dt: report.dt,
+            iterations: report.iterations,
+            residual,
+        });
+        if time.stop_residual.is_some_and(|bound| residual.is_some_and(|r| r < bound)) {
+            return Ok(Ending::Stationary);
+        }
+        if let (Some(bound), Some((_, rate))) = (time.stop_energy_rate, readings.energy) {
+            march.quiet = if rate.abs() < bound { march.quiet + 1 } else { 0 };
+            if march.quiet >= QUIET_STEPS {
+                return Ok(Ending::EnergyAtRest);
+            }
+        }
+    }
+}
+
+/// Makes the folder, refuses to overwrite another run, writes the resolved scene, reads the checkpoint to resume from.
+fn prepare_folder(scene: &Scene, options: &Options) -> Result<Option<Saved>, RunError> {
+    let out = &options.out;
+    let io = |path: &Path, e: std::io::Error| RunError::Output(OutputError::io(path, &e));
+    let checkpoint = out.join("checkpoint.bin");
+    let saved = if options.resume {
+        let saved = Saved::read(&checkpoint)?;
+        if let Some(key) = setup::first_difference(&saved.scene, &scene.resolved_toml()) {
+            return Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key });
+        }
+        Some(saved)
+    } else {
+        if ["history.csv", "summary.json", "checkpoint.bin"].iter().any(|name| out.join(name).exists()) {
+            return Err(RunError::Occupied { folder: out.display().to_string() });
+        }
+        None
+    };
+    std::fs::create_dir_all(out).map_err(|e| io(out, e))?;
+    let text = scene.resolved_toml();
+    crate::output::write_whole(&out.join("scene.toml"), |file| file.write_all(text.as_bytes()))?;
+    Ok(saved)
+}
+
+impl Ending {
+    fn failed(error: &MarchError) -> Self {
+        Ending::Failed { reason: error.to_string() }
+    }
+}

@@ -1,0 +1,109 @@
+//! What `check` says of a scene before anything is solved.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::setup::{build_mesh, describe};
+use super::{RunError, setup};
+use crate::element::basis::node_count;
+use crate::mesh::quality::Quality;
+use crate::model::Term;
+use crate::model::frames::Frames;
+use crate::model::momentum::SlipTreatment;
+use crate::scene::Scene;
+use crate::space::{Continuity, Space};
+
+/// What will be solved, and with how much.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    pub title: Option<String>,
+    pub terms: Vec<Term>,
+    pub mesh: Quality,
+    pub velocity_unknowns: usize,
+    pub pressure_unknowns: usize,
+    pub polarity_unknowns: usize,
+    pub stokes_unknowns: usize,
+    /// Estimate of the peak memory of a run.
+    pub memory_mib: f64,
+    pub remarks: Vec<String>,
+}
+
+/// Builds the mesh of a scene and counts; solves nothing.
+///
+/// # Errors
+/// As [`build_mesh`] and [`Scene::check_tags`].
+pub fn report(scene: &Scene) -> Result<Report, RunError> {
+    let mesh = std::sync::Arc::new(build_mesh(scene)?);
+    scene.check_tags(&mesh.tags)?;
+    let description = describe(scene, &mesh);
+    let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
+    let pressure = Space::new(&mesh, Continuity::Continuous, scene.space.pressure, 1);
+    let penalty = matches!(scene.space.slip, SlipTreatment::Penalty { .. });
+    let free = Frames::new(&velocity, &description.conditions, penalty).free;
+    let polarity_unknowns = mesh.cells.len() * 2 * node_count(scene.space.polarity);
+    let stokes_unknowns = free + pressure.dof_count();
+    let quality = mesh.quality();
+    let mut remarks = scene.remarks();
+    remarks.extend(setup::resolution_remark(scene, &quality));
+    Ok(Report {
+        title: scene.title.clone(),
+        terms: scene.terms(),
+        memory_mib: memory(scene, mesh.cells.len(), stokes_unknowns) / (1024.0 * 1024.0),
+        velocity_unknowns: velocity.dof_count(),
+        pressure_unknowns: pressure.dof_count(),
+        polarity_unknowns,
+        stokes_unknowns,
+        remarks,
+        mesh: quality,
+    })
+}
+
+/// Bytes of a run: the dense blocks of the polarity, its Krylov space and history, and the Stokes matrix with its factors,
+/// whose fill was measured to grow like `n log₂ n`.
+fn memory(scene: &Scene, cells: usize, stokes: usize) -> f64 {
+    const BLOCKS: usize = 4 + 2 + 7 + 4 + 1; // diffusion, mass and inverse, operator, factors, room for assembly
+    const VECTORS: usize = 40;
+    let n = node_count(scene.space.polarity);
+    let polarity = cells * n * (BLOCKS * n + 2 * (VECTORS + scene.time.order));
+    let matrix = 30.0 * stokes as f64; // entries of the Stokes matrix, and of its assembly, per unknown
+    let factors = FILL * stokes as f64 * (stokes as f64).log2();
+    8.0 * polarity as f64 + 16.0 * factors + 40.0 * matrix + BASE
+}
+
+/// Entries of the Stokes factors over `n log₂ n`.
+const FILL: f64 = 14.0;
+/// The program itself.
+const BASE: f64 = 20e6;
+
+impl fmt::Display for Report {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(title) = &self.title {
+            writeln!(out, "{title}\n")?;
+        }
+        writeln!(out, "terms")?;
+        for term in &self.terms {
+            let mark = if term.on { "on " } else { "off" };
+            writeln!(out, "  {mark}  {:<26} {:<44} {}", term.name, term.formula, term.reason)?;
+        }
+        writeln!(out, "\nmesh\n{}", indent(&self.mesh.to_string()))?;
+        writeln!(out, "\nunknowns")?;
+        for (name, count) in [
+            ("velocity", self.velocity_unknowns),
+            ("pressure", self.pressure_unknowns),
+            ("polarity", self.polarity_unknowns),
+            ("Stokes system", self.stokes_unknowns),
+        ] {
+            writeln!(out, "  {name:<14} {count}")?;
+        }
+        write!(out, "\nmemory  about {:.0} MiB", self.memory_mib)?;
+        for remark in &self.remarks {
+            write!(out, "\n\nnote: {remark}")?;
+        }
+        Ok(())
+    }
+}
+
+fn indent(text: &str) -> String {
+    text.lines().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
+}

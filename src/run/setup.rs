@@ -1,0 +1,200 @@
+//! Mesh, model and initial state of a scene.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::RunError;
+use crate::mesh::locate::Locator;
+use crate::mesh::quality::Quality;
+use crate::mesh::{Mesh, MeshError, Point, gmsh};
+use crate::model::incompressible::{Degrees, Description, Incompressible};
+use crate::model::start;
+use crate::output::checkpoint::Saved;
+use crate::scene::{Initial, Scene};
+use crate::space::{Continuity, Field, Space, project};
+
+/// All that is built before the first step.
+#[derive(Debug)]
+pub struct Setup {
+    pub mesh: Arc<Mesh>,
+    pub quality: Quality,
+    pub locator: Locator,
+    pub model: Incompressible,
+    /// Wall seconds that the setup took.
+    pub seconds: f64,
+}
+
+/// Length over which the aligned start is smoothed, in disc radii   [10.4].
+const ALIGNED_LENGTH: f64 = 1.0;
+
+/// Builds or reads the mesh of a scene.
+///
+/// # Errors
+/// Bad keys, an unreadable file, inverted cells.
+pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
+    let built = match &scene.mesh.file {
+        None => scene.mesh.build(),
+        Some(file) => gmsh::read(Path::new(file)).and_then(|mut mesh| {
+            if let Some(degree) = scene.mesh.curved {
+                mesh.bend(degree)?;
+            }
+            Ok(mesh)
+        }),
+    };
+    built.map_err(|error| {
+        let origin = match &error {
+            MeshError::BadKey { key, .. } => scene.source().place(key).to_string(),
+            MeshError::Inverted { .. }
+            | MeshError::NonManifold { .. }
+            | MeshError::Untagged { .. }
+            | MeshError::NotOnBoundary { .. }
+            | MeshError::BadVertex { .. }
+            | MeshError::Empty
+            | MeshError::File { .. } => scene.source().place("mesh").to_string(),
+        };
+        RunError::Mesh { origin, error: Box::new(error) }
+    })
+}
+
+impl Setup {
+    /// Builds the mesh, compares its tags with the scene, assembles and factorises.
+    ///
+    /// # Errors
+    /// As [`build_mesh`], [`Scene::check_tags`] and [`Incompressible::new`].
+    pub fn new(scene: &Scene) -> Result<Self, RunError> {
+        let begin = std::time::Instant::now();
+        let mesh = Arc::new(build_mesh(scene)?);
+        scene.check_tags(&mesh.tags)?;
+        let description = describe(scene, &mesh);
+        let model = Incompressible::new(&mesh, &description)
+            .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
+        let locator = Locator::new(&mesh);
+        Ok(Self { quality: mesh.quality(), locator, model, mesh, seconds: begin.elapsed().as_secs_f64() })
+    }
+
+    /// The polarity at t = 0.
+    ///
+    /// # Errors
+    /// Formulas that are not finite; a file that does not fit.
+    pub fn initial(&self, scene: &Scene) -> Result<Field, RunError> {
+        let origin = || scene.source().origin().to_owned();
+        let space = &self.model.polarity.space;
+        match &scene.initial {
+            Initial::AlignedAroundDisc => {
+                let length = ALIGNED_LENGTH * scene.mesh.radius.unwrap_or(1.0);
+                start::aligned(&self.model.loops, space, &self.model.conditions, length)
+                    .map_err(|e| RunError::Model { origin: origin(), error: Box::new(e) })
+            }
+            Initial::Expressions(formulas) => start::formulas(space, formulas).map_err(|e| RunError::Formula {
+                origin: scene.source().place("initial.polarity").to_string(),
+                error: Box::new(e),
+            }),
+            Initial::Random { seed, amplitude, h_coarse } => Ok(start::random(space, *seed, *amplitude, *h_coarse)),
+            Initial::File(path) => from_checkpoint(space, path),
+        }
+    }
+
+    /// Remarks of the scene, and those that need the mesh.
+    pub fn remarks(&self, scene: &Scene) -> Vec<String> {
+        let mut remarks = scene.remarks();
+        remarks.extend(resolution_remark(scene, &self.quality));
+        remarks
+    }
+}
+
+/// A warning when even the smallest cells do not resolve the coherence length.
+pub fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
+    let (h, kappa, degree) = (quality.h_min, scene.parameters.coherence, scene.space.polarity);
+    (h / degree as f64 > kappa).then(|| {
+        format!(
+            "the smallest cell, {h:.3}, over the polarity's degree {degree} is larger than the coherence length {kappa}: \
+             layers of the polarity are not resolved"
+        )
+    })
+}
+
+/// The problem in the model's terms.
+pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
+    Description {
+        parameters: scene.parameters,
+        degrees: Degrees {
+            velocity: scene.space.velocity,
+            pressure: scene.space.pressure,
+            polarity: scene.space.polarity,
+        },
+        conditions: mesh.tags.iter().map(|tag| scene.boundary[tag].clone()).collect(),
+        sources: scene.sources.clone(),
+        slip: scene.space.slip,
+    }
+}
+
+/// The polarity of another run's checkpoint, interpolated: mesh and degree may differ, the domain must not.
+fn from_checkpoint(space: &Arc<Space>, path: &Path) -> Result<Field, RunError> {
+    let file = path.display().to_string();
+    let saved = Saved::read(path)?;
+    let wrong = |what: String| RunError::Start {
+        file: file.clone(),
+        what,
+        hint: "give a `checkpoint.bin` of a run on the same domain".into(),
+    };
+    let scene = Scene::parse(&saved.scene, path)?;
+    let mesh = Arc::new(build_mesh(&scene)?);
+    let other = Arc::new(Space::new(&mesh, Continuity::Discontinuous, scene.space.polarity, 2));
+    let values = saved.march.past.into_iter().next().map(|(_, p)| p).filter(|p| p.len() == other.dof_count());
+    let field = Field::new(&other, values.ok_or_else(|| wrong("its polarity does not fit its mesh".into()))?);
+    let locator = Locator::new(&mesh);
+    let mut missing = None;
+    // nodes lie on the boundaries of cells: evaluate a little inside of the own cell to take the value of the right side
+    let inside = 1e-9;
+    let mut out = project::interpolate_vector(space, |_| Point::zeros());
+    let reference = crate::element::basis::nodes(space.degree);
+    for cell in 0..space.mesh.cells.len() {
+        let centre = space.mesh.map(cell).at(Point::new(1.0 / 3.0, 1.0 / 3.0)).0;
+        for (i, &xi) in reference.iter().enumerate() {
+            let x = space.mesh.map(cell).at(xi).0;
+            match locator.locate_near(&mesh, x + (centre - x) * inside, 0.05) {
+                Some((from, eta)) => {
+                    let value = field.vector_at(from, eta);
+                    out.values[space.dof(cell, 0, i)] = value.x;
+                    out.values[space.dof(cell, 1, i)] = value.y;
+                }
+                None => missing = missing.or(Some(x)),
+            }
+        }
+    }
+    match missing {
+        None => Ok(out),
+        Some(x) => Err(wrong(format!("its mesh does not cover the point ({:.4}, {:.4})", x.x, x.y))),
+    }
+}
+
+/// The first key in which two resolved scenes differ, of those that define the problem.
+pub fn first_difference(saved: &str, now: &str) -> Option<String> {
+    let read = |text: &str| -> toml::Table {
+        let mut table: toml::Table = text.parse().unwrap_or_default();
+        table.remove("output");
+        table.remove("title");
+        if let Some(time) = table.get_mut("time").and_then(toml::Value::as_table_mut) {
+            for key in ["end", "max_steps", "stop"] {
+                time.remove(key);
+            }
+        }
+        table
+    };
+    differing("", &toml::Value::Table(read(saved)), &toml::Value::Table(read(now)))
+}
+
+fn differing(path: &str, a: &toml::Value, b: &toml::Value) -> Option<String> {
+    match (a.as_table(), b.as_table()) {
+        (Some(a), Some(b)) => a.keys().chain(b.keys()).find_map(|key| {
+            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+            match (a.get(key), b.get(key)) {
+                (Some(a), Some(b)) => differing(&path, a, b),
+                (None, None) => None,
+                (Some(_), None) | (None, Some(_)) => Some(path),
+            }
+        }),
+        (Some(_), None) | (None, Some(_)) => Some(path.into()),
+        (None, None) => (a != b).then(|| path.into()),
+    }
+}

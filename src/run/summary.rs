@@ -1,0 +1,192 @@
+//! `summary.json`: what was solved, how it ended, what it cost, what was found.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::Setup;
+use super::writer::Writer;
+use crate::mesh::quality::Quality;
+use crate::model::Term;
+use crate::model::incompressible::Residuals;
+use crate::output::{OutputError, write_whole};
+use crate::scene::Scene;
+use crate::time::March;
+use crate::time::march::Counts;
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "ending", rename_all = "kebab-case")]
+pub enum Ending {
+    /// `time.end` was reached.
+    EndTime,
+    /// `time.max_steps` were taken.
+    MaxSteps,
+    /// The residual of the stationary equations fell below `time.stop.residual`.
+    Stationary,
+    /// `|dF/dt|` stayed below `time.stop.energy_rate`.
+    EnergyAtRest,
+    /// Stopped from outside; the checkpoint continues it.
+    Interrupted,
+    /// A step failed; the last good state was written.
+    Failed { reason: String },
+}
+
+impl Ending {
+    /// Whether a step failed.
+    pub fn is_failure(&self) -> bool {
+        matches!(self, Ending::Failed { .. })
+    }
+
+    fn status(&self) -> &'static str {
+        match self {
+            Ending::EndTime | Ending::MaxSteps | Ending::Stationary | Ending::EnergyAtRest => "finished",
+            Ending::Interrupted => "interrupted",
+            Ending::Failed { .. } => "failed",
+        }
+    }
+}
+
+/// Unknowns by field, and of the linear systems.
+#[derive(Debug, Clone, Serialize)]
+pub struct Unknowns {
+    pub velocity: usize,
+    pub pressure: usize,
+    pub polarity: usize,
+    /// Of the Stokes system, boundary conditions removed.
+    pub stokes_system: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stream_function: Option<usize>,
+}
+
+/// Everything in `summary.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    pub title: Option<String>,
+    pub status: &'static str,
+    #[serde(flatten)]
+    pub ending: Ending,
+    /// Time that was reached.
+    pub time: f64,
+    pub terms: Vec<Term>,
+    pub mesh: Quality,
+    pub unknowns: Unknowns,
+    #[serde(flatten)]
+    pub counts: Counts,
+    /// One Stokes solve in every iteration and one at the start.
+    pub stokes_solves: usize,
+    /// Of the Stokes and mass matrices, once; of the polarity, only where its iteration stalled.
+    pub stokes_factorisations: usize,
+    /// Residuals of the stationary equations at the last state.
+    pub residuals: Option<Residuals>,
+    pub residual: Option<f64>,
+    pub measures: BTreeMap<&'static str, f64>,
+    /// Wall seconds by phase.
+    pub seconds: BTreeMap<&'static str, f64>,
+    pub seconds_total: f64,
+    /// Wall seconds of one iteration of the coupling, on average.
+    pub seconds_per_iteration: Option<f64>,
+    /// Largest resident memory of the process, where the system tells.
+    pub peak_memory_mib: Option<f64>,
+    pub threads: usize,
+    pub version: &'static str,
+}
+
+/// Phases that belong to an iteration of the coupling.
+const ITERATION: [&str; 5] = ["force", "stokes", "polarity assembly", "polarity factors", "polarity solve"];
+
+impl Summary {
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn new(
+        scene: &Scene,
+        setup: &Setup,
+        march: &March,
+        writer: &Writer,
+        ending: Ending,
+        residuals: Option<Residuals>,
+        measures: BTreeMap<&'static str, f64>,
+        total: Duration,
+    ) -> Self {
+        let model = &setup.model;
+        let mut seconds = march.phases.seconds();
+        seconds.insert("setup", setup.seconds);
+        let inner: f64 = ITERATION.iter().filter_map(|name| seconds.get(name)).sum();
+        let here = march.iterations_here();
+        Self {
+            title: scene.title.clone(),
+            status: ending.status(),
+            ending,
+            time: march.t,
+            terms: scene.terms(),
+            mesh: setup.quality.clone(),
+            unknowns: Unknowns {
+                velocity: model.momentum.velocity.dof_count(),
+                pressure: model.momentum.pressure.dof_count(),
+                polarity: model.polarity.space.dof_count(),
+                stokes_system: model.momentum.unknowns(),
+                stream_function: writer.stream_unknowns(),
+            },
+            counts: march.counts,
+            stokes_solves: march.counts.nonlinear_iterations + 1,
+            stokes_factorisations: 1,
+            residuals,
+            residual: residuals.as_ref().map(Residuals::total),
+            measures,
+            seconds,
+            seconds_total: total.as_secs_f64(),
+            seconds_per_iteration: (here > 0).then(|| inner / here as f64),
+            peak_memory_mib: peak_memory_mib(),
+            threads: rayon::current_num_threads(),
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`]
+    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        write_whole(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, self)?;
+            writeln!(file)
+        })
+    }
+}
+
+/// Peak resident memory as Linux reports it.
+fn peak_memory_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kib| kib / 1024.0)
+}
+
+impl std::fmt::Display for Summary {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let end = match &self.ending {
+            Ending::EndTime => "the end time was reached",
+            Ending::MaxSteps => "the largest number of steps was taken",
+            Ending::Stationary => "the residual fell below its bound: the state is stationary",
+            Ending::EnergyAtRest => "the free energy came to rest",
+            Ending::Interrupted => "interrupted; `--resume` continues",
+            Ending::Failed { .. } => "a step failed",
+        };
+        writeln!(
+            out,
+            "t = {} after {} steps ({} rejected): {end}",
+            self.time, self.counts.steps, self.counts.rejected
+        )?;
+        let mean = self.counts.nonlinear_iterations as f64 / (self.counts.steps.max(1)) as f64;
+        let each = self.seconds_per_iteration.map_or_else(String::new, |s| format!(", {s:.3} s each"));
+        writeln!(out, "{mean:.1} iterations a step{each}; {:.1} s in all", self.seconds_total)?;
+        if let Some(residual) = self.residual {
+            writeln!(out, "residual of the stationary equations {residual:.3e}")?;
+        }
+        for (name, value) in &self.measures {
+            writeln!(out, "{name} = {value:.6}")?;
+        }
+        let memory = self.peak_memory_mib.map_or_else(|| "unknown".into(), |m| format!("{m:.0} MiB"));
+        write!(out, "peak memory {memory}")
+    }
+}

@@ -1,0 +1,314 @@
+//! The files of a run, each on its schedule.
+
+use std::path::{Path, PathBuf};
+
+use super::measures::{Readings, columns};
+use super::{RunError, Setup};
+use crate::element::basis;
+use crate::element::tables::Tables;
+use crate::measure::{Line, Sample, StreamFunction, cut};
+use crate::mesh::Point;
+use crate::output::checkpoint::Saved;
+use crate::output::history::History;
+use crate::output::pvd::Series;
+use crate::output::vtk::{self, Grid, write_vtu};
+use crate::output::{OutputError, write_whole};
+use crate::scene::{AxisLine, Cut, Field, Scene, What};
+use crate::space;
+use crate::time::{March, Schedule, StepReport};
+
+/// Columns of the history before the measures.
+const STEP_COLUMNS: [&str; 7] = ["time", "dt", "order", "iterations", "increment", "rate", "rejected"];
+
+/// Points of a cut along an axis.
+const AXIS_POINTS: usize = 1001;
+
+/// A prepared section: name and points.
+type Section = (String, Vec<Sample>);
+
+/// Writes what a scene asks for.
+#[derive(Debug)]
+pub struct Writer {
+    out: PathBuf,
+    scene_text: String,
+    grid: Option<Grid>,
+    series: Option<Series>,
+    history: History,
+    stream: Option<StreamFunction>,
+    fields: Vec<(Vec<Field>, Schedule)>,
+    cuts: Vec<(Vec<Section>, Schedule)>,
+    checkpoints: Vec<Schedule>,
+    schedules: Vec<Schedule>,
+    /// `T_a/C_F`, the speed of the tissue's frame.
+    frame_speed: f64,
+    elasticity: f64,
+    /// Step of the last files, so that the last state is not written twice.
+    last_fields: Option<usize>,
+}
+
+impl Writer {
+    /// Prepares folders, tables and grids; only those that the scene needs.
+    ///
+    /// # Errors
+    /// Folders or files that cannot be written, results that cannot be continued.
+    pub fn new(scene: &Scene, setup: &Setup, out: &Path, march: &March, resume: bool) -> Result<Self, RunError> {
+        let mut writer = Self {
+            out: out.into(),
+            scene_text: scene.resolved_toml(),
+            grid: None,
+            series: None,
+            history: open_history(scene, out, resume.then_some(march.counts.steps))?,
+            stream: None,
+            fields: Vec::new(),
+            cuts: Vec::new(),
+            checkpoints: Vec::new(),
+            schedules: scene.outputs.iter().map(|o| o.schedule).collect(),
+            frame_speed: scene.parameters.traction / scene.parameters.friction,
+            elasticity: scene.parameters.elasticity,
+            last_fields: None,
+        };
+        for output in &scene.outputs {
+            match &output.what {
+                What::Measures(_) => {}
+                What::Checkpoint => writer.checkpoints.push(output.schedule),
+                What::Fields(fields) => writer.fields.push((fields.clone(), output.schedule)),
+                What::Cuts(cuts) => {
+                    let lines = cuts.iter().map(|c| line(c, scene, setup));
+                    let sections = lines.map(|l| (l.name.clone(), l.samples(&setup.mesh, &setup.locator))).collect();
+                    writer.cuts.push((sections, output.schedule));
+                }
+            }
+        }
+        if writer.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
+            writer.stream = Some(StreamFunction::new(&setup.model.loops, &setup.model.momentum.velocity)?);
+        }
+        if !writer.fields.is_empty() {
+            writer.open_series(setup, resume.then_some(march.t))?;
+        }
+        if !writer.cuts.is_empty() {
+            make_folder(&out.join("cuts"))?;
+        }
+        Ok(writer)
+    }
+
+    fn open_series(&mut self, setup: &Setup, resume_at: Option<f64>) -> Result<(), RunError> {
+        let model = &setup.model;
+        let degree = [model.momentum.velocity.degree, model.momentum.pressure.degree, model.polarity.space.degree];
+        let bent = setup.mesh.curved.iter().flatten().map(|nodes| nodes.degree);
+        let degree = degree.into_iter().chain(bent).max().unwrap_or(1);
+        make_folder(&self.out.join("fields"))?;
+        self.grid = Some(Grid::new(&setup.mesh, degree));
+        let index = self.out.join("fields.pvd");
+        self.series = Some(match resume_at {
+            Some(t) => Series::resume(&index, t)?,
+            None => Series::create(&index)?,
+        });
+        Ok(())
+    }
+
+    /// Times after `t` on which the next step must land.
+    pub fn next_landing(&self, t: f64) -> impl Iterator<Item = f64> {
+        self.schedules.iter().filter_map(move |s| s.next_time(t))
+    }
+
+    /// Writes what is due after the step that began at `before`; `None` is the start, where the fields are written once.
+    ///
+    /// # Errors
+    /// A file that cannot be written, a field that is not finite.
+    pub fn write_due(&mut self, march: &mut March, setup: &Setup, before: Option<f64>) -> Result<(), RunError> {
+        let (t, step) = (march.t, march.counts.steps);
+        let due = |s: &Schedule| match before {
+            Some(before) => s.is_due(before, t, step),
+            None => matches!(s, Schedule::Time(_) | Schedule::Steps(_)),
+        };
+        let fields: Vec<Field> =
+            self.fields.iter().filter(|(_, s)| due(s)).flat_map(|(f, _)| f.iter().copied()).collect();
+        if !fields.is_empty() {
+            self.write_fields(march, setup, &fields)?;
+        }
+        if before.is_some() {
+            for (sections, schedule) in &self.cuts {
+                if due(schedule) {
+                    self.write_cuts(march, sections, Some(step))?;
+                }
+            }
+            if self.checkpoints.iter().any(due) {
+                self.write_checkpoint(march)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the last state in every form that the scene asks for, and always a checkpoint; after a failure the fields as
+    /// well, whatever the scene asks for.
+    ///
+    /// # Errors
+    /// As [`Writer::write_due`].
+    pub fn write_last(&mut self, march: &mut March, setup: &Setup, failed: bool) -> Result<(), RunError> {
+        self.write_checkpoint(march)?;
+        if failed && self.fields.is_empty() {
+            self.fields.push((vec![Field::Velocity, Field::Pressure, Field::Polarity], Schedule::End));
+            self.open_series(setup, None)?;
+        }
+        let fields: Vec<Field> = self.fields.iter().flat_map(|(f, _)| f.iter().copied()).collect();
+        if !fields.is_empty() && self.last_fields != Some(march.counts.steps) {
+            self.write_fields(march, setup, &fields)?;
+        }
+        for (sections, _) in &self.cuts {
+            self.write_cuts(march, sections, None)?;
+        }
+        Ok(())
+    }
+
+    fn write_checkpoint(&self, march: &March) -> Result<(), RunError> {
+        let saved = Saved::new(self.scene_text.clone(), march.checkpoint());
+        Ok(saved.write(&self.out.join("checkpoint.bin"))?)
+    }
+
+    /// Appends the row of an accepted step.
+    ///
+    /// # Errors
+    /// A table that cannot be written.
+    pub fn append_history(&mut self, report: &StepReport, readings: &Readings) -> Result<(), RunError> {
+        let value = |column: &str| match column {
+            "time" => Some(report.t),
+            "dt" => Some(report.dt),
+            "order" => Some(report.order as f64),
+            "iterations" => Some(report.iterations as f64),
+            "increment" => Some(report.increment),
+            "rate" => Some(report.rate).filter(|r| r.is_finite()),
+            "rejected" => Some(report.rejected as f64),
+            other => readings.value(other),
+        };
+        Ok(self.history.append(report.step, value)?)
+    }
+
+    fn write_fields(&mut self, march: &mut March, setup: &Setup, fields: &[Field]) -> Result<(), RunError> {
+        let grid = self.grid.as_ref().expect("opened with the series");
+        let mut named: Vec<Field> = fields.to_vec();
+        named.sort_by_key(|f| f.name());
+        named.dedup();
+        let mut computed = Vec::new();
+        for &field in &named {
+            computed.push(self.field(field, march, setup)?);
+        }
+        let at_nodes: Vec<(usize, Vec<f64>)> = computed.iter().map(|f| at_nodes(f, grid.degree)).collect();
+        let list: Vec<vtk::Field> = named
+            .iter()
+            .zip(&at_nodes)
+            .map(|(field, (components, values))| vtk::Field { name: field.name(), components: *components, values })
+            .collect();
+        let name = format!("fields/step-{:06}.vtu", march.counts.steps);
+        let (t, path) = (march.t, self.out.join(&name));
+        march.phases.measure("output", || write_vtu(&path, grid, t, &list))?;
+        self.series.as_mut().expect("opened with the grid").append(t, &name)?;
+        self.last_fields = Some(march.counts.steps);
+        Ok(())
+    }
+
+    fn field(&self, field: Field, march: &March, setup: &Setup) -> Result<space::Field, RunError> {
+        let (state, model) = (&march.state, &setup.model);
+        Ok(match field {
+            Field::Velocity => state.v.clone(),
+            Field::Pressure => state.pi.clone(),
+            Field::Polarity => state.p.clone(),
+            Field::MolecularField => {
+                let mut l = model.polarity.molecular_over_b(&model.loops, &state.p, march.t);
+                l.values.iter_mut().for_each(|v| *v *= self.elasticity);
+                l
+            }
+            Field::StreamFunction => {
+                let stream = self.stream.as_ref().expect("prepared when a scene asks for it");
+                stream.of(&model.loops, &state.v)?
+            }
+            Field::TissueVelocity => {
+                let mut v = state.v.clone();
+                v.values.iter_mut().step_by(2).for_each(|v1| *v1 -= self.frame_speed);
+                v
+            }
+        })
+    }
+
+    fn write_cuts(&self, march: &March, sections: &[Section], step: Option<usize>) -> Result<(), RunError> {
+        for (name, samples) in sections {
+            let file = match step {
+                Some(step) => format!("{name}-step-{step:06}.csv"),
+                None => format!("{name}.csv"),
+            };
+            let path = self.out.join("cuts").join(file);
+            let state = &march.state;
+            write_whole(&path, |out| {
+                writeln!(out, "s,x1,x2,v1,v2,pressure,p1,p2")?;
+                for sample in samples {
+                    let v = |field: &space::Field, c| cut::value(field, &sample.at, c);
+                    let (x, s) = (sample.x, sample.s);
+                    let (v1, v2, pi) = (v(&state.v, 0), v(&state.v, 1), v(&state.pi, 0));
+                    let (p1, p2) = (v(&state.p, 0), v(&state.p, 1));
+                    writeln!(out, "{s},{},{},{v1},{v2},{pi},{p1},{p2}", x.x, x.y)?;
+                }
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Unknowns of the stream function, where there is one.
+    pub fn stream_unknowns(&self) -> Option<usize> {
+        self.stream.as_ref().map(|s| s.space.dof_count())
+    }
+}
+
+fn make_folder(path: &Path) -> Result<(), OutputError> {
+    std::fs::create_dir_all(path).map_err(|e| OutputError::io(path, &e))
+}
+
+fn open_history(scene: &Scene, out: &Path, resume_after: Option<usize>) -> Result<History, OutputError> {
+    let columns: Vec<String> = STEP_COLUMNS.into_iter().chain(columns(scene)).map(str::to_owned).collect();
+    let path = out.join("history.csv");
+    match resume_after {
+        Some(step) if path.exists() => History::resume(&path, columns, step),
+        Some(_) | None => History::create(&path, columns),
+    }
+}
+
+/// The line of a cut; axes run through the whole domain.
+fn line(cut: &Cut, scene: &Scene, setup: &Setup) -> Line {
+    match cut {
+        Cut::Line { name, from, to, points } => Line { name: name.clone(), from: *from, to: *to, points: *points },
+        Cut::Axis(axis) => {
+            let vertices = &setup.mesh.vertices;
+            let low = vertices.iter().fold(vertices[0], |m, x| m.inf(x));
+            let high = vertices.iter().fold(vertices[0], |m, x| m.sup(x));
+            let centre = Point::from(scene.mesh.centre.unwrap_or([0.0, 0.0]));
+            let radius = scene.mesh.radius.unwrap_or(1.0);
+            let (from, to) = match axis.line() {
+                AxisLine::Horizontal(y) => {
+                    let y = centre.y + radius * y;
+                    (Point::new(low.x, y), Point::new(high.x, y))
+                }
+                AxisLine::Vertical(x) => {
+                    let x = centre.x + radius * x;
+                    (Point::new(x, low.y), Point::new(x, high.y))
+                }
+            };
+            Line { name: axis.name().into(), from, to, points: AXIS_POINTS }
+        }
+    }
+}
+
+/// Values at the nodes of every cell of a grid: exact when the grid's degree is not below the field's.
+fn at_nodes(field: &space::Field, degree: usize) -> (usize, Vec<f64>) {
+    let space = &field.space;
+    let tables = Tables::new(basis::nodes(degree));
+    let table = tables.degree(space.degree);
+    let mut values = Vec::with_capacity(space.mesh.cells.len() * tables.points.len() * space.components);
+    for cell in 0..space.mesh.cells.len() {
+        for q in 0..tables.points.len() {
+            for c in 0..space.components {
+                let row = table.values(q).iter();
+                values.push(row.zip(field.coefficients(cell, c)).map(|(phi, u)| phi * u).sum());
+            }
+        }
+    }
+    (space.components, values)
+}

@@ -1,0 +1,248 @@
+//! Every rule of a scene that does not need its mesh.
+
+mod outputs;
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::PathBuf;
+
+use super::error::SceneError;
+use super::tables::{CouplingName, PolarityStart, SceneFile, SlipName, SpaceTable, StartTable};
+use super::{ControlSettings, CouplingSettings, Initial, Scene, SceneSource, SlipTreatment, Sources, Space, Time};
+use crate::element::MAX_DEGREE;
+use crate::model::expression::{Expression, VectorFormula, parse_vector};
+use crate::model::{Conditions, ModelError, Parameters, VelocityCondition, names};
+use crate::time::CouplingKind;
+
+/// Reads the tables, checks them, fills in the defaults that depend on other keys.
+pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
+    let mut file = source.file().map_err(|found| found.1)?;
+    let checker = Checker { source: &source };
+    let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
+    file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
+    checker.mesh(&mut file)?;
+    let space = checker.space(&mut file.space)?;
+    let boundary = checker.boundary(&mut file, &parameters)?;
+    let initial = checker.initial(&mut file.initial.polarity, &parameters)?;
+    let sources = checker.sources(&file, &parameters)?;
+    let time = checker.time(&mut file, &parameters)?;
+    let coupling = checker.coupling(&mut file)?;
+    let outputs = checker.outputs(&file.output, &parameters)?;
+    let (title, mesh) = (file.title.clone(), file.mesh.clone());
+    Ok(Scene {
+        title,
+        parameters,
+        mesh,
+        space,
+        boundary,
+        initial,
+        sources,
+        time,
+        coupling,
+        outputs,
+        resolved: file,
+        source,
+    })
+}
+
+/// A number as one would type it: 1e-9, not 0.000000001.
+fn shown(value: f64) -> String {
+    format!("{value:?}")
+}
+
+struct Checker<'a> {
+    source: &'a SceneSource,
+}
+
+impl Checker<'_> {
+    fn error(&self, key: &str, value: impl Display, rule: &str, hint: &str) -> SceneError {
+        let place = self.source.place(key);
+        let (key, value) = (key.to_owned(), value.to_string());
+        SceneError::Value { place, key, value, rule: rule.to_owned(), hint: hint.to_owned() }
+    }
+
+    fn model(&self, table: &str, error: ModelError) -> SceneError {
+        self.error(&format!("{table}.{}", error.key), error.value, &error.rule, &error.hint)
+    }
+
+    fn require(&self, holds: bool, key: &str, value: impl Display, rule: &str, hint: &str) -> Result<(), SceneError> {
+        if holds { Ok(()) } else { Err(self.error(key, value, rule, hint)) }
+    }
+
+    fn positive(&self, key: &str, value: f64, hint: &str) -> Result<f64, SceneError> {
+        let holds = value.is_finite() && value > 0.0;
+        self.require(holds, key, shown(value), "must be finite and greater than 0", hint)?;
+        Ok(value)
+    }
+
+    fn vector(&self, key: &str, formulas: &VectorFormula, p: &Parameters) -> Result<[Expression; 2], SceneError> {
+        let parsed = parse_vector(formulas, &p.symbols());
+        parsed.map_err(|error| {
+            let error = ModelError::of_expression(key, &error);
+            self.error(key, error.value, &error.rule, &error.hint)
+        })
+    }
+
+    /// Makes a path of the scene absolute, so that the resolved scene can lie in another folder.
+    fn existing_file(&self, key: &str, given: &str) -> Result<PathBuf, SceneError> {
+        let path = self.source.folder().join(given);
+        let hint = format!("paths start in the scene's folder; looked for {}", path.display());
+        self.require(path.is_file(), key, format!("\"{given}\""), "there is no such file", &hint)?;
+        std::path::absolute(&path).map_err(|error| self.error(key, given, &error.to_string(), &hint))
+    }
+
+    fn mesh(&self, file: &mut SceneFile) -> Result<(), SceneError> {
+        let rule = "exactly one of `shape` and `file` is needed";
+        let hint = "add shape = \"strip-with-disc\" or file = \"name.msh\"";
+        match (&file.mesh.shape, &file.mesh.file) {
+            (Some(_), None) => Ok(()),
+            (None, Some(name)) => {
+                let path = self.existing_file("mesh.file", name)?;
+                file.mesh.file = Some(path.to_string_lossy().into_owned());
+                Ok(())
+            }
+            (None, None) => Err(self.error("mesh.shape", "(missing)", rule, hint)),
+            (Some(_), Some(name)) => Err(self.error("mesh.file", format!("\"{name}\""), rule, "remove one of the two")),
+        }
+    }
+
+    fn space(&self, table: &mut SpaceTable) -> Result<Space, SceneError> {
+        let k = table.k;
+        let spaces = "velocity k+1, pressure k, polarity k+2; k = 1 is the usual choice";
+        self.require((1..=3).contains(&k), "space.k", k, "must be 1, 2 or 3", spaces)?;
+        let velocity = *table.degree.velocity.get_or_insert(k + 1);
+        let pressure = *table.degree.pressure.get_or_insert(k);
+        let polarity = *table.degree.polarity.get_or_insert(k + 2);
+        let bases = format!("bases exist for degrees up to {MAX_DEGREE}");
+        let within = |low: usize, degree: usize| (low..=MAX_DEGREE).contains(&degree);
+        let rule = format!("must lie between 2 and {MAX_DEGREE}");
+        self.require(within(2, velocity), "space.degree.velocity", velocity, &rule, &bases)?;
+        let stable = "Taylor–Hood pairs are stable only so";
+        let rule = format!("must be at least 1 and less than the velocity's degree {velocity}");
+        self.require((1..velocity).contains(&pressure), "space.degree.pressure", pressure, &rule, stable)?;
+        let rule = format!("must lie between 1 and {MAX_DEGREE}");
+        self.require(within(1, polarity), "space.degree.polarity", polarity, &rule, &bases)?;
+        let epsilon = self.positive("space.penalty", table.penalty, "1e-8 is the usual value")?;
+        let slip = match table.slip {
+            SlipName::Rotated => SlipTreatment::Rotated,
+            SlipName::Penalty => SlipTreatment::Penalty { epsilon },
+        };
+        Ok(Space { velocity, pressure, polarity, slip })
+    }
+
+    fn boundary(&self, file: &mut SceneFile, p: &Parameters) -> Result<BTreeMap<String, Conditions>, SceneError> {
+        let mut checked = BTreeMap::new();
+        for (tag, table) in &mut file.boundary {
+            let conditions =
+                table.check(&p.symbols()).map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
+            *table = table.resolved();
+            checked.insert(tag.clone(), conditions);
+        }
+        let stress_only = checked.values().all(|c| match c.velocity {
+            VelocityCondition::Traction(_) => true,
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
+        });
+        let rule = "without friction and with `traction` on every tag the velocity is undetermined";
+        let hint = "give friction > 0, or a velocity condition on some tag";
+        let determined = checked.is_empty() || p.friction > 0.0 || !stress_only;
+        self.require(determined, "model.friction", p.friction, rule, hint)?;
+        Ok(checked)
+    }
+
+    fn initial(&self, start: &mut PolarityStart, p: &Parameters) -> Result<Initial, SceneError> {
+        const KEY: &str = "initial.polarity";
+        match start {
+            PolarityStart::Name(name) if name == "aligned-around-disc" => Ok(Initial::AlignedAroundDisc),
+            PolarityStart::Name(name) => {
+                let near = names::did_you_mean(name, &["aligned-around-disc", "random", "file"]);
+                let hint = "the choices are \"aligned-around-disc\", [\"p_1\", \"p_2\"], { random = { seed = 1 } }, \
+                            { file = \"…\" }";
+                Err(self.error(KEY, format!("\"{name}\""), &format!("no such initial polarity{near}"), hint))
+            }
+            PolarityStart::Formulas(formulas) => Ok(Initial::Expressions(self.vector(KEY, formulas, p)?)),
+            PolarityStart::Table(StartTable::Random(random)) => {
+                let coarse = "the edge length of the mesh of random vectors; the structures are about as large";
+                let amplitude = "the standard deviation of |p| at the start; 0.1 is usual";
+                Ok(Initial::Random {
+                    seed: random.seed,
+                    amplitude: self.positive("initial.polarity.random.amplitude", random.amplitude, amplitude)?,
+                    h_coarse: self.positive("initial.polarity.random.h_coarse", random.h_coarse, coarse)?,
+                })
+            }
+            PolarityStart::Table(StartTable::File(name)) => {
+                let path = self.existing_file("initial.polarity.file", name)?;
+                *name = path.to_string_lossy().into_owned();
+                Ok(Initial::File(path))
+            }
+        }
+    }
+
+    fn sources(&self, file: &SceneFile, p: &Parameters) -> Result<Sources, SceneError> {
+        let parse = |key: &str, formulas: &Option<VectorFormula>| {
+            formulas.as_ref().map(|formulas| self.vector(key, formulas, p)).transpose()
+        };
+        let force = parse("source.force", &file.source.force)?;
+        Ok(Sources { force, polarity: parse("source.polarity", &file.source.polarity)? })
+    }
+
+    fn time(&self, file: &mut SceneFile, p: &Parameters) -> Result<Time, SceneError> {
+        let table = &mut file.time;
+        let step = self.positive("time.step", table.step, "the first and largest step, such as 0.1")?;
+        let end = self.positive("time.end", table.end, "runs start at t = 0")?;
+        let step_min = *table.step_min.get_or_insert(1e-6 * step);
+        let step_min = self.positive("time.step_min", step_min, "without it, a millionth of `step` is taken")?;
+        let rule = format!("must not be below time.step_min = {}", shown(step_min));
+        self.require(step >= step_min, "time.step", shown(step), &rule, "raise `step` or lower `step_min`")?;
+        let rule = format!("must not be longer than the run, time.end = {end}");
+        self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
+        let none = "leave it out for no limit";
+        self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
+        let grows = table.growth.is_finite() && table.growth >= 1.0;
+        self.require(
+            grows,
+            "time.growth",
+            table.growth,
+            "must be finite and at least 1",
+            "1 never lets the step grow",
+        )?;
+        self.positive("time.growth_wait", table.growth_wait, "50 is the usual value")?;
+        let rate = table.growth_rate;
+        self.require(rate.is_finite(), "time.growth_rate", rate, "must be finite", "0.55 is the usual value")?;
+        let stop = &table.stop;
+        let stop_residual = stop.residual.map(|value| self.positive("time.stop.residual", value, none)).transpose()?;
+        let rate = stop.energy_rate.map(|value| self.positive("time.stop.energy_rate", value, none));
+        let stop_energy_rate = rate.transpose()?;
+        if let (Some(value), false) = (stop_energy_rate, p.has_molecular_field()) {
+            let rule = "with elasticity = 0 the free energy is zero, so the run would end at once";
+            return Err(self.error("time.stop.energy_rate", shown(value), rule, "use time.stop.residual"));
+        }
+        let (growth, growth_wait, growth_rate) = (table.growth, table.growth_wait, table.growth_rate);
+        Ok(Time {
+            order: table.scheme.order(),
+            control: ControlSettings { step, step_min, growth, growth_wait, growth_rate },
+            end,
+            max_steps: table.max_steps,
+            stop_residual,
+            stop_energy_rate,
+        })
+    }
+
+    fn coupling(&self, file: &mut SceneFile) -> Result<CouplingSettings, SceneError> {
+        let table = &mut file.coupling;
+        let tolerance = self.positive("coupling.tolerance", table.tolerance, "1e-8 is the usual value")?;
+        self.require(tolerance < 1.0, "coupling.tolerance", tolerance, "must be less than 1", "1e-8 is usual")?;
+        let accept = *table.accept.get_or_insert(tolerance.sqrt());
+        let (low, high) = (shown(tolerance), shown(table.diverged));
+        let rule = format!("must lie between the tolerance {low} and `diverged` = {high}");
+        let ordered = tolerance <= accept && accept < table.diverged && table.diverged.is_finite();
+        self.require(ordered, "coupling.accept", shown(accept), &rule, "without it, sqrt(tolerance) is taken")?;
+        let (most, depth) = (table.max_iterations, table.depth);
+        self.require(most >= 1, "coupling.max_iterations", most, "must be at least 1", "100 is usual")?;
+        self.require((1..=100).contains(&depth), "coupling.depth", depth, "must lie in 1..100", "10 is usual")?;
+        let kind = match table.kind {
+            CouplingName::FixedPoint => CouplingKind::FixedPoint,
+            CouplingName::Anderson => CouplingKind::Anderson { depth },
+        };
+        Ok(CouplingSettings { kind, tolerance, accept, diverged: table.diverged, max_iterations: most })
+    }
+}

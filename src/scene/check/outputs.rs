@@ -1,0 +1,101 @@
+//! The rules of `[[output]]`.
+
+use super::Checker;
+use crate::mesh::Point;
+use crate::model::Parameters;
+use crate::scene::error::SceneError;
+use crate::scene::output::{Cut, CutTable, EveryTable, Field, LineTable, Output, OutputTable, What};
+use crate::time::Schedule;
+
+impl Checker<'_> {
+    pub(super) fn outputs(&self, tables: &[OutputTable], p: &Parameters) -> Result<Vec<Output>, SceneError> {
+        let numbered = tables.iter().enumerate();
+        numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, p)).collect()
+    }
+
+    fn output(&self, key: &str, table: &OutputTable, p: &Parameters) -> Result<Output, SceneError> {
+        let one = "exactly one of `fields`, `measures`, `cuts` and `checkpoint = true` is needed";
+        let split = "write one [[output]] for each";
+        let what = match (&table.fields, &table.measures, &table.cuts, table.checkpoint) {
+            (Some(fields), None, None, None) => What::Fields(self.fields(key, fields, p)?),
+            (None, Some(measures), None, None) => What::Measures(measures.clone()),
+            (None, None, Some(cuts), None) => What::Cuts(self.cuts(key, cuts)?),
+            (None, None, None, Some(true)) => What::Checkpoint,
+            (_, _, _, _) => return Err(self.error(key, "(a table)", one, split)),
+        };
+        let empty = match &what {
+            What::Fields(list) => list.is_empty().then_some("fields"),
+            What::Measures(list) => list.is_empty().then_some("measures"),
+            What::Cuts(list) => list.is_empty().then_some("cuts"),
+            What::Checkpoint => None,
+        };
+        if let Some(list) = empty {
+            let hint = "name something or remove the [[output]]";
+            return Err(self.error(&format!("{key}.{list}"), "[]", "the list is empty", hint));
+        }
+        Ok(Output { what, schedule: self.schedule(&format!("{key}.every"), table.every.as_ref())? })
+    }
+
+    fn fields(&self, key: &str, fields: &[Field], p: &Parameters) -> Result<Vec<Field>, SceneError> {
+        let key = &format!("{key}.fields");
+        for field in fields {
+            let (holds, rule, hint) = match field {
+                Field::MolecularField => (
+                    p.has_molecular_field(),
+                    "with elasticity = 0 there is no molecular field",
+                    "remove it, or give elasticity > 0",
+                ),
+                Field::TissueVelocity => {
+                    (p.friction > 0.0, "v − (T_a/C_F) e_1 needs friction > 0", "remove it, or use velocity")
+                }
+                Field::Velocity | Field::Pressure | Field::Polarity | Field::StreamFunction => (true, "", ""),
+            };
+            self.require(holds, key, format!("\"{}\"", field.name()), rule, hint)?;
+        }
+        Ok(fields.to_vec())
+    }
+
+    fn cuts(&self, key: &str, cuts: &[CutTable]) -> Result<Vec<Cut>, SceneError> {
+        let numbered = cuts.iter().enumerate();
+        numbered
+            .map(|(at, cut)| match cut {
+                CutTable::Axis(axis) => Ok(Cut::Axis(*axis)),
+                CutTable::Line(line) => self.line(&format!("{key}.cuts.{at}"), line),
+            })
+            .collect()
+    }
+
+    fn line(&self, key: &str, line: &LineTable) -> Result<Cut, SceneError> {
+        let key = |name: &str| format!("{key}.{name}");
+        let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_');
+        let named = !line.name.is_empty() && line.name.chars().all(plain);
+        let rule = "must be a file name of letters, digits, `-`, `_`";
+        self.require(named, &key("name"), format!("\"{}\"", line.name), rule, "such as \"wake\"")?;
+        let (from, to) = (Point::from(line.from), Point::from(line.to));
+        let length = (to - from).norm();
+        let apart = length.is_finite() && length > 0.0;
+        let shown = format!("[{}, {}]", to.x, to.y);
+        self.require(apart, &key("to"), shown, "must be finite and differ from `from`", "give two points")?;
+        self.require(line.points >= 2, &key("points"), line.points, "must be at least 2", "200 is usual")?;
+        Ok(Cut::Line { name: line.name.clone(), from, to, points: line.points })
+    }
+
+    fn schedule(&self, key: &str, every: Option<&EveryTable>) -> Result<Schedule, SceneError> {
+        match every.map(|every| (every.time, every.steps)) {
+            None => Ok(Schedule::End),
+            Some((Some(time), None)) => {
+                let positive = self.positive(&format!("{key}.time"), time, "the time between two outputs")?;
+                Ok(Schedule::Time(positive))
+            }
+            Some((None, Some(steps))) => {
+                let hint = "the number of steps between two outputs";
+                self.require(steps >= 1, &format!("{key}.steps"), steps, "must be at least 1", hint)?;
+                Ok(Schedule::Steps(steps))
+            }
+            Some((Some(_), Some(_)) | (None, None)) => {
+                let rule = "exactly one of `time` and `steps` is needed";
+                Err(self.error(key, "(a table)", rule, "leave `every` out to write only at the end"))
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Putting one value into a TOML document.
+
+use toml_edit::{Array, InlineTable, Item, Table, TableLike, Value};
+
+/// Why a value cannot be put there.
+pub(super) struct Refusal {
+    pub rule: String,
+    pub hint: String,
+}
+
+fn refuse<T>(rule: String, hint: impl Into<String>) -> Result<T, Refusal> {
+    Err(Refusal { rule, hint: hint.into() })
+}
+
+/// Sets the value at `keys` below `root`, or removes it if `text` is empty. Tables on the way are made.
+pub(super) fn set(root: &mut Item, keys: &[&str], text: &str) -> Result<(), Refusal> {
+    if keys.iter().any(|key| key.is_empty()) {
+        return refuse("this is no path of keys".to_owned(), "write keys with dots between, as in model.peclet");
+    }
+    let value = if text.is_empty() { None } else { Some(parse(text)?) };
+    in_item(root, keys, value)
+}
+
+/// A TOML value; bare words and formulas are strings.
+fn parse(text: &str) -> Result<Value, Refusal> {
+    match text.parse::<Value>() {
+        Ok(mut value) => {
+            value.decor_mut().clear();
+            Ok(value)
+        }
+        // what starts like TOML was meant to be TOML
+        Err(error) if text.starts_with(['[', '{', '"', '\'']) => {
+            let rule = format!("not a TOML value: {}", error.message().replace('\n', ", "));
+            refuse(rule, "quote it for the shell, as in --set 'mesh.length=[-30.0, 50.0]'")
+        }
+        Err(_) => Ok(Value::from(text)),
+    }
+}
+
+fn in_item(item: &mut Item, keys: &[&str], value: Option<Value>) -> Result<(), Refusal> {
+    match item {
+        Item::Table(table) => in_table(table, keys, value, || Item::Table(Table::new())),
+        Item::Value(inner) => in_value(inner, keys, value),
+        Item::ArrayOfTables(tables) => {
+            let (at, rest) = index(keys, tables.len(), value.is_none())?;
+            match tables.get_mut(at) {
+                Some(table) if !rest.is_empty() => in_table(table, rest, value, || Item::Table(Table::new())),
+                Some(_) if value.is_none() => {
+                    tables.remove(at);
+                    Ok(())
+                }
+                Some(_) | None => refuse("a whole table cannot be set".to_owned(), "set its keys one by one"),
+            }
+        }
+        Item::None => refuse("there is nothing here".to_owned(), "set the table around it"),
+    }
+}
+
+/// `below` makes a table for a key that is missing on the way.
+fn in_table(
+    table: &mut dyn TableLike,
+    keys: &[&str],
+    value: Option<Value>,
+    below: impl Fn() -> Item,
+) -> Result<(), Refusal> {
+    let Some((key, rest)) = keys.split_first() else {
+        return refuse("this is a whole table".to_owned(), "set its keys one by one");
+    };
+    match (rest.is_empty(), value) {
+        (true, None) => {
+            table.remove(key);
+        }
+        (true, Some(value)) => {
+            table.insert(key, Item::Value(value));
+        }
+        (false, value) => {
+            if table.get(key).is_none() {
+                table.insert(key, below());
+            }
+            if let Some(next) = table.get_mut(key) {
+                in_item(next, rest, value)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn in_value(inner: &mut Value, keys: &[&str], value: Option<Value>) -> Result<(), Refusal> {
+    match inner {
+        Value::InlineTable(table) => {
+            in_table(table, keys, value, || Item::Value(Value::InlineTable(InlineTable::new())))
+        }
+        Value::Array(array) => in_array(array, keys, value),
+        Value::String(_) | Value::Integer(_) | Value::Float(_) | Value::Boolean(_) | Value::Datetime(_) => {
+            let shown = inner.to_string();
+            let rule = format!("the value around it is {}, which has no key `{}`", shown.trim(), keys.join("."));
+            refuse(rule, "set the value around it as a whole, as in 'boundary.inlet.velocity={ dirichlet = [1, 0] }'")
+        }
+    }
+}
+
+fn in_array(array: &mut Array, keys: &[&str], value: Option<Value>) -> Result<(), Refusal> {
+    let (at, rest) = index(keys, array.len(), value.is_none())?;
+    match (array.get_mut(at), value) {
+        (Some(element), value) if !rest.is_empty() => in_value(element, rest, value),
+        (Some(element), Some(value)) => {
+            *element = value;
+            Ok(())
+        }
+        (Some(_), None) => {
+            array.remove(at);
+            Ok(())
+        }
+        (None, Some(value)) if rest.is_empty() => {
+            array.push(value);
+            Ok(())
+        }
+        (None, _) => refuse("there is no such element".to_owned(), "append whole elements only"),
+    }
+}
+
+/// First key as the index into a list of `length`; one past the end appends.
+fn index<'a>(keys: &'a [&'a str], length: usize, remove: bool) -> Result<(usize, &'a [&'a str]), Refusal> {
+    let Some((key, rest)) = keys.split_first() else {
+        return refuse("this is a whole list".to_owned(), "name an element, counted from 0");
+    };
+    let last = if remove || !rest.is_empty() { length } else { length + 1 };
+    match key.parse::<usize>() {
+        Ok(at) if at < last => Ok((at, rest)),
+        Ok(_) | Err(_) => refuse(
+            format!("`{key}` is no element of a list of {length}"),
+            "elements are counted from 0, as in output.0",
+        ),
+    }
+}

@@ -1,0 +1,200 @@
+//! From a TOML file to a checked description of one computation; the only place that knows the file format.
+//!
+//! [`SceneSource`] is the text with its overrides, [`Scene`] what the solver reads. Every default is filled in.
+
+mod check;
+mod edit;
+mod error;
+mod locate;
+pub mod output;
+mod resolve;
+mod source;
+pub mod tables;
+mod translate;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::mesh::generate::MeshScene;
+use crate::model::expression::Expression;
+use crate::model::parameters::Term;
+use crate::model::{Conditions, Parameters, VelocityCondition, names};
+
+pub use crate::model::incompressible::Sources;
+pub use crate::model::momentum::SlipTreatment;
+pub use crate::time::{ControlSettings, CouplingSettings, Schedule};
+pub use error::{Place, SceneError};
+pub use output::{Axis, AxisLine, Cut, Field, Measure, Output, What};
+pub use source::SceneSource;
+
+/// One computation, checked as far as possible without its mesh.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub title: Option<String>,
+    pub parameters: Parameters,
+    /// `mesh.file` is absolute.
+    pub mesh: MeshScene,
+    pub space: Space,
+    /// By boundary tag; [`Scene::check_tags`] compares with the mesh.
+    pub boundary: BTreeMap<String, Conditions>,
+    pub initial: Initial,
+    pub sources: Sources,
+    pub time: Time,
+    pub coupling: CouplingSettings,
+    pub outputs: Vec<Output>,
+    resolved: tables::SceneFile,
+    source: SceneSource,
+}
+
+/// Polynomial degrees, and how slip is imposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Space {
+    /// Of v, continuous.
+    pub velocity: usize,
+    /// Of Π, continuous.
+    pub pressure: usize,
+    /// Of p, discontinuous.
+    pub polarity: usize,
+    pub slip: SlipTreatment,
+}
+
+/// Initial polarity.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Initial {
+    /// [10.4–10.5]
+    AlignedAroundDisc,
+    /// `p(x, 0)`
+    Expressions([Expression; 2]),
+    /// [10.4.4]: at the nodes of a mesh of edge length `h_coarse` a uniform direction times a normal deviate of standard
+    /// deviation `amplitude`, interpolated.
+    Random { seed: u64, amplitude: f64, h_coarse: f64 },
+    /// Absolute path of fields that were written before.
+    File(PathBuf),
+}
+
+/// Time scheme, step control (Algorithm 1 [9.1.2]) and endings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Time {
+    /// Order of the BDF, 1 to 6.
+    pub order: usize,
+    /// Steps and how they change.
+    pub control: ControlSettings,
+    pub end: f64,
+    /// `n_max`
+    pub max_steps: Option<usize>,
+    /// `δ_stop` on the total stationary residual.
+    pub stop_residual: Option<f64>,
+    /// Bound on `|dF/dt|` that ends the run.
+    pub stop_energy_rate: Option<f64>,
+}
+
+impl Scene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// Whatever is wrong with it, see [`SceneError`].
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        Self::check(SceneSource::read(path)?)
+    }
+
+    /// Checks a text; `origin` is its file, for messages and relative paths.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(text: &str, origin: &Path) -> Result<Self, SceneError> {
+        Self::check(SceneSource::parse(text, origin)?)
+    }
+
+    /// Checks a scene with its overrides: every rule that does not need the mesh.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn check(source: SceneSource) -> Result<Self, SceneError> {
+        check::check(source)
+    }
+
+    /// Changes one value and checks again; unchanged on error. See [`SceneSource::set`].
+    ///
+    /// # Errors
+    /// As [`SceneSource::set`] and [`read`](Self::read).
+    pub fn set(&mut self, path: &str, value: &str) -> Result<(), SceneError> {
+        let mut source = self.source.clone();
+        source.set(path, value)?;
+        *self = Self::check(source)?;
+        Ok(())
+    }
+
+    /// The text that the scene was checked from, for further overrides.
+    pub fn source(&self) -> &SceneSource {
+        &self.source
+    }
+
+    /// The scene as TOML with every default and override filled in; it parses back to the same scene.
+    pub fn resolved_toml(&self) -> String {
+        resolve::to_toml(&self.resolved)
+    }
+
+    /// Compares the boundary conditions with the tags of the mesh: each tag has one, each one has a tag.
+    ///
+    /// # Errors
+    /// The first condition without a tag, else the first tag without a condition.
+    pub fn check_tags(&self, tags: &[String]) -> Result<(), SceneError> {
+        let known: Vec<&str> = tags.iter().map(String::as_str).collect();
+        if let Some(tag) = self.boundary.keys().find(|tag| !tags.contains(tag)) {
+            return Err(SceneError::UnknownTag {
+                place: self.source.place(&format!("boundary.{tag}")),
+                tag: tag.clone(),
+                suggestion: names::did_you_mean(tag, &known),
+                known: known.join(", "),
+            });
+        }
+        let file = self.source.origin().to_owned();
+        tags.iter()
+            .find(|tag| !self.boundary.contains_key(*tag))
+            .map_or(Ok(()), |tag| Err(SceneError::TagWithoutCondition { file, tag: tag.clone() }))
+    }
+
+    /// Whether Π is determined only up to a constant and takes zero mean: no tag prescribes a normal stress.
+    pub fn pressure_is_free(&self) -> bool {
+        self.boundary.values().all(|conditions| match conditions.velocity {
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip => true,
+            VelocityCondition::Traction(_) | VelocityCondition::NoTangential => false,
+        })
+    }
+
+    /// The model's terms and the sources, on and off.
+    pub fn terms(&self) -> Vec<Term> {
+        let source = |name, formula, given: bool| {
+            let reason = if given { "given in [source]" } else { "not given" }.to_owned();
+            Term { name, formula, on: given, reason }
+        };
+        let mut terms = self.parameters.terms();
+        terms.push(source("force", "(f_v|w)", self.sources.force.is_some()));
+        terms.push(source("polarity source", "(f_p|q)", self.sources.polarity.is_some()));
+        terms
+    }
+
+    /// What is worth knowing before the run and no error.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if self.pressure_is_free() {
+            remarks.push(
+                "the velocity is Dirichlet or slip on the whole boundary: the pressure is fixed by its zero mean, and the \
+                 prescribed flow must conserve volume"
+                    .to_owned(),
+            );
+        }
+        let dirichlet = |c: &Conditions| match c.velocity {
+            VelocityCondition::Dirichlet(_) => true,
+            VelocityCondition::Traction(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
+        };
+        if self.parameters.friction == 0.0 && !self.boundary.values().any(dirichlet) {
+            remarks.push(
+                "without friction and without a Dirichlet velocity a rigid motion may be undetermined (a rotation of a \
+                 disc, a translation along a strip)"
+                    .to_owned(),
+            );
+        }
+        remarks
+    }
+}

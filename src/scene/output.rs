@@ -1,0 +1,227 @@
+//! `[[output]]`: what is written, and when.
+
+use std::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize, de};
+
+use crate::mesh::Point;
+use crate::time::Schedule;
+
+/// Fields that can be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Field {
+    /// `v`
+    Velocity,
+    /// `Π`
+    Pressure,
+    /// `p`
+    Polarity,
+    /// `L_h`
+    MolecularField,
+    /// `ψ` of [B.54]
+    StreamFunction,
+    /// `v − (T_a/C_F) e_1`
+    TissueVelocity,
+}
+
+/// Numbers that can be measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Largest first component behind the disc on axis 1, less 1, in percent; velocity and polarity.
+    Overshoot,
+    /// Up–down asymmetry [10.7]; velocity and polarity.
+    Asymmetry,
+    /// `F` and `dF/dt`
+    FreeEnergy,
+}
+
+/// The six axes of the strip, lengths in disc radii.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Axis {
+    /// `x_2 = 0`
+    #[serde(rename = "axis-1")]
+    Axis1,
+    /// `x_2 = +1.66`
+    #[serde(rename = "axis-2a")]
+    Axis2a,
+    /// `x_2 = −1.66`
+    #[serde(rename = "axis-2b")]
+    Axis2b,
+    /// `x_1 = 0`
+    #[serde(rename = "axis-3")]
+    Axis3,
+    /// `x_1 = +1.66`
+    #[serde(rename = "axis-4")]
+    Axis4,
+    /// `x_1 = −1.66`
+    #[serde(rename = "axis-5")]
+    Axis5,
+}
+
+/// A straight line parallel to a coordinate axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AxisLine {
+    /// `x_2` is this.
+    Horizontal(f64),
+    /// `x_1` is this.
+    Vertical(f64),
+}
+
+impl Axis {
+    /// Where the axis lies, in disc radii about the disc's centre.
+    pub fn line(self) -> AxisLine {
+        match self {
+            Axis::Axis1 => AxisLine::Horizontal(0.0),
+            Axis::Axis2a => AxisLine::Horizontal(1.66),
+            Axis::Axis2b => AxisLine::Horizontal(-1.66),
+            Axis::Axis3 => AxisLine::Vertical(0.0),
+            Axis::Axis4 => AxisLine::Vertical(1.66),
+            Axis::Axis5 => AxisLine::Vertical(-1.66),
+        }
+    }
+
+    /// As in the scene file, and the name of the table that is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Axis::Axis1 => "axis-1",
+            Axis::Axis2a => "axis-2a",
+            Axis::Axis2b => "axis-2b",
+            Axis::Axis3 => "axis-3",
+            Axis::Axis4 => "axis-4",
+            Axis::Axis5 => "axis-5",
+        }
+    }
+}
+
+impl Field {
+    /// As in the scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Field::Velocity => "velocity",
+            Field::Pressure => "pressure",
+            Field::Polarity => "polarity",
+            Field::MolecularField => "molecular-field",
+            Field::StreamFunction => "stream-function",
+            Field::TissueVelocity => "tissue-velocity",
+        }
+    }
+}
+
+impl Measure {
+    /// As in the scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Measure::Overshoot => "overshoot",
+            Measure::Asymmetry => "asymmetry",
+            Measure::FreeEnergy => "free-energy",
+        }
+    }
+}
+
+/// A section through the fields.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cut {
+    Axis(Axis),
+    /// `points` equidistant points from `from` to `to`, both included.
+    Line {
+        name: String,
+        from: Point,
+        to: Point,
+        points: usize,
+    },
+}
+
+/// What one `[[output]]` writes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum What {
+    Fields(Vec<Field>),
+    Measures(Vec<Measure>),
+    Cuts(Vec<Cut>),
+    Checkpoint,
+}
+
+/// A checked `[[output]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    pub what: What,
+    pub schedule: Schedule,
+}
+
+/// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `checkpoint`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OutputTable {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fields: Option<Vec<Field>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measures: Option<Vec<Measure>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cuts: Option<Vec<CutTable>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub checkpoint: Option<bool>,
+    /// Absent: only at the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every: Option<EveryTable>,
+}
+
+/// `every = { time = … }` or `every = { steps = … }`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EveryTable {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<usize>,
+}
+
+/// An element of `cuts`: the name of an axis, or a line.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum CutTable {
+    Axis(Axis),
+    Line(LineTable),
+}
+
+/// `{ name = "…", from = [x, y], to = [x, y], points = 200 }`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LineTable {
+    /// Name of the file that is written.
+    pub name: String,
+    pub from: [f64; 2],
+    pub to: [f64; 2],
+    /// Number of points, both ends included (default 200).
+    #[serde(default = "default_points")]
+    pub points: usize,
+}
+
+fn default_points() -> usize {
+    200
+}
+
+impl<'de> Deserialize<'de> for CutTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(CutVisitor)
+    }
+}
+
+/// By hand, because serde's untagged enums lose line and reason.
+struct CutVisitor;
+
+impl<'de> de::Visitor<'de> for CutVisitor {
+    type Value = CutTable;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("the name of an axis or { name, from = [x, y], to = [x, y], points }")
+    }
+
+    fn visit_str<E: de::Error>(self, name: &str) -> Result<CutTable, E> {
+        Axis::deserialize(de::value::StrDeserializer::new(name)).map(CutTable::Axis)
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<CutTable, A::Error> {
+        LineTable::deserialize(de::value::MapAccessDeserializer::new(map)).map(CutTable::Line)
+    }
+}

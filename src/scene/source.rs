@@ -1,0 +1,131 @@
+//! A scene as text with overrides: reading it, [`SceneSource::set`], and the place of every key.
+
+use std::path::{Path, PathBuf};
+
+use toml_edit::{Document, DocumentMut};
+
+use super::edit;
+use super::error::{Place, SceneError};
+use super::locate;
+use super::tables::SceneFile;
+use super::translate;
+
+/// A scene that is well-formed TOML; nothing else is checked yet.
+#[derive(Debug, Clone)]
+pub struct SceneSource {
+    /// The file, as messages name it.
+    origin: String,
+    /// Where relative paths in the scene start.
+    folder: PathBuf,
+    /// The file's own text, which line numbers refer to.
+    original: String,
+    /// The text with the overrides.
+    document: DocumentMut,
+    /// Paths that were set, in order.
+    set: Vec<String>,
+}
+
+impl SceneSource {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not TOML.
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let text = std::fs::read_to_string(path).map_err(|error| SceneError::Unreadable {
+            file: path.display().to_string(),
+            reason: error.to_string(),
+            hint: "give the path of a scene, a TOML text such as studies/strip/strip.toml",
+        })?;
+        Self::parse(&text, path)
+    }
+
+    /// Takes a text; `origin` is its file, for messages and relative paths.
+    ///
+    /// # Errors
+    /// A text that is not TOML.
+    pub fn parse(text: &str, origin: &Path) -> Result<Self, SceneError> {
+        let name = origin.display().to_string();
+        let document = text.parse::<DocumentMut>().map_err(|error| {
+            let line = error.span().map(|span| locate::line(text, span.start));
+            let what = error.message().replace('\n', ", ");
+            let twice = what.contains("duplicate");
+            let hint =
+                if twice { "give each key once" } else { "a text value needs quotes, a table starts with [name]" };
+            let hint = hint.to_owned();
+            SceneError::Syntax { place: Box::new(Place::Line { file: name.clone(), line }), what, hint }
+        })?;
+        let folder = origin.parent().unwrap_or(Path::new("")).to_owned();
+        Ok(Self { origin: name, folder, original: text.to_owned(), document, set: Vec::new() })
+    }
+
+    /// Puts `value` at the dotted `path`, as in `model.peclet`, `boundary.inlet.velocity` or `output.0.every.time`.
+    ///
+    /// The value is a TOML value, or else a string without its quotes (`slip`, `1 - y^2`). An empty value removes the
+    /// key, which restores its default. The scene is checked as a whole only by [`super::Scene::check`], so that several
+    /// overrides may depend on each other.
+    ///
+    /// # Errors
+    /// A path that no scene has, with the keys that exist there; a value of the wrong type.
+    pub fn set(&mut self, path: &str, value: &str) -> Result<(), SceneError> {
+        let place = Box::new(Place::Set { file: self.origin.clone(), path: path.to_owned() });
+        let mut next = self.clone();
+        let keys: Vec<&str> = path.split('.').map(str::trim).collect();
+        edit::set(next.document.as_item_mut(), &keys, value.trim()).map_err(|refusal| SceneError::Value {
+            place,
+            key: path.to_owned(),
+            value: value.trim().to_owned(),
+            rule: refusal.rule,
+            hint: refusal.hint,
+        })?;
+        next.set.push(keys.join("."));
+        match next.file() {
+            Err(found) if related(&found.0, &keys.join(".")) => Err(found.1),
+            // other keys may still be set; the check reports what remains wrong
+            Err(_) | Ok(_) => {
+                *self = next;
+                Ok(())
+            }
+        }
+    }
+
+    /// The tables, with the overrides; an error comes with the key that it concerns.
+    pub(super) fn file(&self) -> Result<SceneFile, Box<(String, SceneError)>> {
+        let text = self.document.to_string();
+        toml_edit::de::from_str::<SceneFile>(&text).map_err(|error| Box::new(translate::translate(self, &text, &error)))
+    }
+
+    /// Where `key` was given: the override, the line, or the line of the nearest table around it.
+    pub fn place(&self, key: &str) -> Box<Place> {
+        let file = self.origin.clone();
+        if let Some(path) = self.set.iter().rev().find(|path| related(key, path)) {
+            return Box::new(Place::Set { file, path: path.clone() });
+        }
+        let line = Document::parse(self.original.as_str())
+            .ok()
+            .and_then(|document| locate::position(&document, key).map(|at| locate::line(&self.original, at)));
+        Box::new(Place::Line { file, line })
+    }
+
+    /// The file, as messages name it.
+    pub fn origin(&self) -> &str {
+        &self.origin
+    }
+
+    /// Where relative paths in the scene start.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The scene's text with the overrides, defaults not filled in.
+    pub fn text(&self) -> String {
+        self.document.to_string()
+    }
+}
+
+/// Whether one dotted path contains the other.
+fn related(a: &str, b: &str) -> bool {
+    let inside = |inner: &str, outer: &str| {
+        inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    inside(a, b) || inside(b, a)
+}

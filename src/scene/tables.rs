@@ -1,0 +1,283 @@
+//! The tables of a scene file. What depends on no other key is filled in by serde, so that writing a table back shows
+//! every default.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize, de};
+
+use super::output::OutputTable;
+use crate::mesh::generate::MeshScene;
+use crate::model::boundary::BoundaryScene;
+use crate::model::expression::{Formula, VectorFormula};
+use crate::model::parameters::ModelScene;
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// One line for reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    pub model: ModelScene,
+    pub mesh: MeshScene,
+    #[serde(default)]
+    pub space: SpaceTable,
+    /// Conditions by boundary tag.
+    #[serde(default)]
+    pub boundary: BTreeMap<String, BoundaryScene>,
+    pub initial: InitialTable,
+    #[serde(default, skip_serializing_if = "SourceTable::is_empty")]
+    pub source: SourceTable,
+    pub time: TimeTable,
+    #[serde(default)]
+    pub coupling: CouplingTable,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub output: Vec<OutputTable>,
+}
+
+/// `[space]`: polynomial degrees, and how slip is imposed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SpaceTable {
+    /// 1 to 3 (default 1): velocity k+1, pressure k, polarity k+2.
+    pub k: usize,
+    /// Single degrees in place of those that `k` gives.
+    pub degree: DegreeTable,
+    /// `"rotated"` (default) or `"penalty"`.
+    pub slip: SlipName,
+    /// `ε_r` of [10.3], used by `slip = "penalty"` (default 1e-8).
+    pub penalty: f64,
+}
+
+impl Default for SpaceTable {
+    fn default() -> Self {
+        Self { k: 1, degree: DegreeTable::default(), slip: SlipName::Rotated, penalty: 1e-8 }
+    }
+}
+
+/// `space.degree`
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DegreeTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polarity: Option<usize>,
+}
+
+/// How `v·n = 0` is imposed on curved boundaries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SlipName {
+    Rotated,
+    Penalty,
+}
+
+/// `[initial]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InitialTable {
+    pub polarity: PolarityStart,
+}
+
+/// `initial.polarity`: a name, two formulas, `{ random = { … } }` or `{ file = "…" }`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum PolarityStart {
+    Name(String),
+    Formulas(VectorFormula),
+    Table(StartTable),
+}
+
+/// The forms of `initial.polarity` that carry values.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StartTable {
+    Random(RandomTable),
+    File(String),
+}
+
+/// `{ random = { seed, amplitude, h_coarse } }`, spec section 7 [10.4.4].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RandomTable {
+    /// Same seed, same start (default 1).
+    pub seed: u64,
+    /// Standard deviation of the length of p at a coarse node (default 0.1).
+    pub amplitude: f64,
+    /// Edge length of the coarse mesh whose nodes are drawn (default 0.25, the side of the unit disc's 25-gon).
+    pub h_coarse: f64,
+}
+
+impl Default for RandomTable {
+    fn default() -> Self {
+        Self { seed: 1, amplitude: 0.1, h_coarse: 0.25 }
+    }
+}
+
+/// `[source]`: manufactured sources, zero in a physical scene.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SourceTable {
+    /// `f_v`
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<[Formula; 2]>,
+    /// `f_p`
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polarity: Option<[Formula; 2]>,
+}
+
+impl SourceTable {
+    fn is_empty(&self) -> bool {
+        self.force.is_none() && self.polarity.is_none()
+    }
+}
+
+/// `[time]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeTable {
+    pub scheme: Scheme,
+    /// Largest and first step `Δt_0 > 0`.
+    pub step: f64,
+    /// The run ends when a failure would halve Δt below this (default `1e-6 step`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_min: Option<f64>,
+    /// End time.
+    pub end: f64,
+    /// Most accepted steps `n_max` (default no limit).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_steps: Option<usize>,
+    /// Δt grows by this factor (default 1.25), never above `step`,
+    #[serde(default = "default_growth")]
+    pub growth: f64,
+    /// after `⌈growth_wait Δt_0/Δt⌉` steps in a row without a halving (default 50)
+    #[serde(default = "default_growth_wait")]
+    pub growth_wait: f64,
+    /// and with a rate `η_k` above this (default 0.55).
+    #[serde(default = "default_growth_rate")]
+    pub growth_rate: f64,
+    #[serde(default, skip_serializing_if = "StopTable::is_empty")]
+    pub stop: StopTable,
+}
+
+fn default_growth() -> f64 {
+    1.25
+}
+
+fn default_growth_wait() -> f64 {
+    50.0
+}
+
+fn default_growth_rate() -> f64 {
+    0.55
+}
+
+/// BDF of order 1 to 6 on the polarity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheme {
+    Bdf1,
+    Bdf2,
+    Bdf3,
+    Bdf4,
+    Bdf5,
+    Bdf6,
+}
+
+impl Scheme {
+    pub fn order(self) -> usize {
+        match self {
+            Scheme::Bdf1 => 1,
+            Scheme::Bdf2 => 2,
+            Scheme::Bdf3 => 3,
+            Scheme::Bdf4 => 4,
+            Scheme::Bdf5 => 5,
+            Scheme::Bdf6 => 6,
+        }
+    }
+}
+
+/// `time.stop`: endings before `time.end`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StopTable {
+    /// Total residual of the stationary equations [9.8–9.10] below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
+    /// `|dF/dt|` below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_rate: Option<f64>,
+}
+
+impl StopTable {
+    fn is_empty(&self) -> bool {
+        self.residual.is_none() && self.energy_rate.is_none()
+    }
+}
+
+/// `[coupling]`: how velocity and polarity are iterated within a step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CouplingTable {
+    /// `"fixed-point"` (default) or `"anderson"`.
+    pub kind: CouplingName,
+    /// `δ_fp`: converged when `e_k` is below (default 1e-8).
+    pub tolerance: f64,
+    /// At `k_max` accepted when `e_k` is below this (default `sqrt(tolerance)`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accept: Option<f64>,
+    /// Failed when `e_k` is above this (default 1e4).
+    pub diverged: f64,
+    /// `k_max` (default 100).
+    pub max_iterations: usize,
+    /// Iterates that `anderson` combines (default 10).
+    pub depth: usize,
+}
+
+impl Default for CouplingTable {
+    fn default() -> Self {
+        let kind = CouplingName::FixedPoint;
+        Self { kind, tolerance: 1e-8, accept: None, diverged: 1e4, max_iterations: 100, depth: 10 }
+    }
+}
+
+/// `coupling.kind`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CouplingName {
+    FixedPoint,
+    Anderson,
+}
+
+impl<'de> Deserialize<'de> for PolarityStart {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(StartVisitor)
+    }
+}
+
+/// By hand, because serde's untagged enums lose line and reason.
+struct StartVisitor;
+
+impl<'de> de::Visitor<'de> for StartVisitor {
+    type Value = PolarityStart;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("\"aligned-around-disc\", two formulas, { random = { … } } or { file = \"…\" }")
+    }
+
+    fn visit_str<E: de::Error>(self, name: &str) -> Result<PolarityStart, E> {
+        Ok(PolarityStart::Name(name.to_owned()))
+    }
+
+    fn visit_seq<A: de::SeqAccess<'de>>(self, sequence: A) -> Result<PolarityStart, A::Error> {
+        VectorFormula::deserialize(de::value::SeqAccessDeserializer::new(sequence)).map(PolarityStart::Formulas)
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PolarityStart, A::Error> {
+        StartTable::deserialize(de::value::MapAccessDeserializer::new(map)).map(PolarityStart::Table)
+    }
+}

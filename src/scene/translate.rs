@@ -1,0 +1,77 @@
+//! serde's messages in the words of scenes: key, value, rule, hint.
+
+use toml_edit::Document;
+
+use super::error::SceneError;
+use super::locate;
+use super::source::SceneSource;
+use crate::model::names;
+
+/// The key that `error` concerns, and the error as a scene has it. `text` is what was deserialised.
+pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de::Error) -> (String, SceneError) {
+    let message = error.message();
+    let span = error.span().unwrap_or(0..0);
+    let (around, inner) = match Document::parse(text) {
+        Ok(document) => (locate::path_of(&document, &span), locate::path_at(&document, span.start)),
+        Err(_) => (Vec::new(), Vec::new()),
+    };
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let value = text.get(span).unwrap_or("").trim().to_owned();
+    if let (true, Some((name, known))) = (message.starts_with("unknown field"), quoted.split_first()) {
+        let key = if inner.last().is_some_and(|last| last == name) { inner.join(".") } else { join(&inner, name) };
+        let (suggestion, known) = (names::did_you_mean(name, known), known.join(", "));
+        let place = source.place(&key);
+        return (key.clone(), SceneError::UnknownKey { place, key, suggestion, known });
+    }
+    if let (true, [name]) = (message.starts_with("missing field"), &quoted[..]) {
+        let key = join(&around, name);
+        let hint = if around.is_empty() {
+            format!("add the table [{name}]")
+        } else {
+            format!("add `{name} = …` to [{}]", around.join("."))
+        };
+        return (key.clone(), SceneError::Missing { place: source.place(&key), key, hint });
+    }
+    let key = inner.join(".");
+    let (rule, hint) = match (message.starts_with("unknown variant"), quoted.split_first()) {
+        (true, Some((name, known))) => {
+            let (suggestion, known) = (names::did_you_mean(name, known), known.join(", "));
+            if inner.last().is_some_and(|last| last == name) {
+                return (key.clone(), SceneError::UnknownKey { place: source.place(&key), key, suggestion, known });
+            }
+            (format!("`{name}` is not among the choices{suggestion}"), format!("the choices are {known}"))
+        }
+        (true, None) | (false, _) => (plain(message), example(message).to_owned()),
+    };
+    (key.clone(), SceneError::Value { place: source.place(&key), key, value, rule, hint })
+}
+
+fn join(path: &[String], name: &str) -> String {
+    path.iter().map(String::as_str).chain([name]).collect::<Vec<_>>().join(".")
+}
+
+fn example(message: &str) -> &'static str {
+    if message.contains("expected f64") {
+        "write a number such as 0.1, without quotes"
+    } else if message.contains("expected usize") || message.contains("expected u64") {
+        "write a whole number such as 10, without quotes"
+    } else {
+        "studies/strip/strip.toml shows the form"
+    }
+}
+
+/// serde names Rust's types; a scene's author knows numbers.
+fn plain(message: &str) -> String {
+    const WORDS: [(&str, &str); 6] = [
+        ("invalid type: ", "wrong type: "),
+        ("floating point `", "number `"),
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number, not negative"),
+        ("expected u64", "expected a whole number, not negative"),
+        ("wanted string or table", "expected one of the names"),
+    ];
+    let message = message.trim().replace('\n', ", ");
+    let message =
+        message.split_once("expected struct").map_or(message.clone(), |(head, _)| head.to_owned() + "expected a table");
+    WORDS.iter().fold(message, |text, (from, to)| text.replace(from, to))
+}

@@ -1,0 +1,219 @@
+//! Wrong scenes, each with its message: file, line, key, value, rule, hint.
+
+use std::path::Path;
+
+use monolayer::scene::{Scene, SceneSource};
+
+const STRIP: &str = include_str!("../studies/strip/strip.toml");
+
+/// The strip with `from` replaced by `to`, and the line on which `to` then stands.
+fn changed(from: &str, to: &str) -> (String, usize) {
+    let at = STRIP.find(from).unwrap_or_else(|| panic!("the strip scene has no `{from}`"));
+    (STRIP.replacen(from, to, 1), STRIP[..at].matches('\n').count() + 1)
+}
+
+fn refused(text: &str) -> String {
+    Scene::parse(text, Path::new("strip.toml")).expect_err("the scene is wrong").to_string()
+}
+
+fn says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "`{part}` is not in: {message}");
+    }
+    println!("{message}\n");
+}
+
+/// Replaces, and expects the line of the change and `parts` in the message.
+fn wrong(from: &str, to: &str, parts: &[&str]) {
+    let (text, line) = changed(from, to);
+    let message = refused(&text);
+    says(&message, &[&format!("strip.toml, line {line}: ")]);
+    says(&message, parts);
+}
+
+#[test]
+fn misspelt_keys_and_tables() {
+    let parts = ["`model.pecle`", "did you mean `peclet`?", "kind, friction, beta, traction"];
+    wrong("peclet = 2.0", "pecle = 2.0", &parts);
+    wrong("[initial]", "[intial]", &["`intial`", "did you mean `initial`?", "model, mesh"]);
+    wrong("stop = { residual", "stop = { residuals", &["`time.stop.residuals`", "did you mean `residual`?"]);
+    wrong("every = { time", "every = { tiem", &["`output.0.every.tiem`", "did you mean `time`?", "time, steps"]);
+    wrong("h_disc = 0.13", "hdisc = 0.13", &["`mesh.hdisc`", "did you mean `h_disc`?"]);
+}
+
+#[test]
+fn a_misspelt_key_of_a_boundary() {
+    let (text, line) = changed("velocity = \"traction\"", "velocty = \"traction\"");
+    let at = format!("line {line}");
+    says(&refused(&text), &[&at, "`boundary.outlet.velocty`", "did you mean `velocity`?", "velocity, polarity"]);
+}
+
+#[test]
+fn wrong_types() {
+    wrong("peclet = 2.0", "peclet = \"fast\"", &["`model.peclet` = \"fast\"", "expected a number", "without quotes"]);
+    wrong("k = 1", "k = -1", &["`space.k` = -1", "expected a whole number, not negative"]);
+    wrong("[\"1\", \"0\"]", "[\"1\"]", &["`boundary.inlet.velocity", "array of length 2"]);
+    wrong("\"aligned-around-disc\"", "3", &["`initial.polarity` = 3", "two formulas"]);
+    wrong("{ steps = 10 }", "{ steps = 0.5 }", &["`output.1.every.steps` = 0.5", "whole number"]);
+}
+
+#[test]
+fn values_out_of_range() {
+    wrong("peclet = 2.0", "peclet = 0.0", &["`model.peclet` = 0", "greater than 0", "time derivative"]);
+    wrong("beta = 0.75", "beta = 1.0", &["`model.beta` = 1", "[0, 1)", "C_F"]);
+    wrong("beta = 0.75", "friction = -3", &["`model.friction` = -3", "not negative"]);
+    wrong("coherence = 0.1", "coherence = nan", &["`model.coherence` = NaN", "greater than 0"]);
+    wrong("elasticity = 0.4", "elasticity = -0.4", &["`model.elasticity` = -0.4", "must not be negative"]);
+    wrong("slip = 1.0", "slip = 1.5", &["`model.slip` = 1.5", "[-1, 1]", "upper-convected"]);
+    wrong("active_stress = 0.0", "active_stress = inf", &["`model.active_stress` = inf", "finite"]);
+    wrong("k = 1 ", "k = 4 ", &["`space.k` = 4", "1, 2 or 3"]);
+    wrong("step = 0.1", "step = -0.1", &["`time.step` = -0.1", "greater than 0"]);
+    wrong("residual = 1e-8", "residual = 0.0", &["`time.stop.residual` = 0", "greater than 0"]);
+    wrong("time = 10.0", "time = 0", &["`output.0.every.time` = 0", "greater than 0"]);
+}
+
+#[test]
+fn friction_and_beta_exclude_each_other() {
+    wrong("beta = 0.75", "beta = 0.75\nfriction = 3.0", &["`model.beta` = 0.75", "here are both", "remove one"]);
+    let (text, line) = changed("beta = 0.75", "slip = 0.5");
+    let text = text.replace("slip = 1.0", "");
+    let at = format!("line {}", line - 2);
+    says(&refused(&text), &[&at, "`model.friction` = (missing)", "exactly one", "beta = 0.75"]);
+}
+
+#[test]
+fn keys_that_are_missing() {
+    let (text, line) = changed("peclet = 2.0\n", "");
+    says(&refused(&text), &[&format!("line {}", line - 3), "`model.peclet` is missing", "add `peclet = …` to [model]"]);
+    let (text, _) = changed("[initial]\npolarity = \"aligned-around-disc\"", "");
+    says(&refused(&text), &["`initial` is missing", "add the table [initial]"]);
+    let (text, line) = changed("[boundary.outlet]\nvelocity = \"traction\"", "[boundary.outlet]");
+    says(&refused(&text), &[&format!("line {line}"), "`boundary.outlet.velocity` is missing"]);
+    let (text, _) = changed("shape = \"strip-with-disc\"", "");
+    says(&refused(&text), &["`mesh.shape` = (missing)", "exactly one of `shape` and `file`"]);
+}
+
+#[test]
+fn models_and_conditions_that_do_not_exist() {
+    wrong("\"incompressible\"", "\"compressible\"", &["`model.kind`", "not built yet", "`incompressible`"]);
+    wrong("\"incompressible\"", "\"elastic\"", &["`model.kind` = \"elastic\"", "no such model"]);
+    let choices = ["`boundary.walls.velocity` = \"slipp\"", "did you mean `slip`?", "\"no-tangential\""];
+    let (text, line) = changed("[boundary.walls]\nvelocity = \"slip\"", "[boundary.walls]\nvelocity = \"slipp\"");
+    let message = refused(&text);
+    says(&message, &[&format!("line {}", line + 1)]);
+    says(&message, &choices);
+    wrong("\"traction\"", "\"dirichlet\"", &["`boundary.outlet.velocity`", "needs its two components"]);
+    wrong("\"traction\"", "{ slip = [1, 0] }", &["`boundary.outlet.velocity`", "takes no values"]);
+    wrong("\"neumann\"", "\"neuman\"", &["`boundary.walls.polarity`", "did you mean `neumann`?"]);
+    wrong("\"bdf2\"", "\"bdf7\"", &["`time.scheme`", "`bdf7` is not among the choices", "bdf1, bdf2", "bdf6"]);
+    wrong("\"strip-with-disc\"", "\"strip-with-disk\"", &["`mesh.shape`", "did you mean `strip-with-disc`?"]);
+    wrong("\"aligned-around-disc\"", "\"aligned\"", &["`initial.polarity` = \"aligned\"", "random", "file"]);
+    wrong("\"aligned-around-disc\"", "{ rnadom = { seed = 1 } }", &["did you mean `random`?", "random, file"]);
+    wrong("\"aligned-around-disc\"", "{ random = { sed = 1 } }", &["`initial.polarity.random.sed`", "`seed`?"]);
+    wrong("\"axis-2a\"", "\"axis-2\"", &["`output.2.cuts.1` = \"axis-2\"", "axis-1, axis-2a"]);
+    wrong("\"pressure\"", "\"presure\"", &["`output.0.fields.1`", "did you mean `pressure`?", "molecular-field"]);
+    wrong("\"overshoot\"", "\"budget\"", &["`output.1.measures.0`", "overshoot, asymmetry, free-energy"]);
+}
+
+#[test]
+fn bad_formulas() {
+    let rule =
+        ["`boundary.inlet.velocity.dirichlet` = \"1 - pecle*y\"", "`pecle`", "did you mean `peclet`?", "x, y, t"];
+    wrong("[\"1\", \"0\"]", "[\"1 - pecle*y\", \"0\"]", &rule);
+    wrong("[\"1\", \"0\"]", "[\"1 -\", \"0\"]", &["\"1 -\"", "character 4", "found the end"]);
+    wrong("[\"1\", \"0\"]", "[\"1/0\", \"0\"]", &["\"1/0\"", "is inf at", "must be finite"]);
+    wrong("\"aligned-around-disc\"", "[\"cos(x\", \"0\"]", &["`initial.polarity` = \"cos(x\"", "expected `)`"]);
+}
+
+#[test]
+fn rules_between_keys() {
+    let parts = ["`time.step` = 0.1", "time.step_min = 0.2", "lower `step_min`"];
+    wrong("step = 0.1\nend = 400.0", "step = 0.1\nend = 400.0\nstep_min = 0.2", &parts);
+    wrong("step = 0.1", "step = 1000.0", &["`time.step` = 1000", "time.end = 400", "raise `end`"]);
+    wrong("k = 1 ", "degree = { pressure = 2 } ", &["`space.degree.pressure` = 2", "velocity's degree 2"]);
+    wrong("k = 1 ", "degree = { velocity = 6 } ", &["`space.degree.velocity` = 6", "between 2 and 5"]);
+    let energy = "stop = { energy_rate = 1e-9 }";
+    let text = changed("stop = { residual = 1e-8 }", energy).0.replace("elasticity = 0.4", "elasticity = 0");
+    says(&refused(&text), &["`time.stop.energy_rate`", "free energy is zero", "use time.stop.residual"]);
+    let text = changed("\"pressure\"", "\"molecular-field\"").0.replace("elasticity = 0.4", "elasticity = 0");
+    says(&refused(&text), &["`output.0.fields` = \"molecular-field\"", "elasticity = 0"]);
+    let text = changed("\"pressure\"", "\"tissue-velocity\"").0.replace("beta = 0.75", "friction = 0");
+    says(&refused(&text), &["\"tissue-velocity\"", "friction > 0"]);
+    wrong("[[output]]\nfields", "[[output]]\ncheckpoint = true\nfields", &["`output.0`", "exactly one", "[[output]]"]);
+    wrong("{ time = 10.0 }", "{ time = 10.0, steps = 3 }", &["`output.0.every`", "exactly one of `time` and `steps`"]);
+    wrong("[\"velocity\", \"pressure\", \"polarity\"]", "[]", &["`output.0.fields` = []", "the list is empty"]);
+    wrong("residual = 1e-8 }", "energy_rate = -1e-9 }", &["`time.stop.energy_rate` = -1e-9", "greater than 0"]);
+}
+
+#[test]
+fn undetermined_velocity() {
+    let mut text =
+        STRIP.replace("beta = 0.75", "friction = 0.0").replace("velocity = \"slip\"", "velocity = \"traction\"");
+    text = text.replacen("velocity = { dirichlet = [\"1\", \"0\"] }", "velocity = \"traction\"", 1);
+    says(&refused(&text), &["`model.friction` = 0", "undetermined", "friction > 0"]);
+}
+
+#[test]
+fn cuts_that_are_no_lines() {
+    let line = "{ name = \"a/b\", from = [0, 0], to = [1, 0] }";
+    wrong("\"axis-2a\"", line, &["`output.2.cuts.1.name` = \"a/b\"", "file name"]);
+    let line = "{ name = \"a\", from = [1, 0], to = [1, 0] }";
+    wrong("\"axis-2a\"", line, &["`output.2.cuts.1.to`", "differ from `from`"]);
+    wrong("\"axis-2a\"", "{ name = \"a\", from = [1, 0] }", &["`output.2.cuts.1.to` is missing"]);
+}
+
+#[test]
+fn texts_that_are_not_toml() {
+    wrong("peclet = 2.0", "peclet = = 2.0", &["not TOML", "hint: "]);
+    wrong("velocity = \"traction\"", "velocity = traction", &["not TOML", "needs quotes"]);
+    let (text, line) = changed("coherence = 0.1", "peclet = 3.0");
+    says(&refused(&text), &[&format!("line {line}"), "duplicate key", "give each key once"]);
+}
+
+#[test]
+fn files_that_are_missing() {
+    let error = Scene::read(Path::new("no-such-folder/scene.toml")).unwrap_err().to_string();
+    says(&error, &["no-such-folder/scene.toml: cannot be read", "hint: give the path of a scene"]);
+    let parts = ["`mesh.file` = \"gone.msh\"", "there is no such file", "scene's folder"];
+    wrong("shape = \"strip-with-disc\"", "file = \"gone.msh\"", &parts);
+    wrong("\"aligned-around-disc\"", "{ file = \"gone.vtu\" }", &["`initial.polarity.file`", "no such file"]);
+    let both = "file = \"a.msh\"\nshape = \"strip-with-disc\"";
+    wrong("shape = \"strip-with-disc\"", both, &["`mesh.file`", "exactly one", "remove one of the two"]);
+}
+
+#[test]
+fn tags_of_the_mesh() {
+    let strip = Scene::parse(STRIP, Path::new("strip.toml")).unwrap();
+    let tags = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    let line = STRIP[..STRIP.find("[boundary.walls]").unwrap()].matches('\n').count() + 1;
+    let error = strip.check_tags(&tags(&["inlet", "outlet", "wall", "disc"])).unwrap_err().to_string();
+    let at = format!("strip.toml, line {line}: ");
+    says(&error, &[&at, "[boundary.walls]", "did you mean `wall`?", "inlet, outlet, wall, disc"]);
+    let error = strip.check_tags(&tags(&["inlet", "outlet", "walls", "disc", "hole"])).unwrap_err().to_string();
+    says(&error, &["strip.toml", "`hole`", "has no condition", "add [boundary.hole]"]);
+}
+
+fn set(path: &str, value: &str) -> String {
+    let mut source = SceneSource::parse(STRIP, Path::new("strip.toml")).unwrap();
+    let result = source.set(path, value).map(|()| source.clone()).and_then(Scene::check);
+    result.expect_err("the override is wrong").to_string()
+}
+
+#[test]
+fn overrides() {
+    let known = ["strip.toml with `model.pecle` set", "`model.pecle`", "did you mean `peclet`?", "coherence"];
+    says(&set("model.pecle", "4.0"), &known);
+    says(&set("modle.peclet", "4.0"), &["`modle`", "did you mean `model`?", "space, boundary"]);
+    says(&set("model.peclet", "fast"), &["`model.peclet` set", "= \"fast\"", "expected a number"]);
+    says(&set("model.peclet", "-4"), &["`model.peclet` set", "`model.peclet` = -4", "greater than 0"]);
+    says(&set("model.friction", "2"), &["here are both", "--set model.beta="]);
+    says(&set("output.9.every.time", "1"), &["`9` is no element of a list of 4", "counted from 0"]);
+    says(&set("output.0.every.tiem", "1"), &["`output.0.every.tiem`", "time, steps"]);
+    says(&set("output.0.every.steps", "1"), &["`output.0.every`", "exactly one of `time` and `steps`"]);
+    says(&set("boundary.disc.velocity.traction", "[1, 0]"), &["\"slip\"", "no key `traction`", "as a whole"]);
+    says(&set("mesh.length", "[-30, 50"), &["`mesh.length`", "not a TOML value", "quote it for the shell"]);
+    says(&set("model", "3"), &["`model` = 3", "expected a table;"]);
+    says(&set("model..peclet", "3"), &["no path of keys"]);
+    says(&set("boundary.inlet.velocity", "slipp"), &["did you mean `slip`?", "\"no-tangential\""]);
+    says(&set("time.step_min", "1.0"), &["`time.step` = 0.1", "time.step_min = 1"]);
+}
