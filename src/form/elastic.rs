@@ -35,10 +35,9 @@ pub fn energy_over_b(
     data: impl Fn(&FacePoint) -> Point + Sync,
 ) -> f64 {
     let q = p.space.degree;
-    let bulk = loops.sum(4 * q, |x| {
-        let well = p.vector(&x.site).norm_squared() - 1.0;
-        0.25 * well * well + 0.5 * kappa * kappa * p.vector_gradient(&x.site).norm_squared()
-    });
+    // the degrees are those of the forms of L_h, so that it is the derivative on curved cells, too
+    let well = loops.sum(4 * q, |x| 0.25 * (p.vector(&x.site).norm_squared() - 1.0).powi(2));
+    let slope = loops.sum(2 * (q - 1), |x| 0.5 * p.vector_gradient(&x.site).norm_squared());
     let c = penalty_constant(q);
     let face = loops.sum_faces(Faces::INTERIOR | dirichlet, 2 * q, |s| {
         let inner = p.vector_gradient(&s.minus) * s.n;
@@ -48,5 +47,5 @@ pub fn energy_over_b(
         };
         0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump)
     });
-    bulk + kappa * kappa * face
+    well + kappa * kappa * (slope + face)
 }

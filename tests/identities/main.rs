@@ -4,6 +4,7 @@ mod common;
 mod element;
 mod form;
 mod measure;
+mod mesh_generate;
 mod model;
 mod solve;
 mod space;

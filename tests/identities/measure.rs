@@ -72,5 +72,7 @@ fn cuts_skip_the_obstacle_and_average_the_sides_of_faces() {
             sign.values[dof] = mesh.centroid(cell).y.signum();
         }
     }
-    assert!(samples.iter().filter(|s| s.x.x.abs() > 1.01).all(|s| cut::value(&sign, &s.at, 0) == 0.0));
+    for sample in samples.iter().filter(|s| s.x.x.abs() > 1.01) {
+        assert!(cut::value(&sign, &sample.at, 0).abs() < 1e-14, "at {:?}", sample.x);
+    }
 }
