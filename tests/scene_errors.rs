@@ -4,7 +4,7 @@ use std::path::Path;
 
 use monolayer::scene::{Scene, SceneSource};
 
-const STRIP: &str = include_str!("../studies/strip/strip.toml");
+const STRIP: &str = include_str!("data/strip.toml");
 
 /// The strip with `from` replaced by `to`, and the line on which `to` then stands.
 fn changed(from: &str, to: &str) -> (String, usize) {

@@ -7,8 +7,8 @@ use monolayer::model::{PolarityCondition, VelocityCondition};
 use monolayer::scene::{Axis, AxisLine, Cut, Field, Initial, Scene, SceneSource, Schedule, SlipTreatment, What};
 use monolayer::time::CouplingKind;
 
-const STRIP: &str = include_str!("../studies/strip/strip.toml");
-const DISC: &str = include_str!("../studies/disc/disc.toml");
+const STRIP: &str = include_str!("data/strip.toml");
+const DISC: &str = include_str!("data/disc.toml");
 
 fn scene(text: &str) -> Scene {
     Scene::parse(text, Path::new("scene.toml")).unwrap()

@@ -256,7 +256,7 @@ impl Integrator {
         if !form.cell_terms.is_empty() {
             let blocks = self.cell_blocks(form, trial, test);
             for (cell, block) in blocks.chunks(size).enumerate() {
-                scatter::<U, V>(&mut triplets, block, (test, cell), (trial, cell));
+                scatter::<U>(&mut triplets, block, (test, cell), (trial, cell));
             }
         }
         let mut worker = Worker::new::<U, V>(trial, test);
@@ -270,9 +270,9 @@ impl Integrator {
                 own.fill(0.0);
                 other.fill(0.0);
                 worker.add_face_row(self, form, index, side, &mut own, &mut other);
-                scatter::<U, V>(&mut triplets, &own, (test, cell), (trial, cell));
+                scatter::<U>(&mut triplets, &own, (test, cell), (trial, cell));
                 if let Some(&across) = cells.get(1 - side) {
-                    scatter::<U, V>(&mut triplets, &other, (test, cell), (trial, across));
+                    scatter::<U>(&mut triplets, &other, (test, cell), (trial, across));
                 }
             }
         }
@@ -434,7 +434,7 @@ fn reference_tangent(face: usize) -> Point {
 }
 
 /// Appends a dense block.
-fn scatter<U: Jet, V: Jet>(
+fn scatter<U: Jet>(
     triplets: &mut Vec<(usize, usize, f64)>,
     block: &[f64],
     test: (&Space, usize),

@@ -38,13 +38,13 @@ impl Frames {
         let constraints = collect(space, conditions, penalty);
         let positions = space.node_positions();
         let mut frames = Self { free: 0, entries: vec![[None, None]; space.dof_count()], values: Vec::new() };
-        for node in 0..space.node_count {
+        for (node, &position) in positions.iter().enumerate() {
             match constraints.get(&node) {
                 None => {
                     frames.release(node, Point::x());
                     frames.release(node, Point::y());
                 }
-                Some(Constraint::Value(tag)) => frames.values.push((node, positions[node], *tag)),
+                Some(Constraint::Value(tag)) => frames.values.push((node, position, *tag)),
                 Some(Constraint::Directions(directions)) => {
                     if let Some(fixed) = single(directions) {
                         frames.release(node, Point::new(-fixed.y, fixed.x));

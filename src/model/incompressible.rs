@@ -6,7 +6,7 @@ use super::boundary::{Conditions, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, tagged};
 use super::parameters::Parameters;
-use super::polarity::{FORMULA_DEGREE, Polarity};
+use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use crate::form::{CellPoint, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, stokes};
 use crate::mesh::{Mesh, Point};
 use crate::solve::{SolveError, dot};
@@ -161,6 +161,36 @@ impl Incompressible {
                 Point::zeros()
             }
         }
+    }
+
+    /// Evaluates every source and boundary formula wherever the forms do.
+    ///
+    /// # Errors
+    /// The first one that is not finite, with its place and time.
+    pub fn check_formulas(&self, t: f64) -> Result<(), ExpressionError> {
+        let mut first = Ok(());
+        let mut visit = |pair: &[Expression; 2], x: Point| {
+            if first.is_ok() {
+                first = pair.iter().try_for_each(|f| f.try_eval(x, t).map(|_| ()));
+            }
+        };
+        for source in self.sources.force.iter().chain(&self.sources.polarity) {
+            for cell in 0..self.loops.mesh.cells.len() {
+                let degree = FORMULA_DEGREE + self.momentum.velocity.degree.max(self.polarity.space.degree);
+                self.loops.each_cell_point(cell, degree, &mut |x| visit(source, x.site.x));
+            }
+        }
+        for (index, face) in self.loops.mesh.faces.iter().enumerate() {
+            let Some(tag) = face.tag else { continue };
+            let velocity = match &self.conditions[tag].velocity {
+                VelocityCondition::Traction(pair) | VelocityCondition::Dirichlet(pair) => Some(pair),
+                VelocityCondition::Slip | VelocityCondition::NoTangential => None,
+            };
+            for pair in velocity.into_iter().chain(data_of(&self.conditions[tag])) {
+                self.loops.each_face_point(index, FORMULA_DEGREE, &mut |s| visit(pair, s.minus.x));
+            }
+        }
+        first
     }
 
     /// Velocity and pressure of the polarity `p` at time `t`   [8.34]

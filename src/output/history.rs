@@ -3,7 +3,7 @@
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 
-use super::{OutputError, write_whole};
+use super::{OutputError, number, write_whole};
 
 /// An open `history.csv`.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ impl History {
     /// # Errors
     /// [`OutputError::Io`]
     pub fn append(&mut self, step: usize, value: impl Fn(&str) -> Option<f64>) -> Result<(), OutputError> {
-        let cell = |column: &String| value(column).map_or_else(String::new, |v| v.to_string());
+        let cell = |column: &String| value(column).map_or_else(String::new, number);
         let row: Vec<String> = std::iter::once(step.to_string()).chain(self.columns.iter().map(cell)).collect();
         self.record(&row)
     }

@@ -65,3 +65,8 @@ pub fn write_whole(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Resu
         OutputError::io(path, &error)
     })
 }
+
+/// A number for a table: the shortest text that reads back to the same bits, with an exponent where that is shorter.
+pub fn number(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e9).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
+}

@@ -153,7 +153,7 @@ impl<'s> Gauges<'s> {
 /// Columns of the history that a scene's measures fill, in the order in which they are written.
 pub fn columns(scene: &Scene) -> Vec<&'static str> {
     let mut columns = Vec::new();
-    let mut named = |measure: Measure| {
+    let named = |measure: Measure| {
         scene.outputs.iter().any(|output| match &output.what {
             What::Measures(measures) => measures.contains(&measure),
             What::Fields(_) | What::Cuts(_) | What::Checkpoint => false,

@@ -12,7 +12,7 @@ use crate::output::checkpoint::Saved;
 use crate::output::history::History;
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
-use crate::output::{OutputError, write_whole};
+use crate::output::{OutputError, number, write_whole};
 use crate::scene::{AxisLine, Cut, Field, Scene, What};
 use crate::space;
 use crate::time::{March, Schedule, StepReport};
@@ -241,10 +241,9 @@ impl Writer {
                 writeln!(out, "s,x1,x2,v1,v2,pressure,p1,p2")?;
                 for sample in samples {
                     let v = |field: &space::Field, c| cut::value(field, &sample.at, c);
-                    let (x, s) = (sample.x, sample.s);
-                    let (v1, v2, pi) = (v(&state.v, 0), v(&state.v, 1), v(&state.pi, 0));
-                    let (p1, p2) = (v(&state.p, 0), v(&state.p, 1));
-                    writeln!(out, "{s},{},{},{v1},{v2},{pi},{p1},{p2}", x.x, x.y)?;
+                    let (v, pi, p) = ([0, 1].map(|c| v(&state.v, c)), v(&state.pi, 0), [0, 1].map(|c| v(&state.p, c)));
+                    let row = [sample.s, sample.x.x, sample.x.y, v[0], v[1], pi, p[0], p[1]];
+                    writeln!(out, "{}", row.map(number).join(","))?;
                 }
                 Ok(())
             })?;

@@ -2,6 +2,7 @@
 
 use super::Phases;
 use super::bdf;
+use crate::model::ExpressionError;
 use crate::model::incompressible::{Incompressible, State};
 use crate::model::momentum::MomentumError;
 use crate::solve::SolveError;
@@ -80,6 +81,8 @@ pub enum StepFailure {
     Polarity(#[from] SolveError),
     #[error(transparent)]
     Momentum(#[from] MomentumError),
+    #[error(transparent)]
+    Formula(#[from] ExpressionError),
 }
 
 impl StepFailure {
@@ -94,7 +97,8 @@ impl StepFailure {
                 | MomentumError::Formula(_)
                 | MomentumError::Unheld
                 | MomentumError::Flux { .. },
-            ) => false,
+            )
+            | StepFailure::Formula(_) => false,
         }
     }
 }
@@ -106,8 +110,23 @@ impl StepFailure {
 /// `−p` term from the last iterate and everything else implicit   [8.33], [8.34], [8.35].
 ///
 /// # Errors
-/// Too slow, diverged, or a linear solve that failed.
+/// Too slow, diverged, a linear solve that failed, or a formula of the scene that is not finite at `t`.
 pub fn solve_step(
+    model: &Incompressible,
+    t: f64,
+    past: &[(f64, &Field)],
+    guess: &State,
+    settings: &CouplingSettings,
+    phases: &mut Phases,
+) -> Result<StepOutcome, StepFailure> {
+    iterate(model, t, past, guess, settings, phases).map_err(|failure| match model.check_formulas(t) {
+        // a formula that is not finite shows first as a system that cannot be solved
+        Err(formula) => StepFailure::Formula(formula),
+        Ok(()) => failure,
+    })
+}
+
+fn iterate(
     model: &Incompressible,
     t: f64,
     past: &[(f64, &Field)],

@@ -43,9 +43,9 @@ pub enum MarchError {
         "step {step} from t = {t} failed and Δt would fall below `time.step_min` = {step_min:.1e}: {cause}; hint: take a \
          smaller `time.step`, `coupling.kind = \"anderson\"`, or a finer mesh"
     )]
-    StepTooSmall { step: usize, t: f64, step_min: f64, cause: StepFailure },
+    StepTooSmall { step: usize, t: f64, step_min: f64, cause: Box<StepFailure> },
     #[error("step {step} from t = {t} failed: {cause}")]
-    Failed { step: usize, t: f64, cause: StepFailure },
+    Failed { step: usize, t: f64, cause: Box<StepFailure> },
 }
 
 /// Totals over a run, resumed parts included.
@@ -199,7 +199,7 @@ impl<'m> March<'m> {
                     return Ok(report);
                 }
                 Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
-                    return Err(MarchError::Failed { step, t: self.t, cause });
+                    return Err(MarchError::Failed { step, t: self.t, cause: Box::new(cause) });
                 }
                 Err(cause) => {
                     rejected += 1;
@@ -207,7 +207,7 @@ impl<'m> March<'m> {
                     self.control.step = self.control.step.min(dt);
                     if !self.control.halve(&self.settings.control) {
                         let step_min = self.settings.control.step_min;
-                        return Err(MarchError::StepTooSmall { step, t: self.t, step_min, cause });
+                        return Err(MarchError::StepTooSmall { step, t: self.t, step_min, cause: Box::new(cause) });
                     }
                 }
             }

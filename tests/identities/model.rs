@@ -69,7 +69,10 @@ fn the_molecular_field_is_the_derivative_of_the_energy() {
         let conditions = |tag: &str| {
             let data = PolarityCondition::Dirichlet([formula("1 + 0.3*x"), formula("0.5*y")]);
             let open = tag == "left" || tag == "inner";
-            Conditions { velocity: VelocityCondition::Slip, polarity: if open { data } else { PolarityCondition::Neumann } }
+            Conditions {
+                velocity: VelocityCondition::Slip,
+                polarity: if open { data } else { PolarityCondition::Neumann },
+            }
         };
         let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, conditions)).unwrap();
         for seed in 0..3 {
@@ -97,7 +100,11 @@ fn polarity_along_the_flow_is_carried_unchanged() {
     let flow = |x: Point| Point::new(1.0 + x.y * x.y - x.x * x.y, 0.5 * x.x * x.x + x.y - 2.0);
     let v = project::interpolate_vector(&velocity, flow);
     let p = project::interpolate_vector(&space, flow);
-    let advection = loops.triplets(&upwind::a_upw(&discontinuous(&mesh, 3, 1), &v, Faces::NONE), &discontinuous(&mesh, 3, 1), &discontinuous(&mesh, 3, 1));
+    let advection = loops.triplets(
+        &upwind::a_upw(&discontinuous(&mesh, 3, 1), &v, Faces::NONE),
+        &discontinuous(&mesh, 3, 1),
+        &discontinuous(&mesh, 3, 1),
+    );
     let turning = loops.triplets(&polarity::objective(&space, &v, 1.0), &space, &space);
     let mut residual = vec![0.0; space.dof_count()];
     for (i, j, a) in turning {

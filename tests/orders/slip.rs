@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::Point;
+use monolayer::mesh::generate::MeshScene;
 use monolayer::model::incompressible::{Degrees, Description, Incompressible, Sources};
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, VelocityCondition};
@@ -20,9 +20,7 @@ fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
     let scene: MeshScene = toml::from_str(&text).unwrap();
     let mesh = Arc::new(scene.build().unwrap());
     let s = "pi*(sqrt(x^2+y^2)-1)";
-    let force = format!(
-        "({FRICTION}*(1+0.5*cos({s})) + 0.5*pi^2*cos({s}) + 1.5*pi*sin({s})/sqrt(x^2+y^2))"
-    );
+    let force = format!("({FRICTION}*(1+0.5*cos({s})) + 0.5*pi^2*cos({s}) + 1.5*pi*sin({s})/sqrt(x^2+y^2))");
     let formula = |text: String| Expression::parse(&text, &[]).unwrap();
     let description = Description {
         parameters: Parameters {

@@ -95,7 +95,10 @@ impl Checker<'_> {
         let rule = "exactly one of `shape` and `file` is needed";
         let hint = "add shape = \"strip-with-disc\" or file = \"name.msh\"";
         match (&file.mesh.shape, &file.mesh.file) {
-            (Some(_), None) => Ok(()),
+            (Some(_), None) => {
+                file.mesh = file.mesh.defaults_filled();
+                Ok(())
+            }
             (None, Some(name)) => {
                 let path = self.existing_file("mesh.file", name)?;
                 file.mesh.file = Some(path.to_string_lossy().into_owned());

@@ -1,0 +1,316 @@
+//! Whole runs through the library: restart, wrong inputs, failures that keep what was computed.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use monolayer::output::progress::Verbosity;
+use monolayer::run::{self, Ending, Options, RunError, Summary};
+use monolayer::scene::{Scene, SceneSource};
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+const SCENE: &str = r#"
+[model]
+kind = "incompressible"
+beta = 0.75
+peclet = 2.0
+coherence = 0.2
+elasticity = 0.4
+active_stress = 0.5
+
+[mesh]
+shape = "strip-with-disc"
+length = [-4.0, 6.0]
+width = 6.0
+h = 1.6
+h_disc = 0.5
+
+[boundary.inlet]
+velocity = { dirichlet = ["1", "0"] }
+polarity = { dirichlet = ["1", "0"] }
+[boundary.outlet]
+velocity = "traction"
+polarity = { dirichlet = ["1", "0.1*sin(t)"] }
+[boundary.walls]
+velocity = "slip"
+polarity = "neumann"
+[boundary.disc]
+velocity = "slip"
+polarity = "neumann"
+
+[initial]
+polarity = "aligned-around-disc"
+
+[time]
+scheme = "bdf3"
+step = 0.1
+end = 1.0
+
+[coupling]
+kind = "anderson"
+depth = 4
+
+[[output]]
+fields = ["velocity", "pressure", "polarity", "molecular-field", "stream-function", "tissue-velocity"]
+every = { time = 0.25 }
+[[output]]
+measures = ["overshoot", "asymmetry", "free-energy"]
+every = { steps = 3 }
+[[output]]
+cuts = ["axis-1", "axis-3", { name = "oblique", from = [-3.0, -2.0], to = [5.0, 2.0], points = 40 }]
+"#;
+
+fn scene_of(text: &str, sets: &[(&str, &str)]) -> Scene {
+    let mut source = SceneSource::parse(text, Path::new("test.toml")).expect("the test's scene parses");
+    for (key, value) in sets {
+        source.set(key, value).expect("the test's override fits");
+    }
+    Scene::check(source).expect("the test's scene is good")
+}
+
+fn run_in(folder: &Path, scene: &Scene, resume: bool) -> Result<Summary, RunError> {
+    let options = Options { out: folder.to_owned(), resume, verbosity: Verbosity::Quiet, interrupt: &NEVER };
+    run::run(scene, &options)
+}
+
+fn folder(root: &tempfile::TempDir, name: &str) -> PathBuf {
+    root.path().join(name)
+}
+
+fn bytes(path: PathBuf) -> Vec<u8> {
+    std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+#[test]
+fn a_resumed_run_has_the_bits_of_an_uninterrupted_one() {
+    let root = tempfile::tempdir().unwrap();
+    let (whole, parts) = (folder(&root, "whole"), folder(&root, "parts"));
+    let summary = run_in(&whole, &scene_of(SCENE, &[]), false).unwrap();
+    assert_eq!(summary.ending, Ending::EndTime);
+    for stop in ["3", "5"] {
+        let first = run_in(&parts, &scene_of(SCENE, &[("time.max_steps", stop)]), stop != "3").unwrap();
+        assert_eq!(first.ending, Ending::MaxSteps);
+    }
+    let last = run_in(&parts, &scene_of(SCENE, &[]), true).unwrap();
+    assert_eq!(last.counts, summary.counts);
+    let name = format!("fields/step-{:06}.vtu", summary.counts.steps);
+    for file in ["history.csv", name.as_str(), "cuts/axis-1.csv", "cuts/oblique.csv"] {
+        assert!(bytes(whole.join(file)) == bytes(parts.join(file)), "{file} differs");
+    }
+    let saved = |dir: &Path| monolayer::output::checkpoint::Saved::read(&dir.join("checkpoint.bin")).unwrap().march;
+    assert!(saved(&whole) == saved(&parts), "the checkpoints differ");
+}
+
+#[test]
+fn a_run_stopped_from_outside_can_be_resumed() {
+    let root = tempfile::tempdir().unwrap();
+    let out = folder(&root, "out");
+    let stop = AtomicBool::new(true);
+    let options = Options { out: out.clone(), resume: false, verbosity: Verbosity::Quiet, interrupt: &stop };
+    let scene = scene_of(SCENE, &[]);
+    assert_eq!(run::run(&scene, &options).unwrap().ending, Ending::Interrupted);
+    let end = run_in(&out, &scene, true).unwrap();
+    assert_eq!(end.ending, Ending::EndTime);
+    assert_eq!(end.time, 1.0);
+}
+
+#[test]
+fn every_file_of_a_run_is_there_and_says_what_was_on() {
+    let root = tempfile::tempdir().unwrap();
+    let out = folder(&root, "out");
+    run_in(&out, &scene_of(SCENE, &[]), false).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&bytes(out.join("summary.json"))).unwrap();
+    assert_eq!(summary["status"], "finished");
+    assert_eq!(summary["ending"], "end-time");
+    for key in ["residual", "seconds_total", "peak_memory_mib", "stokes_solves"] {
+        assert!(summary[key].as_f64().is_some_and(|v| v > 0.0), "{key}: {}", summary[key]);
+    }
+    assert!(summary["measures"]["overshoot_velocity"].is_number());
+    let on = |name: &str| summary["terms"].as_array().unwrap().iter().any(|t| t["name"] == name && t["on"] == true);
+    assert!(on("active stress") && on("molecular field") && !on("force"));
+    // outputs at 0, 0.25, 0.5, 0.75, 1: steps land on them
+    let index = String::from_utf8(bytes(out.join("fields.pvd"))).unwrap();
+    for time in ["0", "0.25", "0.5", "0.75", "1"] {
+        assert!(index.contains(&format!("timestep=\"{time}\"")), "{time} in {index}");
+    }
+    // the resolved scene runs by itself and resolves to itself
+    let text = String::from_utf8(bytes(out.join("scene.toml"))).unwrap();
+    assert_eq!(scene_of(&text, &[]).resolved_toml(), text);
+    assert!(text.contains("grading"), "defaults of the mesh are filled in:\n{text}");
+}
+
+#[test]
+fn terms_that_are_off_cost_nothing() {
+    let root = tempfile::tempdir().unwrap();
+    let off = [("model.elasticity", "0"), ("model.active_stress", "0"), ("output.0.fields", "[\"velocity\"]")];
+    let summary = run_in(&folder(&root, "out"), &scene_of(SCENE, &off), false).unwrap();
+    let on: Vec<&str> = summary.terms.iter().filter(|t| t.on).map(|t| t.name).collect();
+    assert!(!on.contains(&"molecular field") && !on.contains(&"active stress"), "{on:?}");
+    assert!(summary.unknowns.stream_function.is_none(), "no stream function was asked for");
+    assert_eq!(summary.measures["free_energy"], 0.0);
+}
+
+#[test]
+fn the_run_ends_when_the_state_is_stationary_or_the_energy_at_rest() {
+    let root = tempfile::tempdir().unwrap();
+    let square = r#"
+[model]
+kind = "incompressible"
+friction = 1.0
+traction = 0.0
+peclet = 1.0
+coherence = 0.5
+elasticity = 0.5
+[mesh]
+shape = "square"
+n = 3
+[boundary.left]
+velocity = "slip"
+polarity = "neumann"
+[boundary.right]
+velocity = "slip"
+polarity = "neumann"
+[boundary.top]
+velocity = "slip"
+polarity = "neumann"
+[boundary.bottom]
+velocity = "slip"
+polarity = "neumann"
+[initial]
+polarity = ["1 + 0.2*cos(pi*x)", "0.1*cos(pi*y)"]
+[time]
+scheme = "bdf1"
+step = 0.2
+end = 100.0
+"#;
+    let residual = run_in(&folder(&root, "r"), &scene_of(square, &[("time.stop.residual", "1e-5")]), false).unwrap();
+    assert_eq!(residual.ending, Ending::Stationary);
+    assert!(residual.residual.unwrap() < 1e-5 && residual.time < 50.0);
+    let energy = run_in(&folder(&root, "e"), &scene_of(square, &[("time.stop.energy_rate", "1e-6")]), false).unwrap();
+    assert_eq!(energy.ending, Ending::EnergyAtRest);
+    // the free energy never grew on the way
+    let mut reader = csv::Reader::from_path(folder(&root, "e").join("history.csv")).unwrap();
+    let column = reader.headers().unwrap().iter().position(|h| h == "free_energy").unwrap();
+    let energies: Vec<f64> = reader.records().map(|r| r.unwrap()[column].parse().unwrap()).collect();
+    assert!(energies.len() > 10 && energies.windows(2).all(|w| w[1] <= w[0] + 1e-15), "{energies:?}");
+}
+
+#[track_caller]
+fn fails(text: &str, sets: &[(&str, &str)], parts: &[&str]) {
+    let root = tempfile::tempdir().unwrap();
+    let error = run_in(&folder(&root, "out"), &scene_of(text, sets), false).expect_err("a wrong input").to_string();
+    for part in parts {
+        assert!(error.contains(part), "`{part}` is not in: {error}");
+    }
+}
+
+#[test]
+fn wrong_inputs_that_only_the_run_can_see() {
+    // a tag without condition, a condition without tag
+    let missing = SCENE.replace("[boundary.walls]\nvelocity = \"slip\"\npolarity = \"neumann\"\n", "");
+    fails(&missing, &[], &["walls", "[boundary.walls]"]);
+    fails(&SCENE.replace("[boundary.walls]", "[boundary.wals]"), &[], &["wals", "did you mean `walls`", "inlet"]);
+    // mesh keys that do not fit
+    fails(SCENE, &[("mesh.h_disc", "7.0")], &["mesh.h_disc", "hint"]);
+    fails(SCENE, &[("mesh.radius", "3.5")], &["mesh.radius", "hint"]);
+    fails(SCENE, &[("mesh.n", "4")], &["mesh.n", "hint"]);
+    // formulas that are not finite where they are used
+    fails(SCENE, &[("initial.polarity", "[\"sqrt(x)\", \"0\"]")], &["sqrt(x)", "initial.polarity"]);
+    fails(SCENE, &[("boundary.inlet.velocity", "{ dirichlet = [\"sqrt(-1-y^2)\", \"0\"] }")], &["sqrt(-1-y^2)", "NaN"]);
+    // a flow that the closed boundary cannot have
+    fails(SCENE, &[("boundary.outlet.velocity", "{ dirichlet = [\"0\", \"0\"] }")], &["net flux", "hint"]);
+}
+
+#[test]
+fn damaged_and_foreign_files_are_named() {
+    let root = tempfile::tempdir().unwrap();
+    let msh = bytes(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/square-with-disc-order1.msh"));
+    let mesh = |name: &str, content: &[u8]| -> String {
+        let path = root.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        let text = SCENE.replace(
+            "shape = \"strip-with-disc\"\nlength = [-4.0, 6.0]\nwidth = 6.0\nh = 1.6\nh_disc = 0.5\n",
+            &format!("file = {:?}\n", path.to_string_lossy()),
+        );
+        run_in(&folder(&root, "mesh"), &scene_of(&text, &[]), false).expect_err("a wrong mesh").to_string()
+    };
+    let cut = mesh("cut.msh", &msh[..msh.len() / 2]);
+    assert!(cut.contains("cut.msh") && cut.contains("cut off"), "{cut}");
+    let error = mesh("empty.msh", b"");
+    assert!(error.contains("empty.msh") && error.contains("hint"), "{error}");
+    // a cell whose three vertices lie on one line
+    let flat = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 1 1 0\n1 0 0 0 2 0 0 1 1 0\n1 0 0 0 2 0 0 0 0\n\
+                $EndEntities\n$Nodes\n1 3 1 3\n2 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n2 0 0\n$EndNodes\n\
+                $Elements\n2 4 1 4\n1 1 1 3\n1 1 2\n2 2 3\n3 3 1\n2 1 2 1\n4 1 2 3\n$EndElements\n";
+    let error = mesh("flat.msh", flat.as_bytes());
+    assert!(error.contains("flat.msh") && error.contains("cell 0"), "{error}");
+
+    // a folder that cannot be made, because a file is in its place
+    let occupied = root.path().join("file");
+    std::fs::write(&occupied, "not a folder").unwrap();
+    let error = run_in(&occupied.join("out"), &scene_of(SCENE, &[]), false).unwrap_err().to_string();
+    assert!(error.contains("file") && error.contains("hint"), "{error}");
+
+    // results of an earlier run, no checkpoint, another problem, a damaged checkpoint
+    let out = folder(&root, "out");
+    let short = scene_of(SCENE, &[("time.max_steps", "1")]);
+    let error = run_in(&out, &short, true).unwrap_err().to_string();
+    assert!(error.contains("checkpoint.bin"), "{error}");
+    run_in(&out, &short, false).unwrap();
+    let error = run_in(&out, &short, false).unwrap_err().to_string();
+    assert!(error.contains("--resume"), "{error}");
+    let error = run_in(&out, &scene_of(SCENE, &[("model.peclet", "3.0")]), true).unwrap_err().to_string();
+    assert!(error.contains("model.peclet") && error.contains("checkpoint.bin"), "{error}");
+    let whole = bytes(out.join("checkpoint.bin"));
+    std::fs::write(out.join("checkpoint.bin"), &whole[..whole.len() / 2]).unwrap();
+    let error = run_in(&out, &short, true).unwrap_err().to_string();
+    assert!(error.contains("checkpoint.bin") && error.contains("hint"), "{error}");
+}
+
+#[test]
+fn a_step_that_cannot_be_solved_ends_the_run_and_keeps_the_last_good_state() {
+    let root = tempfile::tempdir().unwrap();
+    let out = folder(&root, "out");
+    // the plain iteration may take two iterations only, and no step may be smaller than the first
+    let sets = [
+        ("coupling.kind", "fixed-point"),
+        ("coupling.max_iterations", "2"),
+        ("coupling.accept", "2e-8"),
+        ("time.step_min", "0.05"),
+    ];
+    let summary = run_in(&out, &scene_of(SCENE, &sets), false).unwrap();
+    let Ending::Failed { reason } = &summary.ending else { panic!("{:?}", summary.ending) };
+    for part in ["time.step_min", "fixed-point", "t = 0", "hint"] {
+        assert!(reason.contains(part), "{reason}");
+    }
+    let saved: serde_json::Value = serde_json::from_slice(&bytes(out.join("summary.json"))).unwrap();
+    assert_eq!(saved["status"], "failed");
+    assert!(out.join("checkpoint.bin").exists() && out.join("fields/step-000000.vtu").exists());
+}
+
+#[test]
+fn sources_that_turn_infinite_end_the_run_with_a_message() {
+    let root = tempfile::tempdir().unwrap();
+    let out = folder(&root, "out");
+    let source = "\n[source]\nforce = [\"1/(0.55-t)^2*0 + if(t > 0.55, sqrt(0.55-t), 0)\", \"0\"]\n";
+    let summary = run_in(&out, &scene_of(&format!("{SCENE}{source}"), &[]), false).unwrap();
+    let Ending::Failed { reason } = &summary.ending else { panic!("{:?}", summary.ending) };
+    assert!(reason.contains("is NaN at x") && reason.contains("sqrt"), "{reason}");
+    assert!(summary.time > 0.4 && summary.time <= 0.55, "{}", summary.time);
+}
+
+#[test]
+fn a_run_can_start_from_another_runs_checkpoint_on_another_mesh() {
+    let root = tempfile::tempdir().unwrap();
+    let (coarse, fine) = (folder(&root, "coarse"), folder(&root, "fine"));
+    run_in(&coarse, &scene_of(SCENE, &[]), false).unwrap();
+    let start = format!("{{ file = {:?} }}", coarse.join("checkpoint.bin").to_string_lossy());
+    let sets =
+        [("initial.polarity", start.as_str()), ("mesh.h_disc", "0.35"), ("time.max_steps", "1"), ("space.k", "2")];
+    let scene = scene_of(SCENE, &sets);
+    let summary = run_in(&fine, &scene, false).unwrap();
+    // close to where the coarse run ended: its free energy, not that of the aligned start
+    let end: serde_json::Value = serde_json::from_slice(&bytes(coarse.join("summary.json"))).unwrap();
+    let (a, b) = (end["measures"]["free_energy"].as_f64().unwrap(), summary.measures["free_energy"]);
+    assert!((a - b).abs() < 0.1 * a.abs(), "{a} {b}");
+}

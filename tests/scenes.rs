@@ -1,0 +1,107 @@
+//! Every scene in `studies/` runs, coarse and short, and the program says what it should on the command line.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn program(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_monolayer")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            scenes(&path, out);
+        } else if path.extension().is_some_and(|e| e == "toml") {
+            out.push(path);
+        }
+    }
+}
+
+#[test]
+fn every_scene_runs_coarse() {
+    let mut all = Vec::new();
+    scenes(&root().join("studies"), &mut all);
+    assert!(all.len() >= 4, "{all:?}");
+    let temporary = tempfile::tempdir().unwrap();
+    for (k, scene) in all.iter().enumerate() {
+        let text = std::fs::read_to_string(scene).unwrap();
+        let mut arguments = vec!["run", scene.to_str().unwrap(), "-q", "--set", "time.max_steps=2"];
+        if text.contains("h_disc =") {
+            arguments.extend(["--set", "mesh.h_disc=0.5", "--set", "mesh.h=2.0"]);
+        } else if text.contains("shape = \"disc\"") {
+            arguments.extend(["--set", "mesh.h=0.3"]);
+        }
+        let out = temporary.path().join(k.to_string());
+        arguments.extend(["--out", out.to_str().unwrap()]);
+        let output = program(&arguments, temporary.path());
+        assert!(output.status.success(), "{}: {}", scene.display(), String::from_utf8_lossy(&output.stderr));
+        assert!(output.stdout.is_empty(), "quiet means quiet");
+        let summary: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+        assert_eq!(summary["steps"], 2, "{}", scene.display());
+        assert!(summary["residual"].as_f64().is_some_and(f64::is_finite), "{}", scene.display());
+    }
+}
+
+#[test]
+fn check_says_what_is_on_and_solves_nothing() {
+    let temporary = tempfile::tempdir().unwrap();
+    let scene = root().join("studies/strip/strip.toml");
+    let scene = scene.to_str().unwrap();
+    let output = program(&["check", scene, "--set", "model.elasticity=0"], temporary.path());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && text.contains("unknowns") && text.contains("memory"), "{text}");
+    let molecular = text.lines().find(|l| l.contains("molecular field")).unwrap();
+    assert!(molecular.contains("off"), "{molecular}");
+    let json = program(&["check", scene, "--json"], temporary.path());
+    let report: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    let cells = report["mesh"]["cells"].as_u64().unwrap();
+    assert!((2700..3300).contains(&cells), "the reference mesh has {cells} cells");
+    assert!(std::fs::read_dir(temporary.path()).unwrap().next().is_none(), "check writes nothing");
+}
+
+#[test]
+fn mesh_writes_files_that_read_back() {
+    let temporary = tempfile::tempdir().unwrap();
+    let scene = root().join("studies/quick/quick.toml");
+    let output = program(&["mesh", scene.to_str().unwrap(), "--out", "."], temporary.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let again = program(&["mesh", "quick.msh"], temporary.path());
+    let count = |output: &Output| {
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        text.lines().find(|l| l.starts_with("cells")).map(str::to_owned)
+    };
+    assert_eq!(count(&output), count(&again));
+    assert!(temporary.path().join("quick.vtu").exists());
+}
+
+#[track_caller]
+fn fails(arguments: &[&str], parts: &[&str]) {
+    let temporary = tempfile::tempdir().unwrap();
+    let output = program(arguments, temporary.path());
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success(), "{arguments:?} should fail");
+    for part in parts {
+        assert!(error.contains(part), "`{part}` is not in: {error}");
+    }
+    assert!(!error.contains("panicked"), "{error}");
+}
+
+#[test]
+fn wrong_words_on_the_command_line_are_explained() {
+    let scene = root().join("studies/quick/quick.toml");
+    let scene = scene.to_str().unwrap();
+    fails(&["run", "nothing.toml"], &["nothing.toml", "hint"]);
+    fails(&["run", scene, "--set", "model.pecle=2"], &["model.pecle", "did you mean `peclet`"]);
+    fails(&["run", scene, "--set", "model.peclet"], &["has no `=`", "hint"]);
+    fails(&["run", scene, "--set", "model.peclet=-1"], &["model.peclet", "-1", "greater than 0"]);
+    fails(&["run", scene, "--set", "time.step=1e-9", "--set", "time.step_min=1e-6"], &["time.step", "time.step_min"]);
+    fails(&["mesh", "nothing.msh"], &["nothing.msh", "hint"]);
+    fails(&["check", scene, "--set", "mesh.curved=4"], &["mesh.curved", "4"]);
+    fails(&["run", scene, "--threads", "0"], &["--threads"]);
+}
