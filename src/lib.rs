@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! −div(σᵀ) + C_F v = T_a p + f_v,   div v = 0                                   momentum and volume  [5.47]
-//! Pe p□ + (|p|²−1) p − κ²Δp = f_p                                               polarity             [5.47c]
+//! Pe p□ + (|p|²−1) p − κ²Δp = f_p                                               polarity             [5.47]
 //! σ = −Π I + 2D(v) + (a+1)/2 p⊗ℓ + (a−1)/2 ℓ⊗p − κ²B ∇pᵀ·∇p − S_a p⊗p           stress               [5.48]
 //! ℓ = B[(|p|²−1) p − κ²Δp]                                                      molecular field
 //! p□ = ∂_t p + (v·∇)p − W(v)·p − a D(v)·p                                       objective derivative
