@@ -122,7 +122,7 @@ fn every_file_of_a_run_is_there_and_says_what_was_on() {
     let summary: serde_json::Value = serde_json::from_slice(&bytes(out.join("summary.json"))).unwrap();
     assert_eq!(summary["status"], "finished");
     assert_eq!(summary["ending"], "end-time");
-    for key in ["residual", "seconds_total", "peak_memory_mib", "stokes_solves"] {
+    for key in ["residual", "seconds_total", "peak_memory_mib", "direct_solves"] {
         assert!(summary[key].as_f64().is_some_and(|v| v > 0.0), "{key}: {}", summary[key]);
     }
     assert!(summary["measures"]["overshoot_velocity"].is_number());

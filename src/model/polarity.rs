@@ -19,8 +19,12 @@ use crate::space::{Field, Space};
 /// Degree with which formulas are integrated.
 pub const FORMULA_DEGREE: usize = 6;
 
-/// A GMRES solve gives up after this many products and hands over to a direct factorisation.
-const KRYLOV_LIMIT: usize = 120;
+/// A GMRES solve gives up after this many products.
+const KRYLOV_LIMIT: usize = 600;
+
+/// Where GMRES gave up, systems up to this size are factorised; larger ones would take minutes, and a smaller time step is the
+/// better cure.
+const DIRECT_LIMIT: usize = 30_000;
 
 /// What never changes in the polarity equation.
 #[derive(Debug)]
@@ -204,11 +208,11 @@ impl Polarity {
         Incomplete::new(operator, &self.order, &self.rank)
     }
 
-    /// Solves `A p = b` from the guess in `p` to a residual of `reduction` times the first one, or to rounding. Falls back
-    /// to a direct factorisation when the iteration stalls. Returns the number of iterations.
+    /// Solves `A p = b` from the guess in `p` to a residual of `reduction` times the first one, or to rounding. Systems
+    /// of moderate size are factorised when the iteration stalls. Returns the number of iterations.
     ///
     /// # Errors
-    /// A solution that is not finite, or one that is too inaccurate even by factorisation.
+    /// A solution that is not finite, or an iteration that stalled where no factorisation can help.
     pub fn solve(
         &self,
         operator: &VectorBlocks,
@@ -230,6 +234,10 @@ impl Polarity {
         let outcome = gmres(&apply, &precondition, b, p, target, KRYLOV_LIMIT);
         if outcome.converged && p.iter().all(|v| v.is_finite()) {
             return Ok(outcome.iterations);
+        }
+        if b.len() > DIRECT_LIMIT {
+            let residual = outcome.residual / norm(b).max(f64::MIN_POSITIVE);
+            return Err(SolveError::Inaccurate { system, residual, hint: "take a smaller time step".into() });
         }
         *p = Factored::new("polarity", operator.to_sparse())?.solve(b)?;
         Ok(outcome.iterations)

@@ -84,6 +84,7 @@ const QUIET_STEPS: usize = 10;
 /// [`Ending::Failed`]: its last good state is written like any other.
 pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     let begin = Instant::now();
+    let counts_before = crate::solve::sparse::counts();
     let saved = prepare_folder(scene, options)?;
     let setup = Setup::new(scene)?;
     let settings = MarchSettings { order: scene.time.order, control: scene.time.control, coupling: scene.coupling };
@@ -111,7 +112,8 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     let residuals = march.residuals().ok();
     let measures = if ending.is_failure() { gauges.finite(&march) } else { gauges.all(&mut march)? };
     writer.write_last(&mut march, &setup, ending.is_failure())?;
-    let summary = Summary::new(scene, &setup, &march, &writer, ending, residuals, measures, begin.elapsed());
+    let summary =
+        Summary::new(scene, &setup, &march, &writer, ending, residuals, measures, begin.elapsed(), counts_before);
     summary.write(&options.out.join("summary.json"))?;
     Ok(summary)
 }

@@ -75,10 +75,11 @@ pub struct Summary {
     pub unknowns: Unknowns,
     #[serde(flatten)]
     pub counts: Counts,
-    /// One Stokes solve in every iteration and one at the start.
-    pub stokes_solves: usize,
-    /// Of the Stokes and mass matrices, once; of the polarity, only where its iteration stalled.
-    pub stokes_factorisations: usize,
+    /// Sparse factorisations of this process during the run: Stokes, masses, stream function; a polarity matrix only where its
+    /// Krylov iteration stalled.
+    pub factorisations: usize,
+    /// Solves with these factors.
+    pub direct_solves: usize,
     /// Residuals of the stationary equations at the last state.
     pub residuals: Option<Residuals>,
     pub residual: Option<f64>,
@@ -108,7 +109,9 @@ impl Summary {
         residuals: Option<Residuals>,
         measures: BTreeMap<&'static str, f64>,
         total: Duration,
+        counts_before: [usize; 2],
     ) -> Self {
+        let [factorisations, direct_solves] = crate::solve::sparse::counts();
         let model = &setup.model;
         let mut seconds = march.phases.seconds();
         seconds.insert("setup", setup.seconds);
@@ -129,8 +132,8 @@ impl Summary {
                 stream_function: writer.stream_unknowns(),
             },
             counts: march.counts,
-            stokes_solves: march.counts.nonlinear_iterations + 1,
-            stokes_factorisations: 1,
+            factorisations: factorisations - counts_before[0],
+            direct_solves: direct_solves - counts_before[1],
             residuals,
             residual: residuals.as_ref().map(Residuals::total),
             measures,

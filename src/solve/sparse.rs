@@ -1,5 +1,7 @@
 //! Sparse matrices and their factorisation. The only file that names faer.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::Lu;
 use faer::sparse::{SparseColMat, Triplet};
@@ -74,6 +76,14 @@ impl Matrix {
     }
 }
 
+static FACTORISATIONS: AtomicUsize = AtomicUsize::new(0);
+static SOLVES: AtomicUsize = AtomicUsize::new(0);
+
+/// Factorisations and solves with factors since the program began.
+pub fn counts() -> [usize; 2] {
+    [FACTORISATIONS.load(Ordering::Relaxed), SOLVES.load(Ordering::Relaxed)]
+}
+
 /// A factorised square matrix that remembers the matrix, so that every solve can be checked.
 pub struct Factored {
     name: String,
@@ -95,6 +105,7 @@ impl Factored {
     /// When the factorisation fails; a matrix that is singular to rounding only shows in [`Factored::solve`].
     pub fn new(name: &str, matrix: Matrix) -> Result<Self, SolveError> {
         faer::set_global_parallelism(Par::Seq);
+        FACTORISATIONS.fetch_add(1, Ordering::Relaxed);
         let lu = matrix.inner.sp_lu().map_err(|e| SolveError::Factorise {
             system: name.into(),
             reason: format!("{e:?}"),
@@ -117,6 +128,7 @@ impl Factored {
         if let Some(index) = b.iter().position(|v| !v.is_finite()) {
             return Err(SolveError::NotFiniteInput { system: system(), index });
         }
+        SOLVES.fetch_add(1, Ordering::Relaxed);
         let mut x = b.to_vec();
         self.apply_inverse(&mut x);
         let scale = norm(b);

@@ -8,4 +8,5 @@ mod mesh_generate;
 mod model;
 mod solve;
 mod space;
+mod start;
 mod time;
