@@ -1,5 +1,6 @@
 //! The program `monolayer`: arguments and printing.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -105,7 +106,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Check { scene, json } => {
             let report = run::report::report(&scene.read()?)?;
             let text = if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() };
-            println!("{text}");
+            say(&text)?;
             Ok(ExitCode::SUCCESS)
         }
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
@@ -131,6 +132,14 @@ impl Sets {
     }
 }
 
+/// Prints a text; a reader that has gone away is no error.
+fn say(text: &str) -> std::io::Result<()> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
+
 fn run_scene(cli: &Cli, args: &SceneArgs, out: Option<&Path>, resume: bool) -> Result<ExitCode, Failure> {
     let scene = args.read()?;
     let out = match out {
@@ -151,8 +160,7 @@ fn run_scene(cli: &Cli, args: &SceneArgs, out: Option<&Path>, resume: bool) -> R
     let options = Options { out: out.clone(), resume, verbosity, interrupt: &INTERRUPT };
     let summary = run::run(&scene, &options)?;
     if verbosity > Verbosity::Quiet {
-        println!("{summary}");
-        println!("results in {}", out.display());
+        say(&format!("{summary}\nresults in {}", out.display()))?;
     }
     Ok(match &summary.ending {
         Ending::Failed { reason } => {
@@ -169,7 +177,8 @@ fn default_folder(scene: &Path, resume: bool) -> PathBuf {
     let stem = scene.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy().into_owned());
     let numbered = |k: usize| Path::new("out").join(if k == 1 { stem.clone() } else { format!("{stem}-{k}") });
     let free = (1..).find(|&k| !numbered(k).join("scene.toml").exists()).unwrap_or(1);
-    numbered(if resume { free.saturating_sub(1).max(1) } else { free })
+    let latest = (1..free).rev().find(|&k| numbered(k).join("checkpoint.bin").exists()).unwrap_or(1);
+    numbered(if resume { latest } else { free })
 }
 
 fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
@@ -178,7 +187,7 @@ fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<Ex
     } else {
         run::setup::build_mesh(&sets.apply(input)?)?
     };
-    println!("{}", mesh.quality());
+    say(&mesh.quality().to_string())?;
     if let Some(out) = out {
         std::fs::create_dir_all(out).map_err(|e| monolayer::output::OutputError::io(out, &e))?;
         let stem = input.file_stem().map_or_else(|| "mesh".into(), |s| s.to_string_lossy().into_owned());
@@ -186,7 +195,7 @@ fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<Ex
         let (vtu, msh) = (out.join(format!("{stem}.vtu")), out.join(format!("{stem}.msh")));
         write_vtu(&vtu, &Grid::new(&mesh, degree), 0.0, &[])?;
         gmsh::write(&mesh, &msh, if ascii { Encoding::Ascii } else { Encoding::Binary })?;
-        println!("written {} and {}", vtu.display(), msh.display());
+        say(&format!("written {} and {}", vtu.display(), msh.display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -217,8 +217,46 @@ fn wrong_inputs_that_only_the_run_can_see() {
     // formulas that are not finite where they are used
     fails(SCENE, &[("initial.polarity", "[\"sqrt(x)\", \"0\"]")], &["sqrt(x)", "initial.polarity"]);
     fails(SCENE, &[("boundary.inlet.velocity", "{ dirichlet = [\"sqrt(-1-y^2)\", \"0\"] }")], &["sqrt(-1-y^2)", "NaN"]);
+    // a source that is not finite before the first step
+    fails(&format!("{SCENE}\n[source]\npolarity = [\"log(x-1)\", \"0\"]\n"), &[], &["log(x-1)", "NaN", "t = 0"]);
+    // too many random vectors; a measure that the domain does not have; cuts that overwrite each other
+    fails(SCENE, &[("initial.polarity", "{ random = { seed = 1, h_coarse = 1e-6 } }")], &["h_coarse", "hint"]);
+    let square = SCENE
+        .replace("strip-with-disc", "strip")
+        .replace("h_disc = 0.5\n", "")
+        .replace("[boundary.disc]\nvelocity = \"slip\"\npolarity = \"neumann\"\n", "");
+    fails(&square, &[], &["overshoot", "disc", "hint"]);
     // a flow that the closed boundary cannot have
     fails(SCENE, &[("boundary.outlet.velocity", "{ dirichlet = [\"0\", \"0\"] }")], &["net flux", "hint"]);
+}
+
+#[test]
+fn a_resumed_run_may_measure_more_and_write_other_fields() {
+    let root = tempfile::tempdir().unwrap();
+    let out = folder(&root, "out");
+    let less =
+        [("output.1.measures", "[\"free-energy\"]"), ("output.0.fields", "[\"velocity\"]"), ("time.max_steps", "4")];
+    run_in(&out, &scene_of(SCENE, &less), false).unwrap();
+    run_in(&out, &scene_of(SCENE, &[("time.stop.residual", "1e-12")]), true).unwrap();
+    let mut reader = csv::Reader::from_path(out.join("history.csv")).unwrap();
+    let column = |name: &str, headers: &csv::StringRecord| headers.iter().position(|h| h == name).unwrap();
+    let headers = reader.headers().unwrap().clone();
+    let (energy, overshoot) = (column("free_energy", &headers), column("overshoot_velocity", &headers));
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert!(!rows[2][energy].is_empty() && rows[2][overshoot].is_empty(), "{:?}", rows[2]);
+    assert!(!rows[8][overshoot].is_empty() && rows.len() > 9);
+}
+
+#[test]
+fn the_last_state_is_written_with_every_field() {
+    let root = tempfile::tempdir().unwrap();
+    let out = folder(&root, "out");
+    let more = format!("{SCENE}\n[[output]]\nfields = [\"pressure\"]\n");
+    let sets = [("output.0.fields", "[\"velocity\"]"), ("time.end", "0.5")];
+    let summary = run_in(&out, &scene_of(&more, &sets), false).unwrap();
+    let last =
+        String::from_utf8_lossy(&bytes(out.join(format!("fields/step-{:06}.vtu", summary.counts.steps)))).into_owned();
+    assert!(last.contains("\"velocity\"") && last.contains("\"pressure\""));
 }
 
 #[test]
@@ -255,7 +293,7 @@ fn damaged_and_foreign_files_are_named() {
     let out = folder(&root, "out");
     let short = scene_of(SCENE, &[("time.max_steps", "1")]);
     let error = run_in(&out, &short, true).unwrap_err().to_string();
-    assert!(error.contains("checkpoint.bin"), "{error}");
+    assert!(error.contains("checkpoint.bin") && error.contains("--out"), "{error}");
     run_in(&out, &short, false).unwrap();
     let error = run_in(&out, &short, false).unwrap_err().to_string();
     assert!(error.contains("--resume"), "{error}");

@@ -19,6 +19,11 @@ pub enum MeasureError {
     )]
     NoMirror { axis: f64, x: f64, y: f64 },
     #[error(
+        "the measure `overshoot` needs a disc (boundary tag `disc`) with tissue behind it, at x₁ > {behind}; hint: remove the \
+         measure, or give `mesh.centre` and `mesh.radius`"
+    )]
+    NoDisc { behind: f64 },
+    #[error(
         "the {what} meets no cell between x₁ = {from:.4} and {to:.4} at x₂ = {y:.4}; hint: check `mesh.centre` and `mesh.length`"
     )]
     Outside { what: &'static str, from: f64, to: f64, y: f64 },

@@ -156,6 +156,18 @@ impl Mesh {
         if shared.minus.cell == cell && shared.minus.face == face { shared.plus } else { Some(shared.minus) }
     }
 
+    /// A number that tells meshes apart: a hash of cells, vertices, tags and geometry nodes, bit by bit.
+    pub fn fingerprint(&self) -> u64 {
+        // FNV-1a: the same on every machine, unlike the standard library's hashers
+        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+        let mut add = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+        self.cells.iter().flatten().for_each(|&v| add(v as u64));
+        self.faces.iter().filter_map(|f| f.tag).for_each(|tag| add(tag as u64));
+        let bent = self.curved.iter().flatten().flat_map(|nodes| &nodes.positions);
+        self.vertices.iter().chain(bent).flat_map(|x| [x.x, x.y]).for_each(|c| add(c.to_bits()));
+        hash
+    }
+
     /// Area of the domain, curved cells included.
     pub fn area(&self) -> f64 {
         (0..self.cells.len()).map(|cell| self.cell_area(cell)).sum()

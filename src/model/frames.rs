@@ -5,6 +5,8 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::{Matrix2, Matrix2x3, Matrix3};
+
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
 use crate::element::basis;
@@ -128,9 +130,28 @@ impl Frames {
         Ok(out)
     }
 
-    /// Whether any node has a Dirichlet value.
-    pub fn has_dirichlet(&self) -> bool {
-        !self.values.is_empty()
+    /// Whether the conditions leave no rigid motion free: translations and the rotation, or a combination of them (the
+    /// rotation about the centre of a disc).
+    pub fn hold_rigid_motions(&self, space: &Space) -> bool {
+        let positions = space.node_positions();
+        let centre = positions.iter().sum::<Point>() / positions.len() as f64;
+        let size = positions.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        // G = Σ over nodes of Rᵀ(1 − T Tᵀ)R, R the three motions at the node: zero along a motion that meets no constraint
+        let mut gram = Matrix3::zeros();
+        for (node, x) in positions.iter().enumerate() {
+            let y = (x - centre) / size;
+            let motions = Matrix2x3::new(1.0, 0.0, -y.y, 0.0, 1.0, y.x);
+            let mut free = Matrix2::zeros();
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                for (row, a) in self.of(2 * node + i) {
+                    free[(i, j)] +=
+                        self.of(2 * node + j).filter(|(other, _)| *other == row).map(|(_, b)| a * b).sum::<f64>();
+                }
+            }
+            gram += motions.transpose() * (Matrix2::identity() - free) * motions;
+        }
+        let values = gram.symmetric_eigenvalues();
+        values.min() > 1e-10 * values.max()
     }
 }
 

@@ -30,8 +30,8 @@ pub enum MomentumError {
     #[error(transparent)]
     Formula(#[from] ExpressionError),
     #[error(
-        "`model.friction` = 0 with no Dirichlet velocity: nothing holds the tissue in place; hint: give a friction, or a \
-         Dirichlet velocity on one tag"
+        "`model.friction` = 0 and the boundary conditions leave a rigid motion free: nothing holds the tissue in place; hint: \
+         give a friction, or a Dirichlet velocity on one tag"
     )]
     Unheld,
     #[error(
@@ -82,7 +82,7 @@ impl Momentum {
         slip: SlipTreatment,
     ) -> Result<Self, MomentumError> {
         let frames = Frames::new(velocity, conditions, matches!(slip, SlipTreatment::Penalty { .. }));
-        if friction == 0.0 && !frames.has_dirichlet() {
+        if friction == 0.0 && !Frames::new(velocity, conditions, false).hold_rigid_motions(velocity) {
             return Err(MomentumError::Unheld);
         }
         let mut form = stokes::viscosity(velocity) + friction * mass::vector_mass(velocity);

@@ -79,10 +79,13 @@ fn discontinuous(space: &Arc<Space>, field: &Field) -> Field {
     out
 }
 
+/// Most random vectors of a start.
+const MOST_VECTORS: usize = 20_000_000;
+
 /// Random start   [10.4.4]: at every vertex of a triangular lattice of edge length `h` that covers the domain, a unit vector
 /// of uniform angle times a normal deviate of standard deviation `amplitude`; linear between the vertices. The lattice
-/// depends on the domain's extent alone, so that finer meshes start from the same field.
-pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Field {
+/// depends on the domain's extent alone, so that finer meshes start from the same field. `None` for an absurdly fine lattice.
+pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Option<Field> {
     let vertices = &space.mesh.vertices;
     let low = vertices.iter().fold(vertices[0], |m, x| m.inf(x));
     let high = vertices.iter().fold(vertices[0], |m, x| m.sup(x));
@@ -94,7 +97,10 @@ pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Field {
     };
     let rows = lattice(high).1.ceil() as usize + 3;
     let shift = rows.div_ceil(2);
-    let columns = lattice(Point::new(high.x, low.y)).0.ceil() as usize + shift + 3;
+    let columns = (lattice(Point::new(high.x, low.y)).0.ceil() as usize).checked_add(shift + 3)?;
+    if rows.checked_mul(columns)? > MOST_VECTORS {
+        return None;
+    }
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let values: Vec<Point> = (0..rows * columns)
         .map(|_| {
@@ -104,7 +110,7 @@ pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Field {
         })
         .collect();
     let at = |i: usize, j: usize| values[j * columns + i];
-    project::interpolate_vector(space, |x| {
+    Some(project::interpolate_vector(space, |x| {
         let (a, b) = lattice(x);
         let a = a + shift as f64;
         let (i, j) = (a.floor() as usize, b.floor() as usize);
@@ -115,5 +121,5 @@ pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Field {
         } else {
             at(i + 1, j + 1) * (s + t - 1.0) + at(i + 1, j) * (1.0 - t) + at(i, j + 1) * (1.0 - s)
         }
-    })
+    }))
 }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{OutputError, write_whole};
 use crate::time::Checkpoint;
 
-const MAGIC: &str = "monolayer checkpoint 1";
+const MAGIC: &str = "monolayer checkpoint 2";
 
 /// A checkpoint and the scene that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,13 +20,15 @@ pub struct Saved {
     magic: String,
     /// The resolved scene.
     pub scene: String,
+    /// [`crate::mesh::Mesh::fingerprint`] of the mesh that the state lives on.
+    pub mesh: u64,
     pub march: Checkpoint,
 }
 
 impl Saved {
     /// Binds a checkpoint to its scene.
-    pub fn new(scene: String, march: Checkpoint) -> Self {
-        Self { magic: MAGIC.into(), scene, march }
+    pub fn new(scene: String, mesh: u64, march: Checkpoint) -> Self {
+        Self { magic: MAGIC.into(), scene, mesh, march }
     }
 
     /// Writes the file, whole or not at all.
@@ -53,7 +55,7 @@ impl Saved {
         let damaged = |what: String| OutputError::Malformed {
             path: path.display().to_string(),
             what,
-            hint: "it is no checkpoint, or was cut off; start the run anew without `--resume`",
+            hint: "it is no checkpoint of this version, or was cut off",
         };
         GzDecoder::new(file).read_to_end(&mut bytes).map_err(|e| damaged(format!("cannot be unpacked ({e})")))?;
         let saved: Self = postcard::from_bytes(&bytes).map_err(|e| damaged(format!("cannot be read ({e})")))?;

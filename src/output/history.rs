@@ -29,33 +29,39 @@ impl History {
         Ok(history)
     }
 
-    /// Continues a table after step `last`: later rows are dropped.
+    /// Continues a table after step `last`: later rows are dropped, columns that it lacks are added empty.
     ///
     /// # Errors
-    /// [`OutputError::Io`]; a table that is missing or has other columns.
+    /// [`OutputError::Io`]; a table that cannot be read.
     pub fn resume(path: &Path, columns: Vec<String>, last: usize) -> Result<Self, OutputError> {
         let malformed = |what: String| OutputError::Malformed {
             path: path.display().to_string(),
             what,
-            hint: "the outputs of the scene have changed; resume into another folder, or keep them",
+            hint: "it is not the table of this run; move it away to begin a new one",
         };
         let mut reader = csv::Reader::from_path(path).map_err(|e| malformed(e.to_string()))?;
         let header = reader.headers().map_err(|e| malformed(e.to_string()))?.clone();
-        if !header.iter().skip(1).eq(columns.iter().map(String::as_str)) {
-            return Err(malformed(format!("has the columns {}", header.iter().collect::<Vec<_>>().join(", "))));
+        if header.get(0) != Some(STEP) {
+            return Err(malformed(format!("does not begin with the column `{STEP}`")));
         }
+        let mut all: Vec<String> = header.iter().skip(1).map(str::to_owned).collect();
+        let new: Vec<String> = columns.into_iter().filter(|c| !all.contains(c)).collect();
+        let empty = new.len();
+        all.extend(new);
         let mut kept = csv::Writer::from_writer(Vec::new());
-        kept.write_record(&header).map_err(|e| malformed(e.to_string()))?;
+        let row = |step: &str| std::iter::once(step.to_owned()).chain(all.iter().cloned());
+        kept.write_record(row(STEP)).map_err(|e| malformed(e.to_string()))?;
         // the row that a crash cut off, if any, is the last and not needed
         for row in reader.records().map_while(Result::ok) {
             if row.get(0).and_then(|s| s.parse().ok()).is_some_and(|step: usize| step <= last) {
-                kept.write_record(&row).map_err(|e| malformed(e.to_string()))?;
+                let filled = row.iter().chain(std::iter::repeat_n("", empty));
+                kept.write_record(filled).map_err(|e| malformed(e.to_string()))?;
             }
         }
         let bytes = kept.into_inner().map_err(|e| malformed(e.to_string()))?;
         write_whole(path, |file| file.write_all(&bytes))?;
         let file = OpenOptions::new().append(true).open(path).map_err(|e| OutputError::io(path, &e))?;
-        Ok(Self { path: path.into(), columns, writer: csv::Writer::from_writer(file) })
+        Ok(Self { path: path.into(), columns: all, writer: csv::Writer::from_writer(file) })
     }
 
     /// Appends a row; `value` gives the entry of each column, `None` for an empty one.

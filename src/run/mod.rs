@@ -49,7 +49,11 @@ pub enum RunError {
     )]
     Occupied { folder: String },
     #[error(
-        "{file}: belongs to another problem: `{key}` differs; hint: resume with the scene of the run (`scene.toml` in its folder); only `time.end`, `time.max_steps`, `time.stop` and `output` may change"
+        "{folder}: holds no checkpoint.bin to resume from; hint: run without `--resume`, or name the run's folder by `--out`"
+    )]
+    NothingToResume { folder: String },
+    #[error(
+        "{file}: belongs to another problem: `{key}` differs; hint: resume with the scene of the run (`scene.toml` in its folder); only `title`, `time.end`, `time.max_steps`, `time.stop` and `output` may change"
     )]
     OtherProblem { file: String, key: String },
     #[error("{file}: {what}; hint: {hint}")]
@@ -87,18 +91,28 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     let counts_before = crate::solve::sparse::counts();
     let saved = prepare_folder(scene, options)?;
     let setup = Setup::new(scene)?;
+    let formulas = |error| RunError::Formula { origin: scene.source().origin().into(), error: Box::new(error) };
     let settings = MarchSettings { order: scene.time.order, control: scene.time.control, coupling: scene.coupling };
     let model = &setup.model;
     let resumed_at = saved.as_ref().map(|s| s.march.counts.steps);
     let mut march = match saved {
-        Some(saved) => March::resume(model, settings, saved.march),
+        Some(saved) => {
+            if saved.mesh != setup.mesh.fingerprint() {
+                let file = options.out.join("checkpoint.bin").display().to_string();
+                return Err(RunError::OtherProblem { file, key: "mesh".into() });
+            }
+            March::resume(model, settings, saved.march)
+        }
         None => {
+            model.check_formulas(0.0).map_err(formulas)?;
             let start = setup.initial(scene)?;
             March::start(model, settings, start)
                 .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?
         }
     };
     let mut gauges = Gauges::new(scene, &setup)?;
+    let text = scene.resolved_toml();
+    crate::output::write_whole(&options.out.join("scene.toml"), |file| file.write_all(text.as_bytes()))?;
     let mut writer = Writer::new(scene, &setup, &options.out, &march, resumed_at.is_some())?;
     let mut progress = Progress::new(options.verbosity, march.t);
     for remark in setup.remarks(scene) {
@@ -106,6 +120,8 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     }
     if resumed_at.is_none() {
         writer.write_due(&mut march, &setup, None)?;
+        // a run that is killed early can be resumed, too
+        writer.write_checkpoint(&march)?;
     }
     let ending = step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress)?;
     progress.finish();
@@ -174,6 +190,9 @@ fn prepare_folder(scene: &Scene, options: &Options) -> Result<Option<Saved>, Run
     let io = |path: &Path, e: std::io::Error| RunError::Output(OutputError::io(path, &e));
     let checkpoint = out.join("checkpoint.bin");
     let saved = if options.resume {
+        if !checkpoint.exists() {
+            return Err(RunError::NothingToResume { folder: out.display().to_string() });
+        }
         let saved = Saved::read(&checkpoint)?;
         if let Some(key) = setup::first_difference(&saved.scene, &scene.resolved_toml()) {
             return Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key });
@@ -186,8 +205,6 @@ fn prepare_folder(scene: &Scene, options: &Options) -> Result<Option<Saved>, Run
         None
     };
     std::fs::create_dir_all(out).map_err(|e| io(out, e))?;
-    let text = scene.resolved_toml();
-    crate::output::write_whole(&out.join("scene.toml"), |file| file.write_all(text.as_bytes()))?;
     Ok(saved)
 }
 

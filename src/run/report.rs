@@ -10,7 +10,7 @@ use crate::element::basis::node_count;
 use crate::mesh::quality::Quality;
 use crate::model::Term;
 use crate::model::frames::Frames;
-use crate::model::momentum::SlipTreatment;
+use crate::model::momentum::{MomentumError, SlipTreatment};
 use crate::scene::Scene;
 use crate::space::{Continuity, Space};
 
@@ -36,11 +36,17 @@ pub struct Report {
 pub fn report(scene: &Scene) -> Result<Report, RunError> {
     let mesh = std::sync::Arc::new(build_mesh(scene)?);
     scene.check_tags(&mesh.tags)?;
+    setup::check_measures(scene, &mesh)?;
     let description = describe(scene, &mesh);
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
     let pressure = Space::new(&mesh, Continuity::Continuous, scene.space.pressure, 1);
     let penalty = matches!(scene.space.slip, SlipTreatment::Penalty { .. });
     let free = Frames::new(&velocity, &description.conditions, penalty).free;
+    let held = || Frames::new(&velocity, &description.conditions, false).hold_rigid_motions(&velocity);
+    if scene.parameters.friction == 0.0 && !held() {
+        let origin = scene.source().place("model.friction").to_string();
+        return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
+    }
     let polarity_unknowns = mesh.cells.len() * 2 * node_count(scene.space.polarity);
     let stokes_unknowns = free + pressure.dof_count();
     let quality = mesh.quality();

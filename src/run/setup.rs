@@ -4,13 +4,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::RunError;
+use crate::measure::MeasureError;
+use crate::mesh::generate::Shape;
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Mesh, MeshError, Point, gmsh};
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::start;
 use crate::output::checkpoint::Saved;
-use crate::scene::{Initial, Scene};
+use crate::scene::{Initial, Measure, Scene, What};
 use crate::space::{Continuity, Field, Space, project};
 
 /// All that is built before the first step.
@@ -34,11 +36,15 @@ const ALIGNED_LENGTH: f64 = 1.0;
 pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     let built = match &scene.mesh.file {
         None => scene.mesh.build(),
-        Some(file) => gmsh::read(Path::new(file)).and_then(|mut mesh| {
-            if let Some(degree) = scene.mesh.curved {
-                mesh.bend(degree)?;
-            }
-            Ok(mesh)
+        Some(file) => gmsh::read(Path::new(file)).and_then(|mut mesh| match scene.mesh.curved {
+            None => Ok(mesh),
+            Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
+            Some(other) => Err(MeshError::BadKey {
+                key: "mesh.curved".into(),
+                value: other.to_string(),
+                rule: "must be 1, 2 or 3".into(),
+                hint: "leave it out to keep the geometry of the file".into(),
+            }),
         }),
     };
     built.map_err(|error| {
@@ -65,6 +71,7 @@ impl Setup {
         let begin = std::time::Instant::now();
         let mesh = Arc::new(build_mesh(scene)?);
         scene.check_tags(&mesh.tags)?;
+        check_measures(scene, &mesh)?;
         let description = describe(scene, &mesh);
         let model = Incompressible::new(&mesh, &description)
             .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
@@ -89,7 +96,12 @@ impl Setup {
                 origin: scene.source().place("initial.polarity").to_string(),
                 error: Box::new(e),
             }),
-            Initial::Random { seed, amplitude, h_coarse } => Ok(start::random(space, *seed, *amplitude, *h_coarse)),
+            Initial::Random { seed, amplitude, h_coarse } => start::random(space, *seed, *amplitude, *h_coarse)
+                .ok_or_else(|| RunError::Start {
+                    file: scene.source().place("initial.polarity").to_string(),
+                    what: format!("`initial.polarity.random.h_coarse` = {h_coarse} needs too many random vectors"),
+                    hint: "take about the size of the structures, such as 0.25".into(),
+                }),
             Initial::File(path) => from_checkpoint(space, path),
         }
     }
@@ -113,6 +125,23 @@ pub fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
     })
 }
 
+/// Refuses measures that the domain does not have.
+///
+/// # Errors
+/// An overshoot where there is no disc with tissue behind it.
+pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
+    let asked = scene.outputs.iter().any(|output| match &output.what {
+        What::Measures(measures) => measures.contains(&Measure::Overshoot),
+        What::Fields(_) | What::Cuts(_) | What::Checkpoint => false,
+    });
+    let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
+    let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
+    if asked && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
+        return Err(RunError::Measure(MeasureError::NoDisc { behind }));
+    }
+    Ok(())
+}
+
 /// The problem in the model's terms.
 pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
     Description {
@@ -131,15 +160,18 @@ pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
 /// The polarity of another run's checkpoint, interpolated: mesh and degree may differ, the domain must not.
 fn from_checkpoint(space: &Arc<Space>, path: &Path) -> Result<Field, RunError> {
     let file = path.display().to_string();
-    let saved = Saved::read(path)?;
     let wrong = |what: String| RunError::Start {
         file: file.clone(),
         what,
         hint: "give a `checkpoint.bin` of a run on the same domain".into(),
     };
+    let saved = Saved::read(path).map_err(|e| wrong(e.to_string()))?;
     let scene = Scene::parse(&saved.scene, path)?;
     let mesh = Arc::new(build_mesh(&scene)?);
     let other = Arc::new(Space::new(&mesh, Continuity::Discontinuous, scene.space.polarity, 2));
+    if saved.mesh != mesh.fingerprint() {
+        return Err(wrong("the mesh of its run has changed since".into()));
+    }
     let values = saved.march.past.into_iter().next().map(|(_, p)| p).filter(|p| p.len() == other.dof_count());
     let field = Field::new(&other, values.ok_or_else(|| wrong("its polarity does not fit its mesh".into()))?);
     let locator = Locator::new(&mesh);
@@ -172,8 +204,9 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path) -> Result<Field, RunError> {
 pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     let read = |text: &str| -> toml::Table {
         let mut table: toml::Table = text.parse().unwrap_or_default();
-        table.remove("output");
-        table.remove("title");
+        for key in ["output", "title"] {
+            table.remove(key);
+        }
         if let Some(time) = table.get_mut("time").and_then(toml::Value::as_table_mut) {
             for key in ["end", "max_steps", "stop"] {
                 time.remove(key);

@@ -116,7 +116,8 @@ impl Summary {
         let mut seconds = march.phases.seconds();
         seconds.insert("setup", setup.seconds);
         let inner: f64 = ITERATION.iter().filter_map(|name| seconds.get(name)).sum();
-        let here = march.iterations_here();
+        // every iteration computes the force once, those of rejected steps as well
+        let here = march.phases.calls("force");
         Self {
             title: scene.title.clone(),
             status: ending.status(),

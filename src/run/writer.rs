@@ -31,6 +31,7 @@ type Section = (String, Vec<Sample>);
 pub struct Writer {
     out: PathBuf,
     scene_text: String,
+    mesh_fingerprint: u64,
     grid: Option<Grid>,
     series: Option<Series>,
     history: History,
@@ -42,8 +43,8 @@ pub struct Writer {
     /// `T_a/C_F`, the speed of the tissue's frame.
     frame_speed: f64,
     elasticity: f64,
-    /// Step of the last files, so that the last state is not written twice.
-    last_fields: Option<usize>,
+    /// Step and fields of the last file, so that the last state is not written twice.
+    last_fields: Option<(usize, Vec<Field>)>,
 }
 
 impl Writer {
@@ -55,6 +56,7 @@ impl Writer {
         let mut writer = Self {
             out: out.into(),
             scene_text: scene.resolved_toml(),
+            mesh_fingerprint: setup.mesh.fingerprint(),
             grid: None,
             series: None,
             history: open_history(scene, out, resume.then_some(march.counts.steps))?,
@@ -151,7 +153,10 @@ impl Writer {
             self.open_series(setup, None)?;
         }
         let fields: Vec<Field> = self.fields.iter().flat_map(|(f, _)| f.iter().copied()).collect();
-        if !fields.is_empty() && self.last_fields != Some(march.counts.steps) {
+        let written = |field: &Field| {
+            self.last_fields.as_ref().is_some_and(|(step, all)| *step == march.counts.steps && all.contains(field))
+        };
+        if !fields.iter().all(written) {
             self.write_fields(march, setup, &fields)?;
         }
         for (sections, _) in &self.cuts {
@@ -160,8 +165,12 @@ impl Writer {
         Ok(())
     }
 
-    fn write_checkpoint(&self, march: &March) -> Result<(), RunError> {
-        let saved = Saved::new(self.scene_text.clone(), march.checkpoint());
+    /// Writes `checkpoint.bin`.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_checkpoint(&self, march: &March) -> Result<(), RunError> {
+        let saved = Saved::new(self.scene_text.clone(), self.mesh_fingerprint, march.checkpoint());
         Ok(saved.write(&self.out.join("checkpoint.bin"))?)
     }
 
@@ -202,7 +211,7 @@ impl Writer {
         let (t, path) = (march.t, self.out.join(&name));
         march.phases.measure("output", || write_vtu(&path, grid, t, &list))?;
         self.series.as_mut().expect("opened with the grid").append(t, &name)?;
-        self.last_fields = Some(march.counts.steps);
+        self.last_fields = Some((march.counts.steps, named));
         Ok(())
     }
 

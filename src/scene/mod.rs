@@ -184,17 +184,6 @@ impl Scene {
                     .to_owned(),
             );
         }
-        let dirichlet = |c: &Conditions| match c.velocity {
-            VelocityCondition::Dirichlet(_) => true,
-            VelocityCondition::Traction(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
-        };
-        if self.parameters.friction == 0.0 && !self.boundary.values().any(dirichlet) {
-            remarks.push(
-                "without friction and without a Dirichlet velocity a rigid motion may be undetermined (a rotation of a \
-                 disc, a translation along a strip)"
-                    .to_owned(),
-            );
-        }
         remarks
     }
 }

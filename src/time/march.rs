@@ -88,8 +88,6 @@ pub struct March<'m> {
     control: Control,
     past: Vec<(f64, Field)>,
     rate_of_p: Vec<f64>,
-    /// Iterations of runs before this one.
-    iterations_before: usize,
 }
 
 impl<'m> March<'m> {
@@ -111,7 +109,6 @@ impl<'m> March<'m> {
             control: Control::new(&settings.control),
             past: vec![(0.0, p)],
             rate_of_p,
-            iterations_before: 0,
         })
     }
 
@@ -135,13 +132,7 @@ impl<'m> March<'m> {
             control: from.control,
             past,
             rate_of_p: from.rate_of_p,
-            iterations_before: from.counts.nonlinear_iterations,
         }
-    }
-
-    /// Iterations of the coupling since the start or the resumption.
-    pub fn iterations_here(&self) -> usize {
-        self.counts.nonlinear_iterations - self.iterations_before
     }
 
     /// The current state of the march.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 /// Seconds spent in each named phase.
 #[derive(Debug, Default, Clone)]
 pub struct Phases {
-    spent: BTreeMap<&'static str, Duration>,
+    spent: BTreeMap<&'static str, (Duration, usize)>,
 }
 
 impl Phases {
@@ -14,12 +14,19 @@ impl Phases {
     pub fn measure<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
-        *self.spent.entry(name).or_default() += start.elapsed();
+        let (spent, calls) = self.spent.entry(name).or_default();
+        *spent += start.elapsed();
+        *calls += 1;
         result
+    }
+
+    /// How often a phase ran.
+    pub fn calls(&self, name: &str) -> usize {
+        self.spent.get(name).map_or(0, |(_, calls)| *calls)
     }
 
     /// Seconds by phase.
     pub fn seconds(&self) -> BTreeMap<&'static str, f64> {
-        self.spent.iter().map(|(name, d)| (*name, d.as_secs_f64())).collect()
+        self.spent.iter().map(|(name, (d, _))| (*name, d.as_secs_f64())).collect()
     }
 }

@@ -262,6 +262,27 @@ fn tissue_that_nothing_holds_is_refused() {
     assert!(error.to_string().contains("model.friction"), "{error}");
 }
 
+#[test]
+fn straight_slip_walls_hold_tissue_without_friction() {
+    let parameters = Parameters { friction: 0.0, ..PARAMETERS };
+    let mesh = square(3);
+    let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| closed())).unwrap();
+    let (v, _) = model.flow(&random(&model.polarity.space, 1), 0.0).unwrap();
+    assert!(v.values.iter().all(|v| v.is_finite()));
+    // two parallel walls leave the translation along them free
+    let channel = |tag: &str| match tag {
+        "left" | "right" => Conditions {
+            velocity: VelocityCondition::Traction([formula("0"), formula("0")]),
+            polarity: PolarityCondition::Neumann,
+        },
+        _ => closed(),
+    };
+    assert!(matches!(
+        Incompressible::new(&mesh, &describe(&mesh, parameters, channel)).unwrap_err(),
+        MomentumError::Unheld
+    ));
+}
+
 /// A copy of `mesh` with every point mapped; `reflect` turns the cells so that they stay counterclockwise.
 fn mapped(mesh: &Mesh, map: impl Fn(Point) -> Point, reflect: bool) -> Mesh {
     let mut out = mesh.clone();

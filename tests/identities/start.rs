@@ -48,7 +48,7 @@ fn the_aligned_start_is_tangential_to_the_disc_and_symmetric() {
 fn random_starts_depend_on_the_seed_and_not_on_the_mesh() {
     let (coarse, fine) = (mesh("shape = \"disc\"\nh = 0.4"), mesh("shape = \"disc\"\nh = 0.2"));
     let at = |mesh: &std::sync::Arc<Mesh>, seed: u64| {
-        let p = start::random(&discontinuous(mesh, 3, 2), seed, 0.1, 0.25);
+        let p = start::random(&discontinuous(mesh, 3, 2), seed, 0.1, 0.25).unwrap();
         let loops = loops(mesh);
         [loops.sum(6, |x| p.vector(&x.site).norm_squared()), loops.sum(6, |x| p.vector(&x.site).x)]
     };

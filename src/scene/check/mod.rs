@@ -10,6 +10,7 @@ use super::error::SceneError;
 use super::tables::{CouplingName, PolarityStart, SceneFile, SlipName, SpaceTable, StartTable};
 use super::{ControlSettings, CouplingSettings, Initial, Scene, SceneSource, SlipTreatment, Sources, Space, Time};
 use crate::element::MAX_DEGREE;
+use crate::mesh::generate::MeshScene;
 use crate::model::expression::{Expression, VectorFormula, parse_vector};
 use crate::model::{Conditions, ModelError, Parameters, VelocityCondition, names};
 use crate::time::CouplingKind;
@@ -101,12 +102,39 @@ impl Checker<'_> {
             }
             (None, Some(name)) => {
                 let path = self.existing_file("mesh.file", name)?;
+                self.keys_beside_a_file(&file.mesh)?;
                 file.mesh.file = Some(path.to_string_lossy().into_owned());
                 Ok(())
             }
             (None, None) => Err(self.error("mesh.shape", "(missing)", rule, hint)),
             (Some(_), Some(name)) => Err(self.error("mesh.file", format!("\"{name}\""), rule, "remove one of the two")),
         }
+    }
+
+    /// A mesh from a file takes `curved`, and the place of the disc for measures and cuts; nothing else.
+    fn keys_beside_a_file(&self, mesh: &MeshScene) -> Result<(), SceneError> {
+        let given = [
+            ("n", mesh.n.is_some()),
+            ("distortion", mesh.distortion.is_some()),
+            ("seed", mesh.seed.is_some()),
+            ("length", mesh.length.is_some()),
+            ("width", mesh.width.is_some()),
+            ("inner_radius", mesh.inner_radius.is_some()),
+            ("arm", mesh.arm.is_some()),
+            ("turn_radius", mesh.turn_radius.is_some()),
+            ("h", mesh.h.is_some()),
+            ("h_disc", mesh.h_disc.is_some()),
+            ("grading", mesh.grading.is_some()),
+            ("stretch", mesh.stretch.is_some()),
+            ("symmetric", mesh.symmetric.is_some()),
+        ];
+        if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
+            let hint = "beside `file`, only `curved`, `radius` and `centre` (of the disc) have a meaning";
+            return Err(self.error(&format!("mesh.{key}"), "(given)", "does not apply to a mesh from a file", hint));
+        }
+        mesh.radius
+            .map_or(Ok(1.0), |r| self.positive("mesh.radius", r, "the radius of the disc, for measures and cuts"))?;
+        Ok(())
     }
 
     fn space(&self, table: &mut SpaceTable) -> Result<Space, SceneError> {
@@ -157,7 +185,10 @@ impl Checker<'_> {
         match start {
             PolarityStart::Name(name) if name == "aligned-around-disc" => Ok(Initial::AlignedAroundDisc),
             PolarityStart::Name(name) => {
-                let near = names::did_you_mean(name, &["aligned-around-disc", "random", "file"]);
+                let near = match name.as_str() {
+                    "random" | "file" => String::new(),
+                    other => names::did_you_mean(other, &["aligned-around-disc", "random", "file"]),
+                };
                 let hint = "the choices are \"aligned-around-disc\", [\"p_1\", \"p_2\"], { random = { seed = 1 } }, \
                             { file = \"…\" }";
                 Err(self.error(KEY, format!("\"{name}\""), &format!("no such initial polarity{near}"), hint))

@@ -1,5 +1,7 @@
 //! The rules of `[[output]]`.
 
+use std::collections::BTreeSet;
+
 use super::Checker;
 use crate::mesh::Point;
 use crate::model::Parameters;
@@ -10,7 +12,31 @@ use crate::time::Schedule;
 impl Checker<'_> {
     pub(super) fn outputs(&self, tables: &[OutputTable], p: &Parameters) -> Result<Vec<Output>, SceneError> {
         let numbered = tables.iter().enumerate();
-        numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, p)).collect()
+        let outputs: Vec<Output> =
+            numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, p)).collect::<Result<_, _>>()?;
+        self.one_name_each(&outputs)?;
+        Ok(outputs)
+    }
+
+    /// Cuts of one name would overwrite each other's table.
+    fn one_name_each(&self, outputs: &[Output]) -> Result<(), SceneError> {
+        let mut names = BTreeSet::new();
+        for (at, output) in outputs.iter().enumerate() {
+            let cuts = match &output.what {
+                What::Cuts(cuts) => cuts.as_slice(),
+                What::Fields(_) | What::Measures(_) | What::Checkpoint => &[],
+            };
+            for cut in cuts {
+                let name = match cut {
+                    Cut::Axis(axis) => axis.name(),
+                    Cut::Line { name, .. } => name,
+                };
+                let hint = "give every cut a name of its own";
+                let rule = "two cuts have this name, and would write the same file";
+                self.require(names.insert(name), &format!("output.{at}.cuts"), format!("\"{name}\""), rule, hint)?;
+            }
+        }
+        Ok(())
     }
 
     fn output(&self, key: &str, table: &OutputTable, p: &Parameters) -> Result<Output, SceneError> {
