@@ -27,7 +27,7 @@ struct Cli {
     /// A line for every step.
     #[arg(short, long, global = true)]
     verbose: bool,
-    /// Threads to use; results do not depend on it [default: all cores].
+    /// Threads to use, at most the cores there are; results do not depend on it [default: all cores].
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 }
@@ -99,7 +99,9 @@ fn main() -> ExitCode {
 
 fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
     if let Some(threads) = cli.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+        // more threads than cores only wait for each other
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads).min(cores)).build_global()?;
     }
     match &cli.command {
         Command::Run { scene, out, resume } => run_scene(cli, scene, out.as_deref(), *resume),

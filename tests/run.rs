@@ -316,6 +316,12 @@ fn a_step_that_cannot_be_solved_ends_the_run_and_keeps_the_last_good_state() {
         ("coupling.accept", "2e-8"),
         ("time.step_min", "0.05"),
     ];
+    fails(SCENE, &[("output.2.cuts", "[{ name = \"far\", from = [90, 0], to = [91, 0] }]")], &["far", "hint"]);
+    let twice = "[{ name = \"a\", from = [2, 2], to = [3, 2] }, { name = \"a\", from = [2, 2], to = [2, 3] }]";
+    let source =
+        SceneSource::parse(SCENE, Path::new("test.toml")).map(|mut s| s.set("output.2.cuts", twice).map(|()| s));
+    let error = Scene::check(source.unwrap().unwrap()).unwrap_err().to_string();
+    assert!(error.contains("\"a\"") && error.contains("same file"), "{error}");
     let summary = run_in(&out, &scene_of(SCENE, &sets), false).unwrap();
     let Ending::Failed { reason } = &summary.ending else { panic!("{:?}", summary.ending) };
     for part in ["time.step_min", "fixed-point", "t = 0", "hint"] {

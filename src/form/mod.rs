@@ -15,6 +15,7 @@ pub mod stokes;
 pub mod swip;
 pub mod upwind;
 pub mod words;
+mod worker;
 
 pub use bilinear::Bilinear;
 pub use integrate::{CellPoint, FacePoint, Faces, Integrator};

@@ -23,6 +23,8 @@ pub enum MeasureError {
          measure, or give `mesh.centre` and `mesh.radius`"
     )]
     NoDisc { behind: f64 },
+    #[error("the cut `{name}` meets no cell; hint: check its ends, or the place of the disc that axes refer to")]
+    CutOutside { name: String },
     #[error(
         "the {what} meets no cell between x₁ = {from:.4} and {to:.4} at x₂ = {y:.4}; hint: check `mesh.centre` and `mesh.length`"
     )]

@@ -110,6 +110,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
                 .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?
         }
     };
+    march.interrupt = options.interrupt;
     let mut gauges = Gauges::new(scene, &setup)?;
     let text = scene.resolved_toml();
     crate::output::write_whole(&options.out.join("scene.toml"), |file| file.write_all(text.as_bytes()))?;
@@ -144,6 +145,11 @@ fn step_to_the_end(
     progress: &mut Progress,
 ) -> Result<Ending, RunError> {
     let time = &scene.time;
+    let mut told = false;
+    if march.t > time.end {
+        progress
+            .say(&format!("note: the run stands at t = {}, past its end {}: nothing is left to do", march.t, time.end));
+    }
     loop {
         if march.t >= time.end * (1.0 - 1e-12) {
             return Ok(Ending::EndTime);
@@ -158,9 +164,21 @@ fn step_to_the_end(
         let landing = writer.next_landing(before).fold(time.end, f64::min);
         let report = match march.advance(landing) {
             Ok(report) => report,
+            Err(MarchError::Interrupted { .. }) => return Ok(Ending::Interrupted),
             Err(error) => return Ok(Ending::failed(&error)),
         };
         let readings = gauges.read(march, before)?;
+        if !told && march.nominal_step() < 0.1 * time.control.step {
+            told = true;
+            progress.say(&format!(
+                "note: after {} rejections Δt has fallen to {:.1e}; it grows again by a factor {} after {:.0} good steps; lower \
+                 `time.growth_wait` to let it recover sooner",
+                march.counts.rejected,
+                march.nominal_step(),
+                time.control.growth,
+                (time.control.growth_wait * time.control.step / march.nominal_step()).ceil()
+            ));
+        }
         let residual = readings.residuals.as_ref().map(Residuals::total);
         writer.append_history(&report, &readings)?;
         writer.write_due(march, setup, Some(before))?;

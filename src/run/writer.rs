@@ -6,7 +6,7 @@ use super::measures::{Readings, columns};
 use super::{RunError, Setup};
 use crate::element::basis;
 use crate::element::tables::Tables;
-use crate::measure::{Line, Sample, StreamFunction, cut};
+use crate::measure::{Line, MeasureError, Sample, StreamFunction, cut};
 use crate::mesh::Point;
 use crate::output::checkpoint::Saved;
 use crate::output::history::History;
@@ -75,8 +75,8 @@ impl Writer {
                 What::Checkpoint => writer.checkpoints.push(output.schedule),
                 What::Fields(fields) => writer.fields.push((fields.clone(), output.schedule)),
                 What::Cuts(cuts) => {
-                    let lines = cuts.iter().map(|c| line(c, scene, setup));
-                    let sections = lines.map(|l| (l.name.clone(), l.samples(&setup.mesh, &setup.locator))).collect();
+                    let sections =
+                        cuts.iter().map(|c| section(&line(c, scene, setup), setup)).collect::<Result<_, _>>()?;
                     writer.cuts.push((sections, output.schedule));
                 }
             }
@@ -277,6 +277,18 @@ fn open_history(scene: &Scene, out: &Path, resume_after: Option<usize>) -> Resul
         Some(step) if path.exists() => History::resume(&path, columns, step),
         Some(_) | None => History::create(&path, columns),
     }
+}
+
+/// The points of a cut.
+///
+/// # Errors
+/// A cut that lies outside of the domain.
+fn section(line: &Line, setup: &Setup) -> Result<Section, MeasureError> {
+    let samples = line.samples(&setup.mesh, &setup.locator);
+    if samples.is_empty() {
+        return Err(MeasureError::CutOutside { name: line.name.clone() });
+    }
+    Ok((line.name.clone(), samples))
 }
 
 /// The line of a cut; axes run through the whole domain.

@@ -184,6 +184,17 @@ impl Scene {
                     .to_owned(),
             );
         }
+        let steps = self.time.end / self.time.control.step;
+        if steps > 1e6 && self.time.max_steps.is_none() {
+            remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", self.time.control.step, self.time.end));
+        }
+        for output in &self.outputs {
+            if let Schedule::Time(every) = output.schedule
+                && self.time.end / every > 1e5
+            {
+                remarks.push(format!("an output every {every} means {:.1e} of them", self.time.end / every));
+            }
+        }
         remarks
     }
 }

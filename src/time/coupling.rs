@@ -1,5 +1,7 @@
 //! One time step: velocity, pressure and polarity brought to agree by a fixed point, plain or accelerated [8.33–8.35].
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::Phases;
 use super::bdf;
 use crate::model::ExpressionError;
@@ -39,6 +41,16 @@ impl CouplingKind {
         match self {
             CouplingKind::FixedPoint => 0,
             CouplingKind::Anderson { depth } => depth,
+        }
+    }
+
+    /// What to try when steps fail.
+    pub fn hint(self) -> &'static str {
+        match self {
+            CouplingKind::FixedPoint => "take a smaller `time.step`, `coupling.kind = \"anderson\"`, or a finer mesh",
+            CouplingKind::Anderson { .. } => {
+                "take a smaller `time.step`, a finer mesh, or milder parameters; check the start for very large values"
+            }
         }
     }
 
@@ -83,6 +95,8 @@ pub enum StepFailure {
     Momentum(#[from] MomentumError),
     #[error(transparent)]
     Formula(#[from] ExpressionError),
+    #[error("stopped from outside")]
+    Interrupted,
 }
 
 impl StepFailure {
@@ -98,7 +112,8 @@ impl StepFailure {
                 | MomentumError::Unheld
                 | MomentumError::Flux { .. },
             )
-            | StepFailure::Formula(_) => false,
+            | StepFailure::Formula(_)
+            | StepFailure::Interrupted => false,
         }
     }
 }
@@ -117,9 +132,10 @@ pub fn solve_step(
     past: &[(f64, &Field)],
     guess: &State,
     settings: &CouplingSettings,
+    interrupt: &AtomicBool,
     phases: &mut Phases,
 ) -> Result<StepOutcome, StepFailure> {
-    iterate(model, t, past, guess, settings, phases).map_err(|failure| match model.check_formulas(t) {
+    iterate(model, t, past, guess, settings, interrupt, phases).map_err(|failure| match model.check_formulas(t) {
         // a formula that is not finite shows first as a system that cannot be solved
         Err(formula) => StepFailure::Formula(formula),
         Ok(()) => failure,
@@ -132,6 +148,7 @@ fn iterate(
     past: &[(f64, &Field)],
     guess: &State,
     settings: &CouplingSettings,
+    interrupt: &AtomicBool,
     phases: &mut Phases,
 ) -> Result<StepOutcome, StepFailure> {
     let times: Vec<f64> = std::iter::once(t).chain(past.iter().map(|(t, _)| *t)).collect();
@@ -152,6 +169,9 @@ fn iterate(
     let mut operator = model.polarity.empty_operator();
     let (mut first, mut linear_iterations) = (0.0, 0);
     for k in 1..=settings.max_iterations {
+        if interrupt.load(Ordering::Relaxed) {
+            return Err(StepFailure::Interrupted);
+        }
         let force = phases.measure("force", || model.force(&state.p, t));
         let (v, pi) = phases.measure("stokes", || model.flow_of(&force, t))?;
         phases.measure("polarity assembly", || {

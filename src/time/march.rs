@@ -1,5 +1,7 @@
 //! Marching in time: history, rejected steps, and all that a restart needs.
 
+use std::sync::atomic::AtomicBool;
+
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, ControlSettings};
@@ -40,10 +42,11 @@ pub struct StepReport {
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum MarchError {
     #[error(
-        "step {step} from t = {t} failed and Δt would fall below `time.step_min` = {step_min:.1e}: {cause}; hint: take a \
-         smaller `time.step`, `coupling.kind = \"anderson\"`, or a finer mesh"
+        "step {step} from t = {t} failed and Δt would fall below `time.step_min` = {step_min:.1e}: {cause}; hint: {hint}"
     )]
-    StepTooSmall { step: usize, t: f64, step_min: f64, cause: Box<StepFailure> },
+    StepTooSmall { step: usize, t: f64, step_min: f64, cause: Box<StepFailure>, hint: &'static str },
+    #[error("stopped from outside during step {step} from t = {t}")]
+    Interrupted { step: usize, t: f64 },
     #[error("step {step} from t = {t} failed: {cause}")]
     Failed { step: usize, t: f64, cause: Box<StepFailure> },
 }
@@ -74,6 +77,9 @@ pub struct Checkpoint {
     pub quiet: usize,
 }
 
+/// What interrupts a march that nobody interrupts.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 /// A march in progress.
 #[derive(Debug)]
 pub struct March<'m> {
@@ -85,6 +91,8 @@ pub struct March<'m> {
     pub phases: Phases,
     /// Steps in a row with `|dF/dt|` below its bound.
     pub quiet: usize,
+    /// Set from outside to give up the step at work.
+    pub interrupt: &'m AtomicBool,
     control: Control,
     past: Vec<(f64, Field)>,
     rate_of_p: Vec<f64>,
@@ -106,6 +114,7 @@ impl<'m> March<'m> {
             counts: Counts::default(),
             phases: Phases::default(),
             quiet: 0,
+            interrupt: &NEVER,
             control: Control::new(&settings.control),
             past: vec![(0.0, p)],
             rate_of_p,
@@ -129,10 +138,16 @@ impl<'m> March<'m> {
             counts: from.counts,
             phases: Phases::default(),
             quiet: from.quiet,
+            interrupt: &NEVER,
             control: from.control,
             past,
             rate_of_p: from.rate_of_p,
         }
+    }
+
+    /// Δt as the step control has it, before it is trimmed to land on an output.
+    pub fn nominal_step(&self) -> f64 {
+        self.control.step
     }
 
     /// The current state of the march.
@@ -163,7 +178,7 @@ impl<'m> March<'m> {
             let order = self.settings.order.min(self.past.len());
             let past: Vec<(f64, &Field)> = self.past.iter().take(order).map(|(t, p)| (*t, p)).collect();
             let coupling = &self.settings.coupling;
-            match solve_step(self.model, t, &past, &self.state, coupling, &mut self.phases) {
+            match solve_step(self.model, t, &past, &self.state, coupling, self.interrupt, &mut self.phases) {
                 Ok(outcome) => {
                     let report = StepReport {
                         step,
@@ -189,6 +204,7 @@ impl<'m> March<'m> {
                     self.counts.accepted_late += usize::from(!report.converged);
                     return Ok(report);
                 }
+                Err(StepFailure::Interrupted) => return Err(MarchError::Interrupted { step, t: self.t }),
                 Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
                     return Err(MarchError::Failed { step, t: self.t, cause: Box::new(cause) });
                 }
@@ -198,7 +214,13 @@ impl<'m> March<'m> {
                     self.control.step = self.control.step.min(dt);
                     if !self.control.halve(&self.settings.control) {
                         let step_min = self.settings.control.step_min;
-                        return Err(MarchError::StepTooSmall { step, t: self.t, step_min, cause: Box::new(cause) });
+                        return Err(MarchError::StepTooSmall {
+                            step,
+                            t: self.t,
+                            step_min,
+                            cause: Box::new(cause),
+                            hint: coupling.kind.hint(),
+                        });
                     }
                 }
             }
