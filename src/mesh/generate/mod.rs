@@ -35,7 +35,7 @@ pub enum Shape {
 }
 
 /// The table `[mesh]` of a scene: a shape with its sizes, or a file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshScene {
     /// Domain to generate; exactly one of `shape` and `file`.
