@@ -13,7 +13,7 @@ pub enum Schedule {
     End,
 }
 
-/// Two times closer than this fraction of a step are the same.
+/// Two times closer than this fraction of a step, or of the interval between outputs, are the same.
 const SAME: f64 = 1e-9;
 
 impl Schedule {
@@ -21,7 +21,7 @@ impl Schedule {
     pub fn next_time(&self, t: f64) -> Option<f64> {
         match *self {
             Schedule::Time(every) => {
-                let count = (t / every + SAME.sqrt()).floor() + 1.0;
+                let count = (t / every + SAME).floor() + 1.0;
                 Some(count * every)
             }
             Schedule::Steps(_) | Schedule::End => None,

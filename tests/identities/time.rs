@@ -61,6 +61,8 @@ fn schedules_land_on_their_times_without_slivers() {
     assert_eq!(schedule.next_time(0.0), Some(0.5));
     assert_eq!(schedule.next_time(0.5), Some(1.0));
     assert!((schedule.next_time(0.5 - 1e-14).unwrap() - 1.0).abs() < 1e-12, "rounding does not repeat an output");
+    // a time that is close to a landing, in units of the interval, still lands on it
+    assert_eq!(Schedule::Time(10.0).next_time(9.9999), Some(10.0));
     let (mut t, mut steps, mut smallest) = (0.0, Vec::new(), f64::INFINITY);
     while t < 2.0 - 1e-12 {
         let before = t;
