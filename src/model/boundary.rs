@@ -1,4 +1,4 @@
-//! Conditions on a boundary tag, spec section 4 [5.45]: one for the velocity, one for the polarity.
+//! Conditions on a boundary tag [5.45]: one for the velocity, one for the polarity.
 
 use std::fmt;
 

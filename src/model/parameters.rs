@@ -1,4 +1,4 @@
-//! Parameters of the incompressible model, spec section 2, and the terms that they switch on.
+//! Parameters of the incompressible model, and the terms that they switch on.
 
 use serde::{Deserialize, Serialize};
 
@@ -186,7 +186,7 @@ impl Parameters {
         self.elasticity > 0.0
     }
 
-    /// The terms of the semi-discrete system [7.11] in the spec's order, on and off.
+    /// The terms of the semi-discrete system [7.11] in their order there, on and off.
     pub fn terms(&self) -> Vec<Term> {
         let always = |name, formula| Term { name, formula, on: true, reason: "always on".to_owned() };
         let by = |name, formula, key: &str, value: f64| Term {

@@ -100,7 +100,7 @@ pub enum StartTable {
     File(String),
 }
 
-/// `{ random = { seed, amplitude, h_coarse } }`, spec section 7 [10.4.4].
+/// `{ random = { seed, amplitude, h_coarse } }` [10.4.4].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RandomTable {
