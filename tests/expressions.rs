@@ -16,6 +16,14 @@ fn refused(text: &str) -> String {
 }
 
 #[test]
+fn chained_comparisons_are_refused() {
+    let error = Expression::parse("1 < x < 2", &[]).unwrap_err().to_string();
+    assert!(error.contains("chained") && error.contains("(1 < x)*(x < 2)"), "{error}");
+    let inside = Expression::parse("(1 < x)*(x < 2)", &[]).unwrap();
+    assert_eq!([0.5, 1.5, 2.5].map(|x| inside.eval(Point::new(x, 0.0), 0.0)), [0.0, 1.0, 0.0]);
+}
+
+#[test]
 fn values_follow_the_usual_precedence() {
     let cases = [
         ("1 - 2 - 3", -4.0),

@@ -25,13 +25,16 @@ enum Token {
     End,
 }
 
+/// Binding strength of comparisons, the weakest.
+const COMPARISON: u8 = 1;
+
 /// Binding strength of a minus sign: above `*`, below `^`.
 const MINUS: u8 = 4;
 
 fn operator(symbol: &str) -> Option<(Binary, u8)> {
     let (_, operator) = Binary::ALL.iter().find(|(name, _)| *name == symbol)?;
     match operator {
-        Binary::Less | Binary::LessEqual | Binary::Greater | Binary::GreaterEqual => Some((*operator, 1)),
+        Binary::Less | Binary::LessEqual | Binary::Greater | Binary::GreaterEqual => Some((*operator, COMPARISON)),
         Binary::Add | Binary::Sub => Some((*operator, 2)),
         Binary::Mul | Binary::Div => Some((*operator, 3)),
         Binary::Pow => Some((*operator, 5)),
@@ -160,8 +163,13 @@ impl Parser<'_> {
             return Err(syntax(self.text, self.tokens[self.next].1, what, "split it or simplify it"));
         }
         let mut left = self.operand()?;
+        let mut compared = false;
         while let Token::Symbol(symbol) = *self.peek() {
             let Some((operator, strength)) = operator(symbol).filter(|(_, strength)| *strength >= least) else { break };
+            if strength == COMPARISON && std::mem::replace(&mut compared, true) {
+                let what = "comparisons cannot be chained".to_owned();
+                return Err(syntax(self.text, self.tokens[self.next].1, what, "write (1 < x)*(x < 2) for 1 < x < 2"));
+            }
             self.take();
             let right = self.sum(if operator == Binary::Pow { strength } else { strength + 1 })?;
             left = binary(operator, left, right);
