@@ -102,6 +102,40 @@ fn a_resumed_run_has_the_bits_of_an_uninterrupted_one() {
 }
 
 #[test]
+fn a_run_killed_after_a_scheduled_checkpoint_resumes_with_the_same_bits() {
+    let root = tempfile::tempdir().unwrap();
+    let (whole, parts) = (folder(&root, "whole"), folder(&root, "parts"));
+    // the checkpoint falls between two landings, and the energy's rate counts towards an ending
+    let text = format!("{SCENE}\n[[output]]\ncheckpoint = true\nevery = {{ steps = 4 }}\n");
+    let sets = [("time.stop.energy_rate", "1e-30")];
+    let summary = run_in(&whole, &scene_of(&text, &sets), false).unwrap();
+    // what a killed process leaves: rows and files beyond its last checkpoint
+    let stop = [("time.stop.energy_rate", "1e-30"), ("time.max_steps", "4")];
+    run_in(&parts, &scene_of(&text, &stop), false).unwrap();
+    let checkpoint = bytes(parts.join("checkpoint.bin"));
+    run_in(&parts, &scene_of(&text, &[("time.stop.energy_rate", "1e-30"), ("time.max_steps", "6")]), true).unwrap();
+    std::fs::write(parts.join("checkpoint.bin"), checkpoint).unwrap();
+    let last = run_in(&parts, &scene_of(&text, &sets), true).unwrap();
+    assert_eq!(last.counts, summary.counts);
+    assert!(bytes(whole.join("history.csv")) == bytes(parts.join("history.csv")), "history.csv differs");
+}
+
+#[test]
+fn schedules_that_nearly_coincide_do_not_spoil_the_solution() {
+    let root = tempfile::tempdir().unwrap();
+    let energy = |name: &str, every: &str| {
+        let sets = [("output.0.every.time", every)];
+        let summary = run_in(&folder(&root, name), &scene_of(SCENE, &sets), false).unwrap();
+        (summary.measures["free_energy"], summary.counts.rejected)
+    };
+    let (clean, _) = energy("clean", "0.5");
+    // a sliver of 1e-9 before t = 0.5 and another before the end
+    let (slivers, rejected) = energy("slivers", "0.4999999995");
+    assert_eq!(rejected, 0);
+    assert!((clean - slivers).abs() < 2e-3 * clean.abs(), "{clean} {slivers}");
+}
+
+#[test]
 fn a_run_stopped_from_outside_can_be_resumed() {
     let root = tempfile::tempdir().unwrap();
     let out = folder(&root, "out");

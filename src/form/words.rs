@@ -7,7 +7,7 @@
 //! | `t.jump()` | `[φ] = φ− − φ+`; the inner trace on the boundary |
 //! | `t.mean()` | `{φ} = ½(φ− + φ+)`; the inner trace on the boundary |
 //! | `t.mean_dn(n)` | `{∂_n φ}`; the inner trace on the boundary |
-//! | `positive(x)`, `negative(x)` | `x⊕ = ½(|x|+x)`, `x⊖ = ½(|x|−x)` |
+//! | `negative(x)` | `x⊖ = ½(|x|−x)` |
 //! | `s.n`, `s.exact_n` | normal of the face from minus to plus; normal of the exact boundary curve |
 //! | `s.varpi` | `ϖ_S = max(|∂K−|/|K−|, |∂K+|/|K+|)` |
 //! | `penalty_constant(q)` | `C = (q+1)(q+2)/2` |
@@ -117,11 +117,6 @@ impl Trace<Scalar> {
         let inner = self.minus.grad.dot(&n);
         if self.boundary { inner } else { 0.5 * (inner + self.plus.grad.dot(&n)) }
     }
-}
-
-/// `x⊕ = ½(|x| + x)`.
-pub fn positive(x: f64) -> f64 {
-    x.max(0.0)
 }
 
 /// `x⊖ = ½(|x| − x)`.

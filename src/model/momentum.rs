@@ -85,7 +85,10 @@ impl Momentum {
         if friction == 0.0 && !Frames::new(velocity, conditions, false).hold_rigid_motions(velocity) {
             return Err(MomentumError::Unheld);
         }
-        let mut form = stokes::viscosity(velocity) + friction * mass::vector_mass(velocity);
+        let mut form = stokes::viscosity(velocity);
+        if friction != 0.0 {
+            form = form + friction * mass::vector_mass(velocity);
+        }
         if let SlipTreatment::Penalty { epsilon } = slip {
             let faces = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
             form = form + stokes::slip_penalty(velocity, faces, epsilon);

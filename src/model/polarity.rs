@@ -121,14 +121,6 @@ impl Polarity {
         Field::new(&self.space, self.mass_solve(&self.molecular_functional(loops, p, t)))
     }
 
-    /// `κ² Δ_h p = (|p|²−1)p − L_h/B` projected on the space, from the molecular field.
-    pub fn scaled_laplacian(&self, loops: &Integrator, p: &Field, t: f64) -> Field {
-        let mut out = self.diffusion.times(&p.values);
-        let data = self.diffusion_data(loops, t);
-        out.iter_mut().zip(data).for_each(|(o, g)| *o = g - *o);
-        Field::new(&self.space, self.mass_solve(&out))
-    }
-
     /// `M⁻¹ f`.
     pub fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
         self.each_block(&self.mass_inverse, f)
@@ -158,7 +150,10 @@ impl Polarity {
         let (m, space) = (&self.parameters, &*self.space);
         let alike = m.peclet * upwind::a_upw(space, flow, self.dirichlet)
             + mass::weighted_mass(space, 2 * space.degree, |x| last.vector(&x.site).norm_squared());
-        let turning = -m.peclet * polarity::objective(space, flow, m.slip);
+        let turning = match m.slip {
+            0.0 => -m.peclet * polarity::rotation(space, flow),
+            a => -m.peclet * polarity::objective(space, flow, a),
+        };
         let (n, size) = (space.n, space.n * space.n);
         let mut diagonal = self.diffusion.diagonal.clone();
         diagonal.par_iter_mut().zip(&self.mass).for_each(|(a, mass)| *a += m.peclet * w * mass);

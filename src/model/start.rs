@@ -11,7 +11,7 @@ use super::expression::{Expression, ExpressionError};
 use super::frames::Frames;
 use super::momentum::MomentumError;
 use crate::form::{Integrator, gradient, mass};
-use crate::mesh::Point;
+use crate::mesh::{Curve, Point};
 use crate::solve::sparse::{Factored, Matrix};
 use crate::space::{Continuity, Field, Space, project};
 
@@ -86,16 +86,14 @@ const MOST_VECTORS: usize = 20_000_000;
 /// of uniform angle times a normal deviate of standard deviation `amplitude`; linear between the vertices. The lattice
 /// depends on the domain's extent alone, so that finer meshes start from the same field. `None` for an absurdly fine lattice.
 pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Option<Field> {
-    let vertices = &space.mesh.vertices;
-    let low = vertices.iter().fold(vertices[0], |m, x| m.inf(x));
-    let high = vertices.iter().fold(vertices[0], |m, x| m.sup(x));
+    let (low, high) = extent(space);
     let row = h * 0.75_f64.sqrt();
     // lattice coordinates: x = low + i h e₁ + j (½h, row); a margin for curved boundaries beyond their vertices
     let lattice = |x: Point| {
         let j = (x.y - low.y) / row + 2.0;
         ((x.x - low.x) / h - 0.5 * j + 2.0, j)
     };
-    let rows = lattice(high).1.ceil() as usize + 3;
+    let rows = (lattice(high).1.ceil() as usize).checked_add(3)?;
     let shift = rows.div_ceil(2);
     let columns = (lattice(Point::new(high.x, low.y)).0.ceil() as usize).checked_add(shift + 3)?;
     if rows.checked_mul(columns)? > MOST_VECTORS {
@@ -109,7 +107,7 @@ pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Option<F
             Point::new(angle.cos(), angle.sin()) * size
         })
         .collect();
-    let at = |i: usize, j: usize| values[j * columns + i];
+    let at = |i: usize, j: usize| values[j.min(rows - 1) * columns + i.min(columns - 1)];
     Some(project::interpolate_vector(space, |x| {
         let (a, b) = lattice(x);
         let a = a + shift as f64;
@@ -122,4 +120,14 @@ pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Option<F
             at(i + 1, j + 1) * (s + t - 1.0) + at(i + 1, j) * (1.0 - t) + at(i, j + 1) * (1.0 - s)
         }
     }))
+}
+
+/// Corners of the box around the domain, whole circles of curved boundaries included, so that it does not depend on the mesh.
+fn extent(space: &Space) -> (Point, Point) {
+    let mesh = &space.mesh;
+    let circles = mesh.faces.iter().filter_map(|f| f.curve).flat_map(|c| match mesh.curves[c] {
+        Curve::Circle { centre, radius } => [centre - Point::repeat(radius), centre + Point::repeat(radius)],
+    });
+    let first = mesh.vertices[0];
+    mesh.vertices.iter().copied().chain(circles).fold((first, first), |(low, high), x| (low.inf(&x), high.sup(&x)))
 }

@@ -71,12 +71,15 @@ impl<'s> Gauges<'s> {
     /// A measure that cannot be taken.
     pub fn read(&self, march: &mut March, before: f64) -> Result<Readings, RunError> {
         let (t, step) = (march.t, march.counts.steps);
-        let due: Vec<Measure> = self.due.iter().filter(|(_, s)| s.is_due(before, t, step)).map(|(m, _)| *m).collect();
+        let mut due: Vec<Measure> =
+            self.due.iter().filter(|(_, s)| s.is_due(before, t, step)).map(|(m, _)| *m).collect();
+        due.sort_by_key(|m| m.name());
+        due.dedup();
         let residuals = if self.residual_each_step || !due.is_empty() { Some(march.residuals()?) } else { None };
         let energy = (self.energy_each_step || due.contains(&Measure::FreeEnergy)).then(|| march.energy());
         let mut readings = Readings { residuals, energy, values: BTreeMap::new() };
         for measure in due {
-            self.take(measure, march, &mut readings.values)?;
+            self.fields(measure, march, &mut readings.values)?;
         }
         Ok(readings)
     }

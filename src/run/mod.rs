@@ -53,7 +53,7 @@ pub enum RunError {
     )]
     NothingToResume { folder: String },
     #[error(
-        "{file}: belongs to another problem: `{key}` differs; hint: resume with the scene of the run (`scene.toml` in its folder); only `title`, `time.end`, `time.max_steps`, `time.stop` and `output` may change"
+        "{file}: belongs to another problem: `{key}` differs; hint: resume with the scene of the run (`scene.toml` in its folder); only `title`, `output`, `coupling`, and of `time` all but `scheme` may change"
     )]
     OtherProblem { file: String, key: String },
     #[error("{file}: {what}; hint: {hint}")]
@@ -101,6 +101,10 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
                 let file = options.out.join("checkpoint.bin").display().to_string();
                 return Err(RunError::OtherProblem { file, key: "mesh".into() });
             }
+            if !setup.fits(&saved.march) {
+                let file = options.out.join("checkpoint.bin").display().to_string();
+                return Err(RunError::OtherProblem { file, key: "space".into() });
+            }
             March::resume(model, settings, saved.march)
         }
         None => {
@@ -127,7 +131,13 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     let ending = step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress)?;
     progress.finish();
     let residuals = march.residuals().ok();
-    let measures = if ending.is_failure() { gauges.finite(&march) } else { gauges.all(&mut march)? };
+    let (mut ending, mut measures) = (ending, gauges.finite(&march));
+    if !ending.is_failure() {
+        match gauges.all(&mut march) {
+            Ok(all) => measures = all,
+            Err(error) => ending = Ending::Failed { reason: error.to_string() },
+        }
+    }
     writer.write_last(&mut march, &setup, ending.is_failure())?;
     let summary =
         Summary::new(scene, &setup, &march, &writer, ending, residuals, measures, begin.elapsed(), counts_before);
@@ -167,7 +177,16 @@ fn step_to_the_end(
             Err(MarchError::Interrupted { .. }) => return Ok(Ending::Interrupted),
             Err(error) => return Ok(Ending::failed(&error)),
         };
-        let readings = gauges.read(march, before)?;
+        // whatever fails after the step was accepted must not lose it
+        let readings = match gauges.read(march, before) {
+            Ok(readings) => readings,
+            Err(error) => return Ok(Ending::Failed { reason: error.to_string() }),
+        };
+        let mut at_rest = false;
+        if let (Some(bound), Some((_, rate))) = (time.stop_energy_rate, readings.energy) {
+            march.quiet = if rate.abs() < bound { march.quiet + 1 } else { 0 };
+            at_rest = march.quiet >= QUIET_STEPS;
+        }
         if !told && march.nominal_step() < 0.1 * time.control.step {
             told = true;
             progress.say(&format!(
@@ -193,11 +212,8 @@ fn step_to_the_end(
         if time.stop_residual.is_some_and(|bound| residual.is_some_and(|r| r < bound)) {
             return Ok(Ending::Stationary);
         }
-        if let (Some(bound), Some((_, rate))) = (time.stop_energy_rate, readings.energy) {
-            march.quiet = if rate.abs() < bound { march.quiet + 1 } else { 0 };
-            if march.quiet >= QUIET_STEPS {
-                return Ok(Ending::EnergyAtRest);
-            }
+        if at_rest {
+            return Ok(Ending::EnergyAtRest);
         }
     }
 }

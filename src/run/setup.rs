@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::RunError;
+use crate::form::Faces;
 use crate::measure::MeasureError;
 use crate::mesh::generate::Shape;
 use crate::mesh::locate::Locator;
@@ -14,6 +15,7 @@ use crate::model::start;
 use crate::output::checkpoint::Saved;
 use crate::scene::{Initial, Measure, Scene, What};
 use crate::space::{Continuity, Field, Space, project};
+use crate::time::Checkpoint;
 
 /// All that is built before the first step.
 #[derive(Debug)]
@@ -47,7 +49,16 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
             }),
         }),
     };
-    built.map_err(|error| {
+    let few_tags = built.and_then(|mesh| match mesh.tags.len() {
+        count if count > Faces::MAX_TAGS => Err(MeshError::BadKey {
+            key: "mesh.file".into(),
+            value: format!("{count} boundary tags"),
+            rule: format!("a mesh may have at most {}", Faces::MAX_TAGS),
+            hint: "join boundary curves with the same conditions in one physical group".into(),
+        }),
+        _ => Ok(mesh),
+    });
+    few_tags.map_err(|error| {
         let origin = match &error {
             MeshError::BadKey { key, .. } => scene.source().place(key).to_string(),
             MeshError::Inverted { .. }
@@ -104,6 +115,16 @@ impl Setup {
                 }),
             Initial::File(path) => from_checkpoint(space, path),
         }
+    }
+
+    /// Whether a saved state has the unknowns of this problem.
+    pub fn fits(&self, saved: &Checkpoint) -> bool {
+        let (momentum, unknowns) = (&self.model.momentum, self.model.polarity.space.dof_count());
+        saved.velocity.len() == momentum.velocity.dof_count()
+            && saved.pressure.len() == momentum.pressure.dof_count()
+            && saved.rate_of_p.len() == unknowns
+            && !saved.past.is_empty()
+            && saved.past.iter().all(|(_, p)| p.len() == unknowns)
     }
 
     /// Remarks of the scene, and those that need the mesh.
@@ -204,13 +225,11 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path) -> Result<Field, RunError> {
 pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     let read = |text: &str| -> toml::Table {
         let mut table: toml::Table = text.parse().unwrap_or_default();
-        for key in ["output", "title"] {
+        for key in ["output", "title", "coupling"] {
             table.remove(key);
         }
         if let Some(time) = table.get_mut("time").and_then(toml::Value::as_table_mut) {
-            for key in ["end", "max_steps", "stop"] {
-                time.remove(key);
-            }
+            time.retain(|key, _| key == "scheme");
         }
         table
     };

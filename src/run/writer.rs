@@ -150,7 +150,7 @@ impl Writer {
         self.write_checkpoint(march)?;
         if failed && self.fields.is_empty() {
             self.fields.push((vec![Field::Velocity, Field::Pressure, Field::Polarity], Schedule::End));
-            self.open_series(setup, None)?;
+            self.open_series(setup, Some(march.t))?;
         }
         let fields: Vec<Field> = self.fields.iter().flat_map(|(f, _)| f.iter().copied()).collect();
         let written = |field: &Field| {

@@ -33,7 +33,7 @@ impl Bordered {
         let m = columns.len();
         let schur = DMatrix::from_fn(m, m, |i, j| corner[(i, j)] - dot(&rows[i], &reach[j]));
         let schur_inverse = schur.try_inverse().ok_or_else(|| SolveError::Factorise {
-            system: "bordered".into(),
+            system: inner.name().into(),
             reason: "its Schur complement is singular".into(),
             hint: "a boundary condition may be missing".into(),
         })?;
@@ -50,6 +50,10 @@ impl Bordered {
         let y = &self.schur_inverse * rest;
         for (column, &yj) in self.reach.iter().zip(y.iter()) {
             super::axpy(-yj, column, &mut x);
+        }
+        if x.iter().chain(y.iter()).any(|v| !v.is_finite()) {
+            let hint = "check that the boundary conditions leave no motion free".into();
+            return Err(SolveError::NotFinite { system: self.inner.name().into(), hint });
         }
         Ok((x, y.iter().copied().collect()))
     }

@@ -114,6 +114,11 @@ impl Factored {
         Ok(Self { name: name.into(), matrix, lu })
     }
 
+    /// What errors call the system.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// The matrix.
     pub fn matrix(&self) -> &Matrix {
         &self.matrix

@@ -39,11 +39,15 @@ impl Control {
         Self { step: settings.step, streak: 0 }
     }
 
-    /// Halves Δt after a failure; `false` when that falls below Δt_min.
-    pub fn halve(&mut self, settings: &ControlSettings) -> bool {
-        self.step *= 0.5;
+    /// Halves Δt after a failure, down to Δt_min.
+    pub fn halve(&mut self, settings: &ControlSettings) {
+        self.step = (0.5 * self.step).max(settings.step_min);
         self.streak = 0;
-        self.step >= settings.step_min
+    }
+
+    /// The same with a step inside of other bounds, for a run that is resumed with them.
+    pub fn within(self, settings: &ControlSettings) -> Self {
+        Self { step: self.step.clamp(settings.step_min, settings.step), ..self }
     }
 
     /// Books an accepted step with rate η: after enough good ones in a row Δt grows, up to Δt_0.

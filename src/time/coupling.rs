@@ -74,6 +74,8 @@ pub struct StepOutcome {
     pub rate_of_p: Vec<f64>,
     pub iterations: usize,
     pub linear_iterations: usize,
+    /// `e_1`, the first increment.
+    pub first_increment: f64,
     /// `e_k`, the last increment.
     pub increment: f64,
     /// `η_k = −log10(e_k/e_1)`
@@ -195,16 +197,26 @@ fn iterate(
         }
         let rate = if increment > 0.0 { -(increment / first).log10() } else { f64::INFINITY };
         let converged = increment < settings.tolerance;
-        let p = if converged { image } else { anderson.next(&state.p.values, &image) };
+        let late = k == settings.max_iterations && increment < settings.accept;
+        // what is accepted is the image, whose increment was measured, never an extrapolation
+        let p = if converged || late { image } else { anderson.next(&state.p.values, &image) };
         state = State { v, pi, p: Field::new(&model.polarity.space, p) };
         if increment >= settings.diverged || increment.is_nan() {
             return Err(StepFailure::Diverged { scheme, iterations: k, increment });
         }
-        let late = k == settings.max_iterations && increment < settings.accept;
         if converged || late {
             let mut rate_of_p = history;
             crate::solve::axpy(weights[0], &state.p.values, &mut rate_of_p);
-            return Ok(StepOutcome { state, rate_of_p, iterations: k, linear_iterations, increment, rate, converged });
+            return Ok(StepOutcome {
+                state,
+                rate_of_p,
+                iterations: k,
+                linear_iterations,
+                first_increment: first,
+                increment,
+                rate,
+                converged,
+            });
         }
         if k == settings.max_iterations {
             return Err(StepFailure::Slow { scheme, iterations: k, increment });

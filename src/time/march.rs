@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, ControlSettings};
-use super::coupling::{CouplingSettings, StepFailure, solve_step};
+use super::coupling::{CouplingSettings, StepFailure, StepOutcome, solve_step};
 use super::schedule::trim;
 use super::{Phases, bdf};
 use crate::model::incompressible::{Incompressible, Residuals, State};
@@ -139,7 +139,7 @@ impl<'m> March<'m> {
             phases: Phases::default(),
             quiet: from.quiet,
             interrupt: &NEVER,
-            control: from.control,
+            control: from.control.within(&settings.control),
             past,
             rate_of_p: from.rate_of_p,
         }
@@ -170,61 +170,73 @@ impl<'m> March<'m> {
     /// Δt below its minimum, or a failure that no smaller step can cure; the state is then the last good one.
     pub fn advance(&mut self, landing: f64) -> Result<StepReport, MarchError> {
         let step = self.counts.steps + 1;
-        let mut rejected = 0;
+        let (mut rejected, mut cap) = (0, f64::INFINITY);
         loop {
-            let dt = trim(self.t, self.control.step, landing);
+            let dt = trim(self.t, self.control.step.min(cap), landing);
             let lands = self.t + dt >= landing - 1e-9 * dt;
             let t = if lands { landing } else { self.t + dt };
-            let order = self.settings.order.min(self.past.len());
+            let order = self.order_for(dt);
             let past: Vec<(f64, &Field)> = self.past.iter().take(order).map(|(t, p)| (*t, p)).collect();
             let coupling = &self.settings.coupling;
             match solve_step(self.model, t, &past, &self.state, coupling, self.interrupt, &mut self.phases) {
-                Ok(outcome) => {
-                    let report = StepReport {
-                        step,
-                        t,
-                        dt: t - self.t,
-                        order,
-                        iterations: outcome.iterations,
-                        increment: outcome.increment,
-                        rate: outcome.rate,
-                        converged: outcome.converged,
-                        rejected,
-                    };
-                    self.t = t;
-                    self.state = outcome.state;
-                    self.rate_of_p = outcome.rate_of_p;
-                    self.past.insert(0, (t, self.state.p.clone()));
-                    self.past.truncate(self.settings.order.min(bdf::MAX_ORDER));
-                    self.control.accept(&self.settings.control, report.rate);
-                    self.counts.steps = step;
-                    self.counts.rejected += rejected;
-                    self.counts.nonlinear_iterations += report.iterations;
-                    self.counts.polarity_linear_iterations += outcome.linear_iterations;
-                    self.counts.accepted_late += usize::from(!report.converged);
-                    return Ok(report);
-                }
+                Ok(outcome) => return Ok(self.accept(outcome, t, order, rejected)),
                 Err(StepFailure::Interrupted) => return Err(MarchError::Interrupted { step, t: self.t }),
                 Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
                     return Err(MarchError::Failed { step, t: self.t, cause: Box::new(cause) });
                 }
                 Err(cause) => {
                     rejected += 1;
-                    // a trimmed step may be far below the control's: halve what was really tried
-                    self.control.step = self.control.step.min(dt);
-                    if !self.control.halve(&self.settings.control) {
+                    self.counts.rejected += 1;
+                    cap = 0.5 * dt;
+                    if cap < self.settings.control.step_min {
                         let step_min = self.settings.control.step_min;
-                        return Err(MarchError::StepTooSmall {
-                            step,
-                            t: self.t,
-                            step_min,
-                            cause: Box::new(cause),
-                            hint: coupling.kind.hint(),
-                        });
+                        let (cause, hint) = (Box::new(cause), coupling.kind.hint());
+                        return Err(MarchError::StepTooSmall { step, t: self.t, step_min, cause, hint });
+                    }
+                    // a step that was trimmed to a sliver says nothing about the steps to come
+                    if dt > 0.5 * self.control.step {
+                        self.control.halve(&self.settings.control);
                     }
                 }
             }
         }
+    }
+
+    /// The highest order up to the scheme's whose past steps are not much shorter than `dt`: a difference over a sliver is mostly
+    /// the tolerance of the coupling, and a formula that extrapolates it over a long step amplifies that.
+    fn order_for(&self, dt: f64) -> usize {
+        const LONGEST_RATIO: f64 = 5.0;
+        let steps = self.past.windows(2).map(|pair| pair[0].0 - pair[1].0);
+        let usable = 1 + steps.take_while(|&earlier| dt <= LONGEST_RATIO * earlier).count();
+        self.settings.order.min(usable)
+    }
+
+    fn accept(&mut self, outcome: StepOutcome, t: f64, order: usize, rejected: usize) -> StepReport {
+        self.counts.steps += 1;
+        self.counts.nonlinear_iterations += outcome.iterations;
+        self.counts.polarity_linear_iterations += outcome.linear_iterations;
+        self.counts.accepted_late += usize::from(!outcome.converged);
+        let report = StepReport {
+            step: self.counts.steps,
+            t,
+            dt: t - self.t,
+            order,
+            iterations: outcome.iterations,
+            increment: outcome.increment,
+            rate: outcome.rate,
+            converged: outcome.converged,
+            rejected,
+        };
+        self.t = t;
+        self.state = outcome.state;
+        self.rate_of_p = outcome.rate_of_p;
+        self.past.insert(0, (t, self.state.p.clone()));
+        self.past.truncate(self.settings.order.min(bdf::MAX_ORDER));
+        // an iteration that begins next to its tolerance has no rate to show, and is as good as any
+        let at_rest = outcome.first_increment < 10.0 * self.settings.coupling.tolerance;
+        let rate = if at_rest { f64::INFINITY } else { outcome.rate };
+        self.control.accept(&self.settings.control, rate);
+        report
     }
 
     /// Residuals of the stationary equations at the current state.
