@@ -49,6 +49,11 @@ pub fn face_nodes(q: usize, f: usize) -> Vec<usize> {
     std::iter::once(a).chain(first..first + q - 1).chain(std::iter::once(b)).collect()
 }
 
+/// Direction of local face `f` on the reference triangle, from vertex `f+1` to vertex `f+2`.
+pub fn face_tangent(f: usize) -> Vector2<f64> {
+    [Vector2::new(-1.0, 1.0), Vector2::new(0.0, -1.0), Vector2::new(1.0, 0.0)][f]
+}
+
 /// Value and derivative of `P_i(s) = Π_{m<i} (s − m)/(m + 1)`.
 fn factor(i: usize, s: f64) -> (f64, f64) {
     (0..i).fold((1.0, 0.0), |(value, slope), m| {

@@ -16,7 +16,7 @@ use super::linear::{Linear, Weights};
 use super::words::Jet;
 use super::worker::Worker;
 use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
-use crate::element::tables;
+use crate::element::{basis, tables};
 use crate::mesh::{CellMap, Face, Mesh, Point, geometry};
 use crate::space::field::Site;
 use crate::space::{Continuity, Space};
@@ -144,7 +144,7 @@ impl Integrator {
         for (q, w) in rule.weights.iter().enumerate() {
             let (minus, jacobian) = self.face_site(face.minus.cell, face.minus.face, false, degree, q);
             let plus = face.plus.map(|s| self.face_site(s.cell, s.face, true, degree, q).0);
-            let tangent = jacobian * reference_tangent(face.minus.face);
+            let tangent = jacobian * basis::face_tangent(face.minus.face);
             let length = tangent.norm();
             let n = Point::new(tangent.y, -tangent.x) / length;
             let exact_n = curve.map_or(n, |c| c.normal(minus.x, n));
@@ -340,11 +340,6 @@ fn block_size<J: Jet>(space: &Space) -> usize {
 fn inverse_transposed(j: &Matrix2<f64>) -> (f64, Matrix2<f64>) {
     let det = j.determinant();
     (det, Matrix2::new(j.m22, -j.m21, -j.m12, j.m11) / det)
-}
-
-/// Direction of local face `f` on the reference triangle, from vertex `f+1` to `f+2`.
-fn reference_tangent(face: usize) -> Point {
-    [Point::new(-1.0, 1.0), Point::new(0.0, -1.0), Point::new(1.0, 0.0)][face]
 }
 
 /// Appends a dense block.

@@ -21,6 +21,16 @@ pub enum VelocityCondition {
     NoTangential,
 }
 
+impl VelocityCondition {
+    /// Whether the condition prescribes a normal stress; where none does, Π is only determined up to a constant.
+    pub fn fixes_pressure(&self) -> bool {
+        match self {
+            VelocityCondition::Traction(_) | VelocityCondition::NoTangential => true,
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip => false,
+        }
+    }
+}
+
 /// What holds for the polarity on a tag.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PolarityCondition {

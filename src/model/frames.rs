@@ -212,7 +212,7 @@ fn moves_less(conditions: &[Conditions], tag: usize) -> bool {
 fn node_normal(mesh: &Mesh, face: &Face, degree: usize, local: usize) -> Point {
     let map = mesh.map(face.minus.cell);
     let (x, jacobian) = map.at(basis::nodes(degree)[local]);
-    let tangent = jacobian * [Point::new(-1.0, 1.0), Point::new(0.0, -1.0), Point::new(1.0, 0.0)][face.minus.face];
+    let tangent = jacobian * basis::face_tangent(face.minus.face);
     let normal = Point::new(tangent.y, -tangent.x).normalize();
     match face.curve.map(|c| mesh.curves[c]) {
         Some(curve @ Curve::Circle { .. }) => curve.normal(x, normal),

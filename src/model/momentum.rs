@@ -106,10 +106,7 @@ impl Momentum {
         let reduced_mass = Matrix::from_triplets(frames.free, frames.free, &frames.reduce(&velocity_mass));
         let residual_masses =
             (Factored::new("velocity mass", reduced_mass)?, Factored::new("pressure mass", pressure_mass.clone())?);
-        let closed = conditions.iter().all(|c| match c.velocity {
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip => true,
-            VelocityCondition::Traction(_) | VelocityCondition::NoTangential => false,
-        });
+        let closed = !conditions.iter().any(|c| c.velocity.fixes_pressure());
         let system = factorise(&frames, &stiffness, &gradient, &pressure_mass, closed)?;
         Ok(Self {
             velocity: velocity.clone(),

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use crate::mesh::generate::MeshScene;
 use crate::model::expression::Expression;
 use crate::model::parameters::Term;
-use crate::model::{Conditions, Parameters, VelocityCondition, names};
+use crate::model::{Conditions, Parameters, names};
 
 pub use crate::model::incompressible::Sources;
 pub use crate::model::momentum::SlipTreatment;
@@ -156,10 +156,7 @@ impl Scene {
 
     /// Whether Π is determined only up to a constant and takes zero mean: no tag prescribes a normal stress.
     pub fn pressure_is_free(&self) -> bool {
-        self.boundary.values().all(|conditions| match conditions.velocity {
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip => true,
-            VelocityCondition::Traction(_) | VelocityCondition::NoTangential => false,
-        })
+        !self.boundary.values().any(|c| c.velocity.fixes_pressure())
     }
 
     /// The model's terms and the sources, on and off.

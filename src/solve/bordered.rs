@@ -57,9 +57,4 @@ impl Bordered {
         }
         Ok((x, y.iter().copied().collect()))
     }
-
-    /// The factorised inner matrix.
-    pub fn inner(&self) -> &Factored {
-        &self.inner
-    }
 }

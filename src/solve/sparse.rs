@@ -119,11 +119,6 @@ impl Factored {
         &self.name
     }
 
-    /// The matrix.
-    pub fn matrix(&self) -> &Matrix {
-        &self.matrix
-    }
-
     /// Solves `A x = b`, with one step of iterative refinement when rounding has left more than a tenth of the tolerance.
     ///
     /// # Errors
