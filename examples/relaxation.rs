@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use monolayer::mesh::Point;
 use monolayer::mesh::generate::{MeshScene, Shape};
-use monolayer::model::incompressible::{Degrees, Description, Incompressible, Sources};
+use monolayer::model::incompressible::{Degrees, Description, Incompressible};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, Sources, VelocityCondition};
 use monolayer::space::project;
 use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, March, MarchSettings};
 
@@ -33,6 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 coherence: 0.3,
                 elasticity: 1.0,
                 slip: 1.0,
+                elastic_force: ElasticForce::Stress,
             },
             degrees: Degrees { velocity: 2, pressure: 1, polarity: 3 },
             conditions: vec![slip; mesh.tags.len()],
@@ -44,6 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = MarchSettings {
         order: 1,
         control: ControlSettings::new(0.05, 1e-6),
+        alternate: 1.0,
         coupling: CouplingSettings {
             tolerance: 1e-8,
             accept: 1e-4,

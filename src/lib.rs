@@ -22,4 +22,5 @@ pub mod run;
 pub mod scene;
 pub mod solve;
 pub mod space;
+pub mod study;
 pub mod time;

@@ -11,6 +11,7 @@ use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::{Scene, SceneSource};
+use monolayer::study::{self, OrderStudy};
 
 /// Set by Ctrl-C.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
@@ -52,6 +53,16 @@ enum Command {
         /// Print the report as JSON.
         #[arg(long)]
         json: bool,
+    },
+    /// Errors and observed orders of convergence on a sequence of meshes and steps.
+    Order {
+        /// Study file.
+        study: PathBuf,
+        #[command(flatten)]
+        sets: Sets,
+        /// Folder of the results [default: out/NAME, numbered if it is taken].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
     },
     /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
     Mesh {
@@ -111,7 +122,18 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             say(&text)?;
             Ok(ExitCode::SUCCESS)
         }
+        Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
+    }
+}
+
+impl Cli {
+    fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        }
     }
 }
 
@@ -124,13 +146,20 @@ impl SceneArgs {
 impl Sets {
     fn apply(&self, file: &Path) -> Result<Scene, Failure> {
         let mut source = SceneSource::read(file)?;
-        for set in &self.sets {
+        for (key, value) in self.pairs()? {
+            source.set(&key, &value)?;
+        }
+        Ok(Scene::check(source)?)
+    }
+
+    fn pairs(&self) -> Result<Vec<(String, String)>, Failure> {
+        let pair = |set: &String| {
             let (key, value) = set.split_once('=').ok_or_else(|| {
                 format!("`--set {set}` has no `=`; hint: write `--set KEY=VALUE`, such as `--set model.peclet=4`")
             })?;
-            source.set(key.trim(), value.trim())?;
-        }
-        Ok(Scene::check(source)?)
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        };
+        self.sets.iter().map(pair).collect()
     }
 }
 
@@ -148,17 +177,8 @@ fn run_scene(cli: &Cli, args: &SceneArgs, out: Option<&Path>, resume: bool) -> R
         Some(out) => out.to_owned(),
         None => default_folder(&args.scene, resume),
     };
-    ctrlc::set_handler(|| {
-        if INTERRUPT.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        eprintln!("interrupted: finishing this step and writing a checkpoint (again to stop at once)");
-    })?;
-    let verbosity = match (cli.quiet, cli.verbose) {
-        (true, _) => Verbosity::Quiet,
-        (false, true) => Verbosity::Verbose,
-        (false, false) => Verbosity::Normal,
-    };
+    catch_interrupts("finishing this step and writing a checkpoint")?;
+    let verbosity = cli.verbosity();
     let options = Options { out: out.clone(), resume, verbosity, interrupt: &INTERRUPT };
     let summary = run::run(&scene, &options)?;
     if verbosity > Verbosity::Quiet {
@@ -174,13 +194,62 @@ fn run_scene(cli: &Cli, args: &SceneArgs, out: Option<&Path>, resume: bool) -> R
     })
 }
 
+/// The first Ctrl-C asks for a clean end, the second ends at once.
+fn catch_interrupts(doing: &'static str) -> Result<(), Failure> {
+    ctrlc::set_handler(move || {
+        if INTERRUPT.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("interrupted: {doing} (again to stop at once)");
+    })?;
+    Ok(())
+}
+
+fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
+    let study = OrderStudy::read(file, &sets.pairs()?)?;
+    let out = match out {
+        Some(out) => out.to_owned(),
+        None => numbered_folders(file).find(|folder| !folder.join("runs.csv").exists()).unwrap_or_default(),
+    };
+    catch_interrupts("writing the tables of what is complete")?;
+    let outcomes = study::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
+    let mut good = true;
+    for outcome in &outcomes {
+        if cli.verbosity() > Verbosity::Quiet {
+            say(&study::table::text(outcome))?;
+        }
+        for line in study::table::shortfalls(&study, outcome) {
+            good = false;
+            eprintln!("error: {}{}{line}", outcome.variant, if outcome.variant.is_empty() { "" } else { ": " });
+        }
+        good &= outcome.levels.iter().all(|level| level.failure.is_none());
+    }
+    if cli.verbosity() > Verbosity::Quiet {
+        say(&format!("results in {}", out.display()))?;
+    }
+    Ok(match (outcomes.iter().any(|o| o.interrupted), good) {
+        (true, _) => ExitCode::from(130),
+        (false, true) => ExitCode::SUCCESS,
+        (false, false) => ExitCode::FAILURE,
+    })
+}
+
+/// `out/NAME`, `out/NAME-2`, … for a file NAME.
+fn numbered_folders(file: &Path) -> impl Iterator<Item = PathBuf> {
+    let stem = file.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy().into_owned());
+    (1..).map(move |k| Path::new("out").join(if k == 1 { stem.clone() } else { format!("{stem}-{k}") }))
+}
+
 /// `out/NAME`, or `out/NAME-2`, … when that holds results already; the latest of them to resume.
 fn default_folder(scene: &Path, resume: bool) -> PathBuf {
-    let stem = scene.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy().into_owned());
-    let numbered = |k: usize| Path::new("out").join(if k == 1 { stem.clone() } else { format!("{stem}-{k}") });
-    let free = (1..).find(|&k| !numbered(k).join("scene.toml").exists()).unwrap_or(1);
-    let latest = (1..free).rev().find(|&k| numbered(k).join("checkpoint.bin").exists()).unwrap_or(1);
-    numbered(if resume { latest } else { free })
+    let taken: Vec<PathBuf> = numbered_folders(scene).take_while(|f| f.join("scene.toml").exists()).collect();
+    let free = || numbered_folders(scene).nth(taken.len()).unwrap_or_default();
+    let latest = taken.iter().rev().find(|folder| folder.join("checkpoint.bin").exists());
+    match latest {
+        Some(latest) if resume => latest.clone(),
+        Some(_) | None if resume => numbered_folders(scene).next().unwrap_or_default(),
+        Some(_) | None => free(),
+    }
 }
 
 fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {

@@ -1,8 +1,10 @@
 //! The elastic stress of polarity gradients, and the discrete molecular field and free energy behind it.
 
+use nalgebra::Matrix2;
+
 use super::integrate::{FacePoint, Faces, Integrator};
 use super::words::{Vector, penalty_constant};
-use super::{Linear, mass};
+use super::{Bilinear, Linear, mass};
 use crate::mesh::Point;
 use crate::space::{Field, Space};
 
@@ -12,6 +14,22 @@ pub fn ericksen<'a>(velocity: &Space, p: &'a Field) -> Linear<'a, Vector> {
         let g = p.vector_gradient(&x.site);
         let product = g.transpose() * g;
         move |w: Vector| product.dot(&w.sym())
+    })
+}
+
+/// Derivative of [`ericksen`] along p: `∫ (∇_hφᵀ·∇_hp + ∇_hpᵀ·∇_hφ) : D(w)`, trial φ, test w   [7.6d]
+pub fn ericksen_tangent<'a>(velocity: &Space, p: &'a Field) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(velocity.degree - 1 + 2 * (p.space.degree - 1), move |x| {
+        let g = p.vector_gradient(&x.site);
+        move |phi: Vector, w: Vector| 2.0 * (phi.grad.transpose() * g).dot(&w.sym())
+    })
+}
+
+/// Derivative of [`double_well`] along p: `∫ q·[(|p|²−1) I + 2 p⊗p]·φ`, trial φ, test q   [7.10]
+pub fn double_well_tangent<'a>(space: &Space, p: &'a Field) -> Bilinear<'a, Vector, Vector> {
+    mass::matrix_mass(space, 2 * p.space.degree, |x| {
+        let p = p.vector(&x.site);
+        Matrix2::identity() * (p.norm_squared() - 1.0) + p * p.transpose() * 2.0
     })
 }
 

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::bilinear::{Bilinear, MAX_SLOTS};
 use super::kernel::{Basis, add_vector};
-use super::linear::{Linear, Weights};
+use super::linear::Linear;
 use super::words::Jet;
 use super::worker::Worker;
 use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
@@ -221,28 +221,59 @@ impl Integrator {
         );
     }
 
-    /// The rows of a form on a discontinuous space, cell by cell: the own-cell block and those of the three neighbours
+    /// The rows of a form, cell by cell: the block of the cell's own trial functions, and those of the three neighbours
     /// across local faces 0, 1, 2, added to `diagonal` and `off`. Each cell visits its own faces.
     pub fn add_rows<U: Jet, V: Jet>(
         &self,
         form: &Bilinear<U, V>,
-        space: &Space,
+        (trial, test): (&Space, &Space),
         diagonal: &mut [f64],
         off: &mut [f64],
     ) {
-        let size = block_size::<V>(space) * block_size::<U>(space);
+        let size = block_size::<V>(test) * block_size::<U>(trial);
         let cells = diagonal.par_chunks_mut(size).zip(off.par_chunks_mut(3 * size)).enumerate();
         cells.for_each_init(
-            || Worker::new::<U, V>(space, space),
+            || Worker::new::<U, V>(trial, test),
             |worker, (cell, (diagonal, off))| {
                 worker.add_cell(self, form, cell, diagonal);
                 for (local, off) in off.chunks_exact_mut(size).enumerate() {
-                    let face = &self.mesh.faces[self.mesh.cell_faces[cell][local]];
-                    let side = usize::from(face.minus.cell != cell || face.minus.face != local);
-                    worker.add_face_row(self, form, self.mesh.cell_faces[cell][local], side, diagonal, off);
+                    self.add_face_of_cell(worker, form, (cell, local), diagonal, off);
                 }
             },
         );
+    }
+
+    /// As [`Integrator::add_rows`] for a form whose rows only see their own cell.
+    pub fn add_own_rows<U: Jet, V: Jet>(
+        &self,
+        form: &Bilinear<U, V>,
+        (trial, test): (&Space, &Space),
+        diagonal: &mut [f64],
+    ) {
+        let size = block_size::<V>(test) * block_size::<U>(trial);
+        diagonal.par_chunks_mut(size).enumerate().for_each_init(
+            || (Worker::new::<U, V>(trial, test), vec![0.0; size]),
+            |(worker, off), (cell, diagonal)| {
+                worker.add_cell(self, form, cell, diagonal);
+                for local in 0..3 {
+                    self.add_face_of_cell(worker, form, (cell, local), diagonal, off);
+                }
+            },
+        );
+    }
+
+    fn add_face_of_cell<U: Jet, V: Jet>(
+        &self,
+        worker: &mut Worker,
+        form: &Bilinear<U, V>,
+        (cell, local): (usize, usize),
+        diagonal: &mut [f64],
+        off: &mut [f64],
+    ) {
+        let index = self.mesh.cell_faces[cell][local];
+        let face = &self.mesh.faces[index];
+        let side = usize::from(face.minus.cell != cell || face.minus.face != local);
+        worker.add_face_row(self, form, index, side, diagonal, off);
     }
 
     /// The whole matrix as triplets `(row, column, value)`; rows are test dofs. Duplicates are to be added.
@@ -310,23 +341,33 @@ impl Integrator {
         global
     }
 
+    /// Faces at work in parallel, each with room of its own; gathered in the order of the faces.
     fn add_face_terms<V: Jet>(&self, form: &Linear<V>, test: &Space, local: &mut [f64]) {
-        if form.face_terms.is_empty() {
-            return;
-        }
+        let concerns = |face: &Face| form.face_terms.iter().any(|t| t.faces.holds(face));
+        let faces: Vec<usize> = (0..self.mesh.faces.len()).filter(|&f| concerns(&self.mesh.faces[f])).collect();
         let rows = block_size::<V>(test);
-        let mut chi = Basis::new(test);
-        let mut weights: Weights = [0.0; MAX_SLOTS];
-        for (index, face) in self.mesh.faces.iter().enumerate() {
-            for term in form.face_terms.iter().filter(|t| t.faces.holds(face)) {
-                self.each_face_point(index, term.degree, &mut |s| {
-                    (term.integrand)(s, &mut weights);
-                    for (side, site) in std::iter::once(&s.minus).chain(&s.plus).enumerate() {
-                        chi.evaluate(site);
-                        let block = &mut local[site.cell * rows..(site.cell + 1) * rows];
-                        add_vector(block, &weights, side * V::SLOTS, &chi, s.weight * term.scale);
-                    }
-                });
+        let mut parts = vec![0.0; 2 * faces.len() * rows];
+        parts.par_chunks_mut(2 * rows).zip(&faces).for_each_init(
+            || (Basis::new(test), [0.0; MAX_SLOTS]),
+            |(chi, weights), (part, &index)| {
+                let holds = form.face_terms.iter().filter(|t| t.faces.holds(&self.mesh.faces[index]));
+                for term in holds {
+                    self.each_face_point(index, term.degree, &mut |s| {
+                        (term.integrand)(s, weights);
+                        let sides = std::iter::once(&s.minus).chain(&s.plus).zip(part.chunks_exact_mut(rows));
+                        for (side, (site, part)) in sides.enumerate() {
+                            chi.evaluate(site);
+                            add_vector(part, weights, side * V::SLOTS, chi, s.weight * term.scale);
+                        }
+                    });
+                }
+            },
+        );
+        for (part, &index) in parts.chunks_exact(2 * rows).zip(&faces) {
+            let face = &self.mesh.faces[index];
+            for (side, part) in std::iter::once(face.minus).chain(face.plus).zip(part.chunks_exact(rows)) {
+                let block = &mut local[side.cell * rows..(side.cell + 1) * rows];
+                block.iter_mut().zip(part).for_each(|(b, p)| *b += p);
             }
         }
     }

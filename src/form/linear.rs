@@ -39,6 +39,11 @@ impl<'a, V: Jet> Linear<'a, V> {
         Self { cell_terms: Vec::new(), face_terms: Vec::new(), kinds: PhantomData }
     }
 
+    /// Whether there is no term at all.
+    pub fn is_zero(&self) -> bool {
+        self.cell_terms.is_empty() && self.face_terms.is_empty()
+    }
+
     /// `∫_Ω integrand(χ)`, of polynomial degree `degree`.
     pub fn cells<F, G>(degree: usize, at: F) -> Self
     where

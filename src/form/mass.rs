@@ -42,6 +42,11 @@ pub fn matrix_mass<'a>(
     })
 }
 
+/// `(φ|w) = ∫ φ·w` between two spaces, trial φ, test w   [7.11a]
+pub fn vector_load_by<'a>(test: &Space, trial: &Space) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(test.degree + trial.degree, |_| |phi: Vector, w: Vector| phi.value.dot(&w.value))
+}
+
 /// `(f|w) = ∫ f·w` for a vector `f` of degree `degree`   [7.11a]
 pub fn load<'a>(space: &Space, degree: usize, f: impl Fn(&CellPoint) -> Point + Sync + 'a) -> Linear<'a, Vector> {
     Linear::cells(space.degree + degree, move |x| {

@@ -11,6 +11,7 @@ mod kernel;
 pub mod linear;
 pub mod mass;
 pub mod polarity;
+pub mod power;
 pub mod stokes;
 pub mod swip;
 pub mod upwind;

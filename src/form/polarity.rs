@@ -37,3 +37,36 @@ pub fn stretching_force<'a>(velocity: &Space, p: &'a Field, l: &'a Field) -> Lin
         move |w: Vector| l.dot(&(w.sym() * p))
     })
 }
+
+/// `ω(p,q,v) + a δ(p,q,v)` as a functional of q   [7.6d]
+pub fn turning<'a>(p: &'a Field, flow: &'a Field, a: f64) -> Linear<'a, Vector> {
+    Linear::cells(2 * p.space.degree + flow.space.degree - 1, move |x| {
+        let g = flow.vector_gradient(&x.site);
+        let turned = (skw(&g) + sym(&g) * a) * p.vector(&x.site);
+        move |q: Vector| turned.dot(&q.value)
+    })
+}
+
+/// `ω(p,q,w) + a δ(p,q,w)` for a given p, trial w, test q: how the polarity's turning depends on the flow   [7.6d]
+pub fn turning_by_flow<'a>(velocity: &Space, p: &'a Field, a: f64) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(2 * p.space.degree + velocity.degree - 1, move |x| {
+        let p = p.vector(&x.site);
+        move |w: Vector, q: Vector| q.value.dot(&((w.skw() + w.sym() * a) * p))
+    })
+}
+
+/// `b ω(φ,ℓ,w) + c δ(φ,ℓ,w)` for a given ℓ, trial φ, test w   [7.6d]
+pub fn force_by_polarity<'a>(velocity: &Space, l: &'a Field, b: f64, c: f64) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(velocity.degree - 1 + 2 * l.space.degree, move |x| {
+        let l = l.vector(&x.site);
+        move |phi: Vector, w: Vector| l.dot(&((w.skw() * b + w.sym() * c) * phi.value))
+    })
+}
+
+/// `b ω(p,λ,w) + c δ(p,λ,w)` for a given p, trial λ, test w   [7.6d]
+pub fn force_by_field<'a>(velocity: &Space, p: &'a Field, b: f64, c: f64) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(velocity.degree - 1 + 2 * p.space.degree, move |x| {
+        let p = p.vector(&x.site);
+        move |lambda: Vector, w: Vector| lambda.value.dot(&((w.skw() * b + w.sym() * c) * p))
+    })
+}

@@ -2,6 +2,7 @@
 
 pub mod asymmetry;
 pub mod cut;
+pub mod errors;
 pub mod overshoot;
 pub mod stream;
 

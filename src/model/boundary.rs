@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser::Serialize
 
 use super::ModelError;
 use super::expression::{Expression, VectorFormula, parse_vector};
+use super::manufactured::Exact;
 use super::names;
 
 /// What holds for the velocity on a tag.
@@ -64,14 +65,14 @@ const POLARITY: [&str; 2] = ["neumann", "dirichlet"];
 const POLARITY_HINT: &str = "the choices are \"neumann\", { dirichlet = [p_1, p_2] }";
 
 impl BoundaryScene {
-    /// The conditions, with `parameters` bound in the formulas.
+    /// The conditions, with `parameters` bound in the formulas. A `dirichlet` without values takes those of the exact fields.
     ///
     /// # Errors
     /// An unknown condition, values where none belong or none where they are needed, a bad formula.
-    pub fn check(&self, parameters: &[(&str, f64)]) -> Result<Conditions, ModelError> {
+    pub fn check(&self, parameters: &[(&str, f64)], exact: Option<&Exact>) -> Result<Conditions, ModelError> {
         Ok(Conditions {
-            velocity: velocity_condition(&self.velocity, parameters)?,
-            polarity: polarity_condition(&self.polarity, parameters)?,
+            velocity: velocity_condition(&self.velocity, parameters, exact)?,
+            polarity: polarity_condition(&self.polarity, parameters, exact)?,
         })
     }
 
@@ -86,7 +87,11 @@ impl BoundaryScene {
     }
 }
 
-fn velocity_condition(given: &NamedCondition, parameters: &[(&str, f64)]) -> Result<VelocityCondition, ModelError> {
+fn velocity_condition(
+    given: &NamedCondition,
+    parameters: &[(&str, f64)],
+    exact: Option<&Exact>,
+) -> Result<VelocityCondition, ModelError> {
     let wrong = |rule: String| ModelError::new("velocity", given, rule, VELOCITY_HINT);
     match (given.name.as_str(), &given.values) {
         ("slip", None) => Ok(VelocityCondition::Slip),
@@ -96,20 +101,30 @@ fn velocity_condition(given: &NamedCondition, parameters: &[(&str, f64)]) -> Res
         ("dirichlet", Some(values)) => {
             Ok(VelocityCondition::Dirichlet(vector("velocity.dirichlet", values, parameters)?))
         }
-        ("dirichlet", None) => Err(wrong("`dirichlet` needs its two components".to_owned())),
+        ("dirichlet", None) => match exact {
+            Some(exact) => Ok(VelocityCondition::Dirichlet(exact.velocity().clone())),
+            None => Err(wrong("`dirichlet` needs its two components".to_owned())),
+        },
         ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
         (other, _) => Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &VELOCITY)))),
     }
 }
 
-fn polarity_condition(given: &NamedCondition, parameters: &[(&str, f64)]) -> Result<PolarityCondition, ModelError> {
+fn polarity_condition(
+    given: &NamedCondition,
+    parameters: &[(&str, f64)],
+    exact: Option<&Exact>,
+) -> Result<PolarityCondition, ModelError> {
     let wrong = |rule: String| ModelError::new("polarity", given, rule, POLARITY_HINT);
     match (given.name.as_str(), &given.values) {
         ("neumann", None) => Ok(PolarityCondition::Neumann),
         ("dirichlet", Some(values)) => {
             Ok(PolarityCondition::Dirichlet(vector("polarity.dirichlet", values, parameters)?))
         }
-        ("dirichlet", None) => Err(wrong("`dirichlet` needs its two components".to_owned())),
+        ("dirichlet", None) => match exact {
+            Some(exact) => Ok(PolarityCondition::Dirichlet(exact.polarity().clone())),
+            None => Err(wrong("`dirichlet` needs its two components".to_owned())),
+        },
         ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
         (other, _) => Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &POLARITY)))),
     }

@@ -69,7 +69,8 @@ impl Frames {
         self.free += 1;
     }
 
-    fn of(&self, dof: usize) -> impl Iterator<Item = (usize, f64)> {
+    /// The free unknowns that a velocity dof is made of, with their coefficients.
+    pub fn of(&self, dof: usize) -> impl Iterator<Item = (usize, f64)> {
         self.entries[dof].iter().flatten().copied()
     }
 

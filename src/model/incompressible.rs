@@ -5,11 +5,14 @@ use std::sync::Arc;
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, tagged};
-use super::parameters::Parameters;
+use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
+use super::sources::Sources;
+use crate::form::power::{self, Power};
+use crate::form::words::Vector;
 use crate::form::{CellPoint, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, stokes};
 use crate::mesh::{Mesh, Point};
-use crate::solve::{SolveError, dot};
+use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
 
 /// Polynomial degrees of the three fields.
@@ -20,13 +23,16 @@ pub struct Degrees {
     pub polarity: usize,
 }
 
-/// Sources of a manufactured solution; `None` where there is none.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sources {
-    /// `f_v`
-    pub force: Option<[Expression; 2]>,
-    /// `f_p`
-    pub polarity: Option<[Expression; 2]>,
+/// All that is given from outside at one time.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    pub t: f64,
+    /// `(f_v|w) + ∫_Γ g·w`
+    pub force: Vec<f64>,
+    /// `(f_p|q)`
+    pub source: Vec<f64>,
+    /// `v_D` at the nodes.
+    pub prescribed: Vec<f64>,
 }
 
 /// All that defines a problem besides its mesh.
@@ -74,6 +80,9 @@ pub struct Incompressible {
     pub polarity: Polarity,
     /// `|Ω|`
     pub area: f64,
+    /// Where the energy-consistent force needs its boundary terms: faces where `w·n` is free, and those of them or of slip where
+    /// the polarity is prescribed.
+    pub natural_faces: [Faces; 2],
 }
 
 impl Incompressible {
@@ -88,8 +97,16 @@ impl Incompressible {
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
         let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, parameters.friction, *slip)?;
-        let polarity = Polarity::new(&loops, &space, conditions, parameters)?;
+        let polarity = Polarity::new(&loops, &space, conditions, parameters, sources.boundary().cloned())?;
+        let both = |free: &dyn Fn(&Conditions) -> bool| {
+            let of_kind = conditions.iter().enumerate().filter(|(_, c)| free(c));
+            of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
+        };
+        let open = both(&|c| c.velocity.fixes_pressure());
+        let moving = |c: &Conditions| c.velocity.fixes_pressure() || matches!(c.velocity, VelocityCondition::Slip);
+        let natural_faces = [open, both(&|c| moving(c) && data_of(c).is_some())];
         Ok(Self {
+            natural_faces,
             parameters: *parameters,
             conditions: conditions.clone(),
             sources: sources.clone(),
@@ -109,37 +126,84 @@ impl Incompressible {
         }
     }
 
-    /// `F(w) = T_a(p|w) − ω(p,L_h,w) − a δ(p,L_h,w) + κ²B c_h(p,p,w) + S_a δ(p,p,w) + (f_v|w) + ∫_Γ g·w`   [7.11a]
+    /// All that is given at time `t`: computed once, used by every iteration of a step.
     ///
-    /// Terms whose parameter is zero are not assembled; without elasticity no `L_h` is computed.
-    pub fn force(&self, p: &Field, t: f64) -> Vec<f64> {
+    /// # Errors
+    /// A Dirichlet formula that is not finite at a node.
+    pub fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError> {
+        let sources = self.sources.at_time(t);
+        let form = self.outer_force(&sources, t);
+        let force = if form.is_zero() {
+            vec![0.0; self.momentum.velocity.dof_count()]
+        } else {
+            self.loops.vector(&form, &self.momentum.velocity)
+        };
+        let prescribed = self.momentum.frames.prescribed(&self.conditions, t)?;
+        Ok(Inputs { t, force, source: self.polarity_source(&sources, t), prescribed })
+    }
+
+    /// `F(w) = T_a(p|w) − ω(p,L_h,w) − a δ(p,L_h,w) + κ²B c_h(p,p,w) + S_a δ(p,p,w)`   [7.11a], without what is given from outside
+    ///
+    /// `molecular` is `L_h/B`, and `flow` picks the upwind sides of the energy-consistent force X, which replaces the term with
+    /// c_h. Terms whose parameter is zero are not assembled.
+    pub fn inner_force(&self, p: &Field, molecular: Option<&Field>, flow: &Field, t: f64) -> Vec<f64> {
         let (m, velocity) = (&self.parameters, &*self.momentum.velocity);
-        let molecular = (m.elasticity != 0.0).then(|| self.polarity.molecular_over_b(&self.loops, p, t));
         let mut form = Linear::zero();
         if m.traction != 0.0 {
             form = form + m.traction * mass::load(velocity, p.space.degree, |x| p.vector(&x.site));
         }
-        if let Some(l) = &molecular {
+        if let Some(l) = molecular {
             let b = m.elasticity;
             form = form - b * polarity::rotation_force(velocity, p, l);
             if m.slip != 0.0 {
                 form = form - b * m.slip * polarity::stretching_force(velocity, p, l);
             }
-            form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p);
+            match m.elastic_force {
+                ElasticForce::Stress => form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p),
+                ElasticForce::Energy => {
+                    let data = move |s: &FacePoint| self.polarity.data(s, t);
+                    let power = Power { p, l, flow, inflow: self.polarity.dirichlet, data };
+                    let [open, dirichlet] = self.natural_faces;
+                    let shift = power::natural_traction(velocity, p, m.coherence, open, dirichlet);
+                    return self
+                        .loops
+                        .vector(&(self.with_active_stress(form, p) + b * power.force() - b * shift), velocity);
+                }
+            }
         }
-        if m.active_stress != 0.0 {
-            form = form + m.active_stress * polarity::stretching_force(velocity, p, p);
+        self.loops.vector(&self.with_active_stress(form, p), velocity)
+    }
+
+    fn with_active_stress<'a>(&self, form: Linear<'a, Vector>, p: &'a Field) -> Linear<'a, Vector> {
+        match self.parameters.active_stress {
+            0.0 => form,
+            s => form + s * polarity::stretching_force(&self.momentum.velocity, p, p),
         }
-        form = form + self.outer_force(t);
-        self.loops.vector(&form, velocity)
+    }
+
+    /// `L_h/B` where the model has elasticity.
+    pub fn molecular(&self, p: &Field, t: f64) -> Option<Field> {
+        (self.parameters.elasticity != 0.0).then(|| self.polarity.molecular_over_b(&self.loops, p, t))
+    }
+
+    /// All forces of the polarity `p` and from outside   [7.11a]
+    pub fn force(&self, p: &Field, flow: &Field, inputs: &Inputs) -> Vec<f64> {
+        self.force_of(p, self.molecular(p, inputs.t).as_ref(), flow, inputs)
+    }
+
+    /// As [`Incompressible::force`] with `L_h/B` at hand.
+    pub fn force_of(&self, p: &Field, molecular: Option<&Field>, flow: &Field, inputs: &Inputs) -> Vec<f64> {
+        let mut force = self.inner_force(p, molecular, flow, inputs.t);
+        axpy(1.0, &inputs.force, &mut force);
+        force
     }
 
     /// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags.
-    fn outer_force(&self, t: f64) -> Linear<'_, crate::form::words::Vector> {
+    fn outer_force<'a>(&'a self, sources: &'a Sources, t: f64) -> Linear<'a, Vector> {
         let velocity = &*self.momentum.velocity;
         let mut form = Linear::zero();
-        if let Some([f, g]) = &self.sources.force {
-            let value = move |x: &CellPoint| Point::new(f.eval(x.site.x, t), g.eval(x.site.x, t));
+        if sources.has_force() {
+            let value = move |x: &CellPoint| sources.force(&self.parameters, x.site.x, t);
             form = form + mass::load(velocity, FORMULA_DEGREE, value);
         }
         let pulled = tagged(&self.conditions, |c| match c {
@@ -150,7 +214,31 @@ impl Incompressible {
             let value = move |s: &FacePoint| self.traction_at(s, t);
             form = form + stokes::traction(velocity, pulled, FORMULA_DEGREE, value);
         }
-        form
+        form + self.exact_traction(sources, t)
+    }
+
+    /// The stress `n·σ` of the exact fields on boundaries with a natural condition; its tangential part on slip boundaries.
+    fn exact_traction<'a>(&'a self, sources: &'a Sources, t: f64) -> Linear<'a, Vector> {
+        let Some(exact) = sources.boundary() else { return Linear::zero() };
+        let whole = tagged(&self.conditions, VelocityCondition::fixes_pressure);
+        let slip = tagged(&self.conditions, |c| matches!(c, VelocityCondition::Slip));
+        let traction = move |s: &FacePoint| exact.traction(&self.parameters, s.minus.x, t, s.n);
+        let tangential = move |s: &FacePoint| {
+            let g = traction(s);
+            g - s.exact_n * g.dot(&s.exact_n)
+        };
+        stokes::traction(&self.momentum.velocity, whole, FORMULA_DEGREE, traction)
+            + stokes::traction(&self.momentum.velocity, slip, FORMULA_DEGREE, tangential)
+    }
+
+    /// `(f_p|q)` at time `t`.
+    fn polarity_source(&self, sources: &Sources, t: f64) -> Vec<f64> {
+        let space = &self.polarity.space;
+        if !sources.has_polarity() {
+            return vec![0.0; space.dof_count()];
+        }
+        let value = |x: &CellPoint| sources.polarity(&self.parameters, x.site.x, t);
+        self.loops.vector(&mass::load(space, FORMULA_DEGREE, value), space)
     }
 
     fn traction_at(&self, s: &FacePoint, t: f64) -> Point {
@@ -174,7 +262,7 @@ impl Incompressible {
                 first = pair.iter().try_for_each(|f| f.try_eval(x, t).map(|_| ()));
             }
         };
-        for source in self.sources.force.iter().chain(&self.sources.polarity) {
+        for source in self.sources.formulas() {
             for cell in 0..self.loops.mesh.cells.len() {
                 let degree = FORMULA_DEGREE + self.momentum.velocity.degree.max(self.polarity.space.degree);
                 self.loops.each_cell_point(cell, degree, &mut |x| visit(source, x.site.x));
@@ -198,29 +286,37 @@ impl Incompressible {
     /// # Errors
     /// As [`Momentum::solve`].
     pub fn flow(&self, p: &Field, t: f64) -> Result<(Field, Field), MomentumError> {
-        self.flow_of(&self.force(p, t), t)
+        let inputs = self.inputs(t)?;
+        let molecular = self.molecular(p, t);
+        let mut flow = Field::zero(&self.momentum.velocity);
+        // the energy-consistent force looks upstream, so the flow has to be known; a few passes settle the directions
+        let passes = match self.parameters.elastic_force {
+            ElasticForce::Energy if molecular.is_some() => 4,
+            ElasticForce::Energy | ElasticForce::Stress => 1,
+        };
+        let mut pi = Field::zero(&self.momentum.pressure);
+        for _ in 0..passes {
+            (flow, pi) = self.flow_of(&self.force_of(p, molecular.as_ref(), &flow, &inputs), &inputs)?;
+        }
+        Ok((flow, pi))
     }
 
     /// Velocity and pressure under a given force   [8.34]
     ///
     /// # Errors
     /// As [`Momentum::solve`].
-    pub fn flow_of(&self, force: &[f64], t: f64) -> Result<(Field, Field), MomentumError> {
-        let (v, pi) = self.momentum.solve(force, &self.prescribed(t)?)?;
+    pub fn flow_of(&self, force: &[f64], inputs: &Inputs) -> Result<(Field, Field), MomentumError> {
+        let (v, pi) = self.momentum.solve(force, &inputs.prescribed)?;
         Ok((Field::new(&self.momentum.velocity, v), Field::new(&self.momentum.pressure, pi)))
-    }
-
-    fn prescribed(&self, t: f64) -> Result<Vec<f64>, ExpressionError> {
-        self.momentum.frames.prescribed(&self.conditions, t)
     }
 
     /// Residuals of the stationary equations at `state`   [9.8], [9.9], [9.10]
     ///
     /// # Errors
-    /// As [`Momentum::residual_norms`].
-    pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, SolveError> {
+    /// As [`Momentum::residual_norms`]; formulas that are not finite.
+    pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
         let root = self.area.sqrt();
-        let force = self.force(&state.p, t);
+        let force = self.force(&state.p, &state.v, &self.inputs(t)?);
         let [velocity, pressure] = self.momentum.residual_norms(&force, &state.v.values, &state.pi.values)?;
         let r = self.polarity_residual(state, t);
         let polarity = dot(&r, &self.polarity.mass_solve(&r)).max(0.0).sqrt();
@@ -229,22 +325,37 @@ impl Incompressible {
 
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
-        let mut operator = self.polarity.empty_operator();
-        self.polarity.operator(&self.loops, 0.0, &state.v, &state.p, &mut operator);
-        let mut r = vec![0.0; state.p.values.len()];
-        operator.times(&state.p.values, &mut r);
-        let inputs = self.polarity_inputs(t);
-        let inflow = self.polarity.inflow(&self.loops, &state.v, t);
-        let well = self.polarity.mass_times(&state.p.values);
-        for (((r, input), inflow), p) in r.iter_mut().zip(inputs).zip(inflow).zip(well) {
-            *r -= input + inflow + p;
-        }
+        let molecular = self.polarity.molecular_functional(&self.loops, &state.p, t);
+        let mut r = self.polarity.carried(&self.loops, &state.v, &state.p, t);
+        axpy(1.0, &molecular, &mut r);
+        axpy(-1.0, &self.polarity_source(&self.sources.at_time(t), t), &mut r);
         r
     }
 
-    /// `κ² l_swip(q) + (f_p|q)` at time `t`   [7.11c]
-    pub fn polarity_inputs(&self, t: f64) -> Vec<f64> {
-        self.polarity.inputs(&self.loops, self.sources.polarity.as_ref(), t)
+    /// `κ² l_swip(q) + (f_p|q)`: the inputs of the polarity that do not depend on the flow   [7.11c]
+    pub fn polarity_inputs(&self, inputs: &Inputs) -> Vec<f64> {
+        let mut out = self.polarity.diffusion_data(&self.loops, inputs.t);
+        axpy(1.0, &inputs.source, &mut out);
+        out
+    }
+
+    /// The pressure Π: in the energy-consistent form the multiplier is Π + Ψ, and the L² projection of Ψ is taken off.
+    ///
+    /// # Errors
+    /// As [`crate::solve::sparse::Factored::solve`].
+    pub fn pressure(&self, state: &State) -> Result<Field, SolveError> {
+        let m = &self.parameters;
+        match m.elastic_force {
+            ElasticForce::Energy if m.elasticity != 0.0 => {
+                let p = &state.p;
+                let density = |x: &CellPoint| m.elasticity * power::energy_density(p, &x.site, m.coherence);
+                let mut shift = self.momentum.project_pressure(&self.loops, 4 * p.space.degree, density)?;
+                let mean = if self.momentum.is_closed() { self.momentum.mean(&shift) } else { 0.0 };
+                shift.iter_mut().zip(&state.pi.values).for_each(|(s, pi)| *s = pi - (*s - mean));
+                Ok(Field::new(&self.momentum.pressure, shift))
+            }
+            ElasticForce::Energy | ElasticForce::Stress => Ok(state.pi.clone()),
+        }
     }
 
     /// `F_h(p)` [7.2]: the free energy whose derivative is `L_h`; zero without elasticity.

@@ -4,15 +4,21 @@ pub mod boundary;
 pub mod expression;
 pub mod frames;
 pub mod incompressible;
+pub mod lagged;
+pub mod manufactured;
 pub mod momentum;
 pub mod names;
 pub mod parameters;
 pub mod polarity;
+pub mod sources;
 pub mod start;
+pub mod tangent;
 
 pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
 pub use expression::{Expression, ExpressionError};
-pub use parameters::{ModelScene, Parameters, Term};
+pub use manufactured::Exact;
+pub use parameters::{ElasticForce, ModelScene, Parameters, Term};
+pub use sources::Sources;
 
 /// A rule of the model that a value breaks. `key` is relative to the table that was checked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

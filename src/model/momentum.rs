@@ -7,7 +7,8 @@ use nalgebra::DMatrix;
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::ExpressionError;
 use super::frames::Frames;
-use crate::form::{Faces, Integrator, mass, stokes};
+use crate::form::words::Vector;
+use crate::form::{Bilinear, CellPoint, Faces, Integrator, mass, stokes};
 use crate::solve::bordered::Bordered;
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, norm};
@@ -66,6 +67,9 @@ pub struct Momentum {
     system: System,
     /// Factorised masses of the stationary residuals, free velocity unknowns and pressure.
     residual_masses: (Factored, Factored),
+    friction: f64,
+    /// Faces with slip by penalty, and `ε_r`.
+    penalty: Option<(Faces, f64)>,
 }
 
 impl Momentum {
@@ -85,14 +89,13 @@ impl Momentum {
         if friction == 0.0 && !Frames::new(velocity, conditions, false).hold_rigid_motions(velocity) {
             return Err(MomentumError::Unheld);
         }
-        let mut form = stokes::viscosity(velocity);
-        if friction != 0.0 {
-            form = form + friction * mass::vector_mass(velocity);
-        }
-        if let SlipTreatment::Penalty { epsilon } = slip {
-            let faces = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
-            form = form + stokes::slip_penalty(velocity, faces, epsilon);
-        }
+        let penalty = match slip {
+            SlipTreatment::Rotated => None,
+            SlipTreatment::Penalty { epsilon } => {
+                Some((tagged(conditions, |c| matches!(c, VelocityCondition::Slip)), epsilon))
+            }
+        };
+        let form = stiffness_form(velocity, friction, penalty);
         let (nv, np) = (velocity.dof_count(), pressure.dof_count());
         let stiffness = Matrix::from_triplets(nv, nv, &loops.triplets(&form, velocity, velocity));
         let b = loops.triplets(&stokes::divergence(velocity, pressure), pressure, velocity);
@@ -119,12 +122,50 @@ impl Momentum {
             pressure_mass,
             system,
             residual_masses,
+            friction,
+            penalty,
         })
+    }
+
+    /// Dense blocks of `2(D(v)|D(w)) + C_F(v|w)` and of `b(w,ξ)`, cell after cell, rows w.
+    pub fn element_blocks(&self, loops: &Integrator) -> (Vec<f64>, Vec<f64>) {
+        let (velocity, pressure) = (&*self.velocity, &*self.pressure);
+        let form = stiffness_form(velocity, self.friction, self.penalty);
+        let mut stiffness = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count().pow(2)];
+        loops.add_own_rows(&form, (velocity, velocity), &mut stiffness);
+        (stiffness, loops.cell_blocks(&stokes::divergence(velocity, pressure), pressure, velocity))
     }
 
     /// Whether the pressure is only defined up to a constant, and normalised to mean zero.
     pub fn is_closed(&self) -> bool {
         matches!(self.system, System::Closed { .. })
+    }
+
+    /// `∫_K ξ` of every pressure function on every cell K.
+    pub fn cell_means(&self, loops: &Integrator) -> Vec<f64> {
+        let blocks = loops.cell_blocks(&mass::mass(&self.pressure), &self.pressure, &self.pressure);
+        blocks.chunks_exact(self.pressure.n).map(|row| row.iter().sum()).collect()
+    }
+
+    /// `(1/|Ω|) ∫ π` of a pressure.
+    pub fn mean(&self, pi: &[f64]) -> f64 {
+        let weights = self.pressure_mass.times(pi);
+        let area: f64 = self.pressure_mass.times(&vec![1.0; pi.len()]).iter().sum();
+        weights.iter().sum::<f64>() / area
+    }
+
+    /// The L² projection of `f`, of degree `degree`, on the pressure space.
+    ///
+    /// # Errors
+    /// As [`Factored::solve`].
+    pub fn project_pressure(
+        &self,
+        loops: &Integrator,
+        degree: usize,
+        f: impl Fn(&CellPoint) -> f64 + Sync,
+    ) -> Result<Vec<f64>, SolveError> {
+        let load = loops.vector(&mass::scalar_load(&self.pressure, degree, f), &self.pressure);
+        self.residual_masses.1.solve(&load)
     }
 
     /// Unknowns of the linear system.
@@ -192,6 +233,18 @@ impl Momentum {
         };
         Ok([size(&self.residual_masses.0, &momentum)?, size(&self.residual_masses.1, &volume)?])
     }
+}
+
+/// `2(D(v)|D(w)) + C_F(v|w)`, and `(1/ε_r) ∫ (v·n)(w·n)` on the faces with penalty   [7.11a], [10.3]
+fn stiffness_form<'a>(velocity: &Space, friction: f64, penalty: Option<(Faces, f64)>) -> Bilinear<'a, Vector, Vector> {
+    let mut form = stokes::viscosity(velocity);
+    if friction != 0.0 {
+        form = form + friction * mass::vector_mass(velocity);
+    }
+    if let Some((faces, epsilon)) = penalty {
+        form = form + stokes::slip_penalty(velocity, faces, epsilon);
+    }
+    form
 }
 
 /// The boundary faces whose velocity condition is of a kind.

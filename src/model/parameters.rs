@@ -32,6 +32,21 @@ pub struct ModelScene {
     /// `a ∈ [−1, 1]`, slip parameter of the objective derivative (default 1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slip: Option<f64>,
+    /// How the elastic force is discretised: `"stress"` (default) or `"energy-consistent"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elastic_force: Option<ElasticForce>,
+}
+
+/// How the elastic force of polarity gradients is discretised.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ElasticForce {
+    /// `κ²B c_h(p,p,w)` [7.11a]: more accurate pressure and velocity.
+    #[default]
+    Stress,
+    /// `X(w)`, the power of advection: the discrete energy law holds to rounding, the multiplier is `Π + Ψ`.
+    #[serde(rename = "energy-consistent")]
+    Energy,
 }
 
 /// Which equations are solved.
@@ -58,6 +73,8 @@ pub struct Parameters {
     pub elasticity: f64,
     /// `a`
     pub slip: f64,
+    /// How the elastic force is discretised.
+    pub elastic_force: ElasticForce,
 }
 
 /// A term of the equations, and whether a scene has it.
@@ -101,6 +118,7 @@ impl ModelScene {
             active_stress: Some(p.active_stress),
             elasticity: Some(p.elasticity),
             slip: Some(p.slip),
+            elastic_force: Some(p.elastic_force),
             ..self.clone()
         })
     }
@@ -133,6 +151,7 @@ impl ModelScene {
             coherence: require("coherence", kappa, kappa > 0.0, "must be greater than 0", smooth)?,
             elasticity: require("elasticity", elasticity, elasticity >= 0.0, "must not be negative", elastic)?,
             slip: require("slip", slip, slip.abs() <= 1.0, "must lie in [-1, 1]", objective)?,
+            elastic_force: self.elastic_force.unwrap_or_default(),
         })
     }
 
@@ -208,7 +227,10 @@ impl Parameters {
             by("traction", "T_a (p|w)", "traction", self.traction),
             elastic("elastic rotation", "−ω(p,L_h,w)"),
             stretching,
-            elastic("elastic stress", "κ²B c_h(p,p,w)"),
+            match self.elastic_force {
+                ElasticForce::Stress => elastic("elastic stress", "κ²B c_h(p,p,w)"),
+                ElasticForce::Energy => elastic("elastic force", "X(w), energy-consistent"),
+            },
             by("active stress", "S_a δ(p,p,w)", "active_stress", self.active_stress),
             elastic("molecular field", "L_h by the block-diagonal mass matrix"),
             always("polarity rate", "Pe (∂_t p|q)"),

@@ -7,8 +7,10 @@ use rayon::prelude::*;
 
 use super::boundary::{Conditions, PolarityCondition};
 use super::expression::Expression;
+use super::manufactured::Exact;
 use super::parameters::Parameters;
-use crate::form::{CellPoint, FacePoint, Faces, Integrator, elastic, mass, polarity, swip, upwind};
+use crate::form::words::{Scalar, Vector};
+use crate::form::{Bilinear, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, swip, upwind};
 use crate::mesh::{Mesh, Point};
 use crate::solve::blocks::{Incomplete, Neighbours, ScalarBlocks, VectorBlocks, neighbours};
 use crate::solve::krylov::gmres;
@@ -43,6 +45,8 @@ pub struct Polarity {
     rank: Arc<Vec<usize>>,
     /// `κ² l_swip` where the Dirichlet data do not depend on time.
     steady_data: Option<Vec<f64>>,
+    /// Neumann faces with the slope `∂_np` of exact fields.
+    slopes: Option<(Faces, Arc<Exact>)>,
 }
 
 impl Polarity {
@@ -52,14 +56,19 @@ impl Polarity {
         space: &Arc<Space>,
         conditions: &[Conditions],
         parameters: &Parameters,
+        slopes: Option<Arc<Exact>>,
     ) -> Result<Self, SolveError> {
         let mesh = &space.mesh;
-        let of_kind = conditions.iter().enumerate().filter(|(_, c)| data_of(c).is_some());
-        let dirichlet = of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag));
+        let of_kind = |dirichlet: bool| {
+            let tags = conditions.iter().enumerate().filter(move |(_, c)| data_of(c).is_some() == dirichlet);
+            tags.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
+        };
+        let dirichlet = of_kind(true);
+        let slopes = slopes.map(|exact| (of_kind(false), exact));
         let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet);
         let neighbours = neighbours(mesh);
         let mut diffusion = ScalarBlocks::zero(&neighbours, space.n);
-        loops.add_rows(&form, space, &mut diffusion.diagonal, &mut diffusion.off);
+        loops.add_rows(&form, (space, space), &mut diffusion.diagonal, &mut diffusion.off);
         let mass = loops.cell_blocks(&mass::mass(space), space, space);
         let mass_inverse = invert_blocks(&mass, space.n)?;
         let order = downstream_order(mesh);
@@ -77,8 +86,10 @@ impl Polarity {
             order: Arc::new(order),
             rank: Arc::new(rank),
             steady_data: None,
+            slopes,
         };
-        let moving = conditions.iter().filter_map(data_of).flatten().any(Expression::depends_on_time);
+        let moving =
+            this.slopes.is_some() || conditions.iter().filter_map(data_of).flatten().any(Expression::depends_on_time);
         if !moving {
             this.steady_data = Some(this.diffusion_data(loops, 0.0));
         }
@@ -93,16 +104,21 @@ impl Polarity {
     }
 
     /// `κ² l_swip(q)` at time `t`   [6.25]
-    fn diffusion_data(&self, loops: &Integrator, t: f64) -> Vec<f64> {
+    pub fn diffusion_data(&self, loops: &Integrator, t: f64) -> Vec<f64> {
         if let Some(known) = &self.steady_data {
             return known.clone();
         }
-        if self.dirichlet == Faces::NONE {
-            return vec![0.0; self.space.dof_count()];
-        }
         let kappa2 = self.parameters.coherence.powi(2);
-        let form = kappa2 * swip::l_swip(&self.space, self.dirichlet, FORMULA_DEGREE, |s| self.data(s, t));
-        loops.vector(&form, &self.space)
+        let mut form = Linear::zero();
+        if self.dirichlet != Faces::NONE {
+            form = form + swip::l_swip(&self.space, self.dirichlet, FORMULA_DEGREE, |s| self.data(s, t));
+        }
+        if let Some((faces, exact)) = &self.slopes {
+            let exact = exact.at_time(t);
+            let slope = move |s: &FacePoint| exact.polarity_slope(s.minus.x, t, s.n);
+            form = form + swip::slope_load(&self.space, *faces, FORMULA_DEGREE, slope);
+        }
+        loops.vector(&(kappa2 * form), &self.space)
     }
 
     /// `∫ (|p|²−1) p·q + κ² [a_swip(p,q) − l_swip(q)] = (1/B)(L_h|q)` as a functional   [7.10]
@@ -126,6 +142,12 @@ impl Polarity {
         self.each_block(&self.mass_inverse, f)
     }
 
+    /// `M⁻¹` of one component on `cell`.
+    pub fn mass_inverse_of(&self, cell: usize) -> DMatrix<f64> {
+        let n = self.space.n;
+        DMatrix::from_row_slice(n, n, &self.mass_inverse[cell * n * n..(cell + 1) * n * n])
+    }
+
     /// `M x`.
     pub fn mass_times(&self, x: &[f64]) -> Vec<f64> {
         self.each_block(&self.mass, x)
@@ -147,18 +169,31 @@ impl Polarity {
     ///
     /// `w Pe (p|q) + Pe a_upw(p,q;v) − Pe [ω(p,q,v) + a δ(p,q,v)] + (|p*|²p|q) + κ² a_swip(p,q)`   [7.11c], [8.35]
     pub fn operator(&self, loops: &Integrator, w: f64, flow: &Field, last: &Field, out: &mut VectorBlocks) {
-        let (m, space) = (&self.parameters, &*self.space);
-        let alike = m.peclet * upwind::a_upw(space, flow, self.dirichlet)
+        let space = &*self.space;
+        let alike = self.parameters.peclet * upwind::a_upw(space, flow, self.dirichlet)
             + mass::weighted_mass(space, 2 * space.degree, |x| last.vector(&x.site).norm_squared());
-        let turning = match m.slip {
+        self.assemble(loops, w, &alike, out);
+        loops.add_cell_blocks(&self.turning_form(flow), space, space, &mut out.diagonal);
+    }
+
+    /// `−Pe [ω(p,q,v) + a δ(p,q,v)]`, trial p, test q   [7.11c]
+    fn turning_form<'a>(&self, flow: &'a Field) -> Bilinear<'a, Vector, Vector> {
+        let (m, space) = (&self.parameters, &*self.space);
+        match m.slip {
             0.0 => -m.peclet * polarity::rotation(space, flow),
             a => -m.peclet * polarity::objective(space, flow, a),
-        };
+        }
+    }
+
+    /// `w Pe (p|q) + κ² a_swip(p,q)` and a form that acts on both components alike.
+    fn assemble(&self, loops: &Integrator, w: f64, alike: &Bilinear<Scalar, Scalar>, out: &mut VectorBlocks) {
+        let space = &*self.space;
         let (n, size) = (space.n, space.n * space.n);
         let mut diagonal = self.diffusion.diagonal.clone();
-        diagonal.par_iter_mut().zip(&self.mass).for_each(|(a, mass)| *a += m.peclet * w * mass);
+        let scale = self.parameters.peclet * w;
+        diagonal.par_iter_mut().zip(&self.mass).for_each(|(a, mass)| *a += scale * mass);
         out.off.copy_from_slice(&self.diffusion.off);
-        loops.add_rows(&alike, space, &mut diagonal, &mut out.off);
+        loops.add_rows(alike, (space, space), &mut diagonal, &mut out.off);
         out.diagonal.par_chunks_mut(4 * size).zip(diagonal.par_chunks(size)).for_each(|(block, alike)| {
             block.fill(0.0);
             for (i, row) in alike.chunks_exact(n).enumerate() {
@@ -166,23 +201,57 @@ impl Polarity {
                 block[(n + i) * 2 * n + n..][..n].copy_from_slice(row);
             }
         });
-        loops.add_cell_blocks(&turning, space, space, &mut out.diagonal);
+    }
+
+    /// Derivative of `(1/B)(L_h|q)` along p: `∫ q·[(|p|²−1) I + 2 p⊗p]·φ + κ² a_swip(φ,q)`   [7.10]
+    pub fn molecular_tangent(&self, loops: &Integrator, p: &Field) -> VectorBlocks {
+        let mut out = self.empty_operator();
+        self.assemble(loops, 0.0, &Bilinear::zero(), &mut out);
+        let well = elastic::double_well_tangent(&self.space, p);
+        loops.add_cell_blocks(&well, &self.space, &self.space, &mut out.diagonal);
+        out
+    }
+
+    /// Derivative of the equation of one step along p, `w = α₀/Δt`; `well` is that of `(1/B)(L_h|q)`:
+    ///
+    /// `w Pe (φ|q) + Pe a_upw(φ,q;v) − Pe [ω(φ,q,v) + a δ(φ,q,v)] + (1/B)(L_h'φ|q)`   [7.11c]
+    pub fn tangent(&self, loops: &Integrator, w: f64, flow: &Field, well: &VectorBlocks) -> VectorBlocks {
+        let space = &*self.space;
+        let mut out = self.empty_operator();
+        let alike = self.parameters.peclet * upwind::a_upw(space, flow, self.dirichlet);
+        self.assemble(loops, w, &alike, &mut out);
+        loops.add_cell_blocks(&self.turning_form(flow), space, space, &mut out.diagonal);
+        // the diffusion is in both: the cell blocks of `well` less those of the diffusion are the double well's
+        let (n, size) = (space.n, space.n * space.n);
+        let blocks = out.diagonal.par_chunks_mut(4 * size).zip(well.diagonal.par_chunks(4 * size));
+        blocks.zip(self.diffusion.diagonal.par_chunks(size)).for_each(|((out, well), diffusion)| {
+            for (k, (out, well)) in out.iter_mut().zip(well).enumerate() {
+                let (i, j) = (k / (2 * n), k % (2 * n));
+                let alike = if i / n == j / n { diffusion[i % n * n + j % n] } else { 0.0 };
+                *out += well - alike;
+            }
+        });
+        out
+    }
+
+    /// `Pe a_upw(p,q;v) − Pe ∫_ΓDp (v·n)⊖ p_D·q − Pe [ω + a δ](p,q,v)` as a functional of q   [7.11c]
+    pub fn carried(&self, loops: &Integrator, flow: &Field, p: &Field, t: f64) -> Vec<f64> {
+        let m = &self.parameters;
+        let advection = upwind::advection(p, flow, self.dirichlet, |s| self.data(s, t));
+        loops.vector(&(m.peclet * advection - m.peclet * polarity::turning(p, flow, m.slip)), &self.space)
+    }
+
+    /// `Δ_h p = M⁻¹ [l_swip(q) − a_swip(p,q)]`, the discrete Laplacian   [7.2]
+    pub fn laplacian(&self, loops: &Integrator, p: &Field, t: f64) -> Field {
+        let mut r = self.diffusion_data(loops, t);
+        crate::solve::axpy(-1.0, &self.diffusion.times(&p.values), &mut r);
+        let kappa2 = self.parameters.coherence.powi(2);
+        Field::new(&self.space, self.mass_solve(&r).into_iter().map(|v| v / kappa2).collect())
     }
 
     /// Room for an operator.
     pub fn empty_operator(&self) -> VectorBlocks {
         VectorBlocks::zero(&self.neighbours, self.space.n)
-    }
-
-    /// `κ² l_swip(q) + (f_p|q)`: the inputs that do not depend on the flow   [7.11c]
-    pub fn inputs(&self, loops: &Integrator, source: Option<&[Expression; 2]>, t: f64) -> Vec<f64> {
-        let mut out = self.diffusion_data(loops, t);
-        if let Some([f, g]) = source {
-            let value = move |x: &CellPoint| Point::new(f.eval(x.site.x, t), g.eval(x.site.x, t));
-            let load = loops.vector(&mass::load(&self.space, FORMULA_DEGREE, value), &self.space);
-            out.iter_mut().zip(load).for_each(|(o, f)| *o += f);
-        }
-        out
     }
 
     /// `Pe ∫_ΓDp (v·n)⊖ p_D·q`: what the flow brings in   [7.11c]

@@ -15,16 +15,16 @@ use crate::mesh::{Curve, Point};
 use crate::solve::sparse::{Factored, Matrix};
 use crate::space::{Continuity, Field, Space, project};
 
-/// The field of two formulas at `t = 0`.
+/// The field of two formulas at time `t`.
 ///
 /// # Errors
 /// A formula that is not finite at a node.
-pub fn formulas(space: &Arc<Space>, [f, g]: &[Expression; 2]) -> Result<Field, ExpressionError> {
+pub fn formulas(space: &Arc<Space>, [f, g]: &[Expression; 2], t: f64) -> Result<Field, ExpressionError> {
     for x in space.node_positions() {
-        f.try_eval(x, 0.0)?;
-        g.try_eval(x, 0.0)?;
+        f.try_eval(x, t)?;
+        g.try_eval(x, t)?;
     }
-    Ok(project::interpolate_vector(space, |x| Point::new(f.eval(x, 0.0), g.eval(x, 0.0))))
+    Ok(project::interpolate_vector(space, |x| Point::new(f.eval(x, t), g.eval(x, t))))
 }
 
 /// The unit vector e₁, smoothed over the length `L` and laid around the obstacles: continuous `p₀` with

@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod history;
+pub mod plot;
 pub mod progress;
 pub mod pvd;
 pub mod vtk;

@@ -20,7 +20,7 @@ use crate::output::checkpoint::Saved;
 use crate::output::progress::{Progress, Status, Verbosity};
 use crate::scene::{Scene, SceneError};
 use crate::solve::SolveError;
-use crate::time::{March, MarchError, MarchSettings};
+use crate::time::{March, MarchError};
 
 use measures::Gauges;
 pub use setup::Setup;
@@ -42,6 +42,8 @@ pub enum RunError {
     Measure(#[from] MeasureError),
     #[error(transparent)]
     Solve(#[from] SolveError),
+    #[error(transparent)]
+    Momentum(#[from] MomentumError),
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error(
@@ -91,8 +93,6 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     let counts_before = crate::solve::sparse::counts();
     let saved = prepare_folder(scene, options)?;
     let setup = Setup::new(scene)?;
-    let formulas = |error| RunError::Formula { origin: scene.source().origin().into(), error: Box::new(error) };
-    let settings = MarchSettings { order: scene.time.order, control: scene.time.control, coupling: scene.coupling };
     let model = &setup.model;
     let resumed_at = saved.as_ref().map(|s| s.march.counts.steps);
     let mut march = match saved {
@@ -105,14 +105,9 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
                 let file = options.out.join("checkpoint.bin").display().to_string();
                 return Err(RunError::OtherProblem { file, key: "space".into() });
             }
-            March::resume(model, settings, saved.march)
+            March::resume(model, scene.march(), saved.march)
         }
-        None => {
-            model.check_formulas(0.0).map_err(formulas)?;
-            let start = setup.initial(scene)?;
-            March::start(model, settings, start)
-                .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?
-        }
+        None => setup.start(scene)?,
     };
     march.interrupt = options.interrupt;
     let mut gauges = Gauges::new(scene, &setup)?;

@@ -15,7 +15,7 @@ use crate::model::start;
 use crate::output::checkpoint::Saved;
 use crate::scene::{Initial, Measure, Scene, What};
 use crate::space::{Continuity, Field, Space, project};
-use crate::time::Checkpoint;
+use crate::time::{Checkpoint, March};
 
 /// All that is built before the first step.
 #[derive(Debug)]
@@ -83,6 +83,7 @@ impl Setup {
         let mesh = Arc::new(build_mesh(scene)?);
         scene.check_tags(&mesh.tags)?;
         check_measures(scene, &mesh)?;
+        check_exact(scene, &mesh)?;
         let description = describe(scene, &mesh);
         let model = Incompressible::new(&mesh, &description)
             .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
@@ -103,7 +104,14 @@ impl Setup {
                 start::aligned(&self.model.loops, space, &self.model.conditions, length)
                     .map_err(|e| RunError::Model { origin: origin(), error: Box::new(e) })
             }
-            Initial::Expressions(formulas) => start::formulas(space, formulas).map_err(|e| RunError::Formula {
+            Initial::Exact => {
+                let exact = scene.sources.exact.as_ref().expect("the scene was checked for exact fields");
+                start::formulas(space, exact.polarity(), 0.0).map_err(|e| RunError::Formula {
+                    origin: scene.source().place("exact.polarity").to_string(),
+                    error: Box::new(e),
+                })
+            }
+            Initial::Expressions(formulas) => start::formulas(space, formulas, 0.0).map_err(|e| RunError::Formula {
                 origin: scene.source().place("initial.polarity").to_string(),
                 error: Box::new(e),
             }),
@@ -115,6 +123,28 @@ impl Setup {
                 }),
             Initial::File(path) => from_checkpoint(space, path),
         }
+    }
+
+    /// The march of a scene at its start: from the initial polarity, or after b − 1 steps with the exact one.
+    ///
+    /// # Errors
+    /// As [`Setup::initial`]; a formula that is not finite.
+    pub fn start(&self, scene: &Scene) -> Result<March<'_>, RunError> {
+        let origin = || scene.source().origin().to_owned();
+        let model = |e| RunError::Model { origin: origin(), error: Box::new(e) };
+        let formula = |e| RunError::Formula { origin: origin(), error: Box::new(e) };
+        self.model.check_formulas(0.0).map_err(formula)?;
+        let settings = scene.march();
+        let Some(exact) = scene.sources.exact.as_ref().filter(|_| scene.time.exact_start) else {
+            return March::start(&self.model, settings, self.initial(scene)?).map_err(model);
+        };
+        let mut past = Vec::new();
+        let mut t = 0.0;
+        for step in 0..settings.order {
+            past.insert(0, (t, start::formulas(&self.model.polarity.space, exact.polarity(), t).map_err(formula)?));
+            t += settings.length(settings.control.step, step);
+        }
+        March::start_after(&self.model, settings, past).map_err(model)
     }
 
     /// Whether a saved state has the unknowns of this problem.
@@ -159,6 +189,32 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
     if asked && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { behind }));
+    }
+    Ok(())
+}
+
+/// Refuses exact fields that no sources can make a solution.
+///
+/// # Errors
+/// A velocity that is not solenoidal, or that runs through a slip boundary.
+pub fn check_exact(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
+    let Some(exact) = &scene.sources.exact else { return Ok(()) };
+    let place = || scene.source().place("exact.velocity").to_string();
+    for t in [0.0, 0.5 * scene.time.end, scene.time.end] {
+        for cell in 0..mesh.cells.len() {
+            let x = mesh.map(cell).at(Point::new(0.3, 0.25)).0;
+            let (value, scale) = (exact.divergence(x, t), exact.stretching(x, t));
+            if value.abs() > 1e-9 * scale.max(1e-9) {
+                return Err(RunError::Start {
+                    file: place(),
+                    what: format!(
+                        "`exact.velocity` has div v = {value:.3e} at x = {}, y = {}, t = {t}, and must have none",
+                        x.x, x.y
+                    ),
+                    hint: "take the derivatives of a stream function, v = (∂ψ/∂y, −∂ψ/∂x)".into(),
+                });
+            }
+        }
     }
     Ok(())
 }

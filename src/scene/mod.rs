@@ -20,9 +20,9 @@ use crate::model::expression::Expression;
 use crate::model::parameters::Term;
 use crate::model::{Conditions, Parameters, names};
 
-pub use crate::model::incompressible::Sources;
+pub use crate::model::Sources;
 pub use crate::model::momentum::SlipTreatment;
-pub use crate::time::{ControlSettings, CouplingSettings, Schedule};
+pub use crate::time::{ControlSettings, CouplingSettings, MarchSettings, Schedule};
 pub use error::{Place, SceneError};
 pub use output::{Axis, AxisLine, Cut, Field, Measure, Output, What};
 pub use source::SceneSource;
@@ -63,6 +63,8 @@ pub struct Space {
 pub enum Initial {
     /// [10.4–10.5]
     AlignedAroundDisc,
+    /// That of the exact fields.
+    Exact,
     /// `p(x, 0)`
     Expressions([Expression; 2]),
     /// [10.4.4]: at the nodes of a mesh of edge length `h_coarse` a uniform direction times a normal deviate of standard
@@ -80,6 +82,10 @@ pub struct Time {
     /// Steps and how they change.
     pub control: ControlSettings,
     pub end: f64,
+    /// Whether the first b − 1 steps take the exact polarity.
+    pub exact_start: bool,
+    /// Ratio in which successive steps alternate.
+    pub alternate: f64,
     /// `n_max`
     pub max_steps: Option<usize>,
     /// `δ_stop` on the total stationary residual.
@@ -154,6 +160,12 @@ impl Scene {
             .map_or(Ok(()), |tag| Err(SceneError::TagWithoutCondition { file, tag: tag.clone() }))
     }
 
+    /// How the scene is marched in time.
+    pub fn march(&self) -> MarchSettings {
+        let Time { order, control, alternate, .. } = self.time;
+        MarchSettings { order, control, alternate, coupling: self.coupling }
+    }
+
     /// Whether Π is determined only up to a constant and takes zero mean: no tag prescribes a normal stress.
     pub fn pressure_is_free(&self) -> bool {
         !self.boundary.values().any(|c| c.velocity.fixes_pressure())
@@ -161,9 +173,14 @@ impl Scene {
 
     /// The model's terms and the sources, on and off.
     pub fn terms(&self) -> Vec<Term> {
+        let exact = self.sources.exact.is_some();
         let source = |name, formula, given: bool| {
-            let reason = if given { "given in [source]" } else { "not given" }.to_owned();
-            Term { name, formula, on: given, reason }
+            let reason = match (given, exact) {
+                (true, _) => "given in [source]",
+                (false, true) => "from [exact]",
+                (false, false) => "not given",
+            };
+            Term { name, formula, on: given || exact, reason: reason.to_owned() }
         };
         let mut terms = self.parameters.terms();
         terms.push(source("force", "(f_v|w)", self.sources.force.is_some()));

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
 use toml_edit::{Document, DocumentMut};
 
 use super::edit;
@@ -67,6 +68,11 @@ impl SceneSource {
     /// # Errors
     /// A path that no scene has, with the keys that exist there; a value of the wrong type.
     pub fn set(&mut self, path: &str, value: &str) -> Result<(), SceneError> {
+        self.set_in::<SceneFile>(path, value)
+    }
+
+    /// [`set`](Self::set) for a text that is to become `T`.
+    pub(crate) fn set_in<T: DeserializeOwned>(&mut self, path: &str, value: &str) -> Result<(), SceneError> {
         let place = Box::new(Place::Set { file: self.origin.clone(), path: path.to_owned() });
         let mut next = self.clone();
         let keys: Vec<&str> = path.split('.').map(str::trim).collect();
@@ -78,7 +84,7 @@ impl SceneSource {
             hint: refusal.hint,
         })?;
         next.set.push(keys.join("."));
-        match next.file() {
+        match next.tables::<T>() {
             Err(found) if related(&found.0, &keys.join(".")) => Err(found.1),
             // other keys may still be set; the check reports what remains wrong
             Err(_) | Ok(_) => {
@@ -89,9 +95,9 @@ impl SceneSource {
     }
 
     /// The tables, with the overrides; an error comes with the key that it concerns.
-    pub(super) fn file(&self) -> Result<SceneFile, Box<(String, SceneError)>> {
+    pub(crate) fn tables<T: DeserializeOwned>(&self) -> Result<T, Box<(String, SceneError)>> {
         let text = self.document.to_string();
-        toml_edit::de::from_str::<SceneFile>(&text).map_err(|error| Box::new(translate::translate(self, &text, &error)))
+        toml_edit::de::from_str::<T>(&text).map_err(|error| Box::new(translate::translate(self, &text, &error)))
     }
 
     /// Where `key` was given: the override, the line, or the line of the nearest table around it.

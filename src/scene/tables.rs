@@ -29,6 +29,8 @@ pub struct SceneFile {
     pub initial: InitialTable,
     #[serde(default, skip_serializing_if = "SourceTable::is_empty")]
     pub source: SourceTable,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exact: Option<ExactTable>,
     pub time: TimeTable,
     #[serde(default)]
     pub coupling: CouplingTable,
@@ -136,6 +138,32 @@ impl SourceTable {
     }
 }
 
+/// `[exact]`: fields that solve the equations with the sources that follow from them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExactTable {
+    /// `v`, with `div v = 0`.
+    pub velocity: VectorFormula,
+    /// `Π`
+    pub pressure: Formula,
+    /// `p`
+    pub polarity: VectorFormula,
+    /// Where the data of natural boundary conditions come from (default `"exact"`).
+    #[serde(default)]
+    pub boundary: ExactBoundary,
+}
+
+/// `exact.boundary`
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExactBoundary {
+    /// `n·σ` (on slip its tangential part) and `∂p/∂n` are those of the exact fields.
+    #[default]
+    Exact,
+    /// They are what the scene says: zero, or the given traction.
+    Scene,
+}
+
 /// `[time]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -148,6 +176,12 @@ pub struct TimeTable {
     pub step_min: Option<f64>,
     /// End time.
     pub end: f64,
+    /// How a scheme of order b gets its first past values (default `"low-order"`).
+    #[serde(default)]
+    pub start: TimeStart,
+    /// Ratio in which successive steps alternate about `step` (default 1), to try the variable-step formulas.
+    #[serde(default = "default_alternate", skip_serializing_if = "is_one")]
+    pub alternate: f64,
     /// Most accepted steps `n_max` (default no limit).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<usize>,
@@ -162,6 +196,25 @@ pub struct TimeTable {
     pub growth_rate: f64,
     #[serde(default, skip_serializing_if = "StopTable::is_empty")]
     pub stop: StopTable,
+}
+
+/// `time.start`
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TimeStart {
+    /// Step n has order min(n, b).
+    #[default]
+    LowOrder,
+    /// The first b − 1 steps take the polarity of the exact fields.
+    Exact,
+}
+
+fn default_alternate() -> f64 {
+    1.0
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
 }
 
 fn default_growth() -> f64 {
@@ -223,7 +276,7 @@ impl StopTable {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CouplingTable {
-    /// `"fixed-point"` (default) or `"anderson"`.
+    /// `"fixed-point"` (default), `"anderson"` or `"newton"`.
     pub kind: CouplingName,
     /// `δ_fp`: converged when `e_k` is below (default 1e-8).
     pub tolerance: f64,
@@ -251,6 +304,7 @@ impl Default for CouplingTable {
 pub enum CouplingName {
     FixedPoint,
     Anderson,
+    Newton,
 }
 
 impl<'de> Deserialize<'de> for PolarityStart {

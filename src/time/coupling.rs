@@ -1,9 +1,9 @@
-//! One time step: velocity, pressure and polarity brought to agree by a fixed point, plain or accelerated [8.33–8.35].
+//! One time step: velocity, pressure and polarity brought to agree by a fixed point, plain or accelerated
+//! [8.33–8.35], or by Newton's method.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Phases;
-use super::bdf;
+use super::{Phases, bdf, newton};
 use crate::model::ExpressionError;
 use crate::model::incompressible::{Incompressible, State};
 use crate::model::momentum::MomentumError;
@@ -33,22 +33,16 @@ pub enum CouplingKind {
     FixedPoint,
     /// Anderson acceleration over up to `depth` differences.
     Anderson { depth: usize },
+    /// All fields together by Newton's method, see [`super::newton`].
+    Newton,
 }
 
 impl CouplingKind {
-    /// Depth of the acceleration; 0 is the plain iteration.
-    pub fn depth(self) -> usize {
-        match self {
-            CouplingKind::FixedPoint => 0,
-            CouplingKind::Anderson { depth } => depth,
-        }
-    }
-
     /// What to try when steps fail.
     pub fn hint(self) -> &'static str {
         match self {
-            CouplingKind::FixedPoint => "take a smaller `time.step`, `coupling.kind = \"anderson\"`, or a finer mesh",
-            CouplingKind::Anderson { .. } => {
+            CouplingKind::FixedPoint => "take a smaller `time.step`, `coupling.kind = \"newton\"`, or a finer mesh",
+            CouplingKind::Anderson { .. } | CouplingKind::Newton => {
                 "take a smaller `time.step`, a finer mesh, or milder parameters; check the start for very large values"
             }
         }
@@ -59,6 +53,7 @@ impl CouplingKind {
         match self {
             CouplingKind::FixedPoint => "fixed-point",
             CouplingKind::Anderson { .. } => "Anderson",
+            CouplingKind::Newton => "Newton",
         }
     }
 }
@@ -120,64 +115,83 @@ impl StepFailure {
     }
 }
 
-/// Solves the step to time `t`. `past` holds `(t_{n−i}, p^{n−i})`, newest first, as many as the order asks for; the
-/// iteration starts from `guess`.
-///
-/// Iteration k: `L_h` and the force from the last p; velocity and pressure from them; then the polarity, with `|p|²` and the
-/// `−p` term from the last iterate and everything else implicit   [8.33], [8.34], [8.35].
+/// One step to be solved: `past` holds `(t_{n−i}, p^{n−i})`, newest first, as many as the order asks for.
+#[derive(Debug, Clone, Copy)]
+pub struct Step<'a> {
+    pub model: &'a Incompressible,
+    pub t: f64,
+    pub past: &'a [(f64, &'a Field)],
+    /// Where iterations start.
+    pub guess: &'a State,
+    pub settings: &'a CouplingSettings,
+    /// Set from outside to give up.
+    pub interrupt: &'a AtomicBool,
+}
+
+impl Step<'_> {
+    /// `α₀/Δt`, and `Σ_{i≥1} α_i p^{n−i}/Δt`.
+    pub(super) fn differences(&self) -> (f64, Vec<f64>) {
+        let times: Vec<f64> = std::iter::once(self.t).chain(self.past.iter().map(|(t, _)| *t)).collect();
+        let weights = bdf::derivative_weights(&times);
+        let mut history = vec![0.0; self.guess.p.values.len()];
+        for (d, (_, p)) in weights[1..].iter().zip(self.past) {
+            crate::solve::axpy(*d, &p.values, &mut history);
+        }
+        (weights[0], history)
+    }
+
+    /// Gives up where the caller asks for it.
+    pub(super) fn check_interrupt(&self) -> Result<(), StepFailure> {
+        if self.interrupt.load(Ordering::Relaxed) { Err(StepFailure::Interrupted) } else { Ok(()) }
+    }
+}
+
+/// What a coupling keeps from one step to the next.
+#[derive(Debug, Default)]
+pub struct Memory {
+    pub newton: newton::Memory,
+}
+
+/// Solves a step by the coupling that the settings name.
 ///
 /// # Errors
 /// Too slow, diverged, a linear solve that failed, or a formula of the scene that is not finite at `t`.
-pub fn solve_step(
-    model: &Incompressible,
-    t: f64,
-    past: &[(f64, &Field)],
-    guess: &State,
-    settings: &CouplingSettings,
-    interrupt: &AtomicBool,
-    phases: &mut Phases,
-) -> Result<StepOutcome, StepFailure> {
-    iterate(model, t, past, guess, settings, interrupt, phases).map_err(|failure| match model.check_formulas(t) {
+pub fn solve_step(step: &Step, memory: &mut Memory, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
+    let solved = match step.settings.kind {
+        CouplingKind::FixedPoint => fixed_point(step, 0, phases),
+        CouplingKind::Anderson { depth } => fixed_point(step, depth, phases),
+        CouplingKind::Newton => newton::iterate(step, &mut memory.newton, phases),
+    };
+    solved.map_err(|failure| match step.model.check_formulas(step.t) {
         // a formula that is not finite shows first as a system that cannot be solved
         Err(formula) => StepFailure::Formula(formula),
         Ok(()) => failure,
     })
 }
 
-fn iterate(
-    model: &Incompressible,
-    t: f64,
-    past: &[(f64, &Field)],
-    guess: &State,
-    settings: &CouplingSettings,
-    interrupt: &AtomicBool,
-    phases: &mut Phases,
-) -> Result<StepOutcome, StepFailure> {
-    let times: Vec<f64> = std::iter::once(t).chain(past.iter().map(|(t, _)| *t)).collect();
-    let weights = bdf::derivative_weights(&times);
-    let mut history = vec![0.0; guess.p.values.len()];
-    for (d, (_, p)) in weights[1..].iter().zip(past) {
-        crate::solve::axpy(*d, &p.values, &mut history);
-    }
-    let mut fixed = model.polarity_inputs(t);
+/// Iteration k: `L_h` and the force from the last p; velocity and pressure from them; then the polarity, with `|p|²` and the
+/// `−p` term from the last iterate and everything else implicit   [8.33], [8.34], [8.35]; Anderson acceleration of depth `depth`.
+fn fixed_point(step: &Step, depth: usize, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
+    let Step { model, t, guess, settings, .. } = *step;
+    let inputs = phases.measure("inputs", || model.inputs(t))?;
+    let (weight, history) = step.differences();
+    let mut fixed = model.polarity_inputs(&inputs);
     let pe = model.parameters.peclet;
     for (f, h) in fixed.iter_mut().zip(model.polarity.mass_times(&history)) {
         *f -= pe * h;
     }
     let scheme = settings.kind.name();
-    let mut anderson = Anderson::new(settings.kind.depth());
+    let mut anderson = Anderson::new(depth);
     let mut state = guess.clone();
     let mut factors = None;
     let mut operator = model.polarity.empty_operator();
     let (mut first, mut linear_iterations) = (0.0, 0);
     for k in 1..=settings.max_iterations {
-        if interrupt.load(Ordering::Relaxed) {
-            return Err(StepFailure::Interrupted);
-        }
-        let force = phases.measure("force", || model.force(&state.p, t));
-        let (v, pi) = phases.measure("stokes", || model.flow_of(&force, t))?;
+        step.check_interrupt()?;
+        let force = phases.measure("force", || model.force(&state.p, &state.v, &inputs));
+        let (v, pi) = phases.measure("stokes", || model.flow_of(&force, &inputs))?;
         phases.measure("polarity assembly", || {
-            model.polarity.operator(&model.loops, weights[0], &v, &state.p, &mut operator);
+            model.polarity.operator(&model.loops, weight, &v, &state.p, &mut operator);
         });
         let mut b = phases.measure("polarity assembly", || model.polarity.inflow(&model.loops, &v, t));
         for ((b, f), p) in b.iter_mut().zip(&fixed).zip(model.polarity.mass_times(&state.p.values)) {
@@ -195,7 +209,7 @@ fn iterate(
         if k == 1 {
             first = increment;
         }
-        let rate = if increment > 0.0 { -(increment / first).log10() } else { f64::INFINITY };
+        let rate = rate(increment, first);
         let converged = increment < settings.tolerance;
         let late = k == settings.max_iterations && increment < settings.accept;
         // what is accepted is the image, whose increment was measured, never an extrapolation
@@ -206,7 +220,7 @@ fn iterate(
         }
         if converged || late {
             let mut rate_of_p = history;
-            crate::solve::axpy(weights[0], &state.p.values, &mut rate_of_p);
+            crate::solve::axpy(weight, &state.p.values, &mut rate_of_p);
             return Ok(StepOutcome {
                 state,
                 rate_of_p,
@@ -225,8 +239,13 @@ fn iterate(
     unreachable!("max_iterations is at least one")
 }
 
+/// `η_k = −log10(e_k/e_1)`
+pub(super) fn rate(increment: f64, first: f64) -> f64 {
+    if increment > 0.0 { -(increment / first).log10() } else { f64::INFINITY }
+}
+
 /// `e_k = (‖δv‖² + ‖δΠ‖² + ‖δp‖²)^½`   [9.1]
-fn increment(model: &Incompressible, last: &State, v: &Field, pi: &Field, p: &[f64]) -> f64 {
+pub(super) fn increment(model: &Incompressible, last: &State, v: &Field, pi: &Field, p: &[f64]) -> f64 {
     let minus = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     let dv = model.momentum.velocity_mass.quadratic(&minus(&v.values, &last.v.values));
     let dpi = model.momentum.pressure_mass.quadratic(&minus(&pi.values, &last.pi.values));

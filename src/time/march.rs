@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, ControlSettings};
-use super::coupling::{CouplingSettings, StepFailure, StepOutcome, solve_step};
+use super::coupling::{CouplingSettings, Memory, Step, StepFailure, StepOutcome, solve_step};
 use super::schedule::trim;
 use super::{Phases, bdf};
 use crate::model::incompressible::{Incompressible, Residuals, State};
@@ -18,7 +18,17 @@ pub struct MarchSettings {
     /// Order b of the BDF, 1 to 6; the start uses `b_n = min(n, b)`.
     pub order: usize,
     pub control: ControlSettings,
+    /// Ratio in which successive steps alternate about the step control's Δt; 1 for equal steps.
+    pub alternate: f64,
     pub coupling: CouplingSettings,
+}
+
+impl MarchSettings {
+    /// Δt of step `index` (from 0) where the step control has `step`.
+    pub fn length(&self, step: f64, index: usize) -> f64 {
+        let r = self.alternate;
+        step * if index.is_multiple_of(2) { 2.0 / (1.0 + r) } else { 2.0 * r / (1.0 + r) }
+    }
 }
 
 /// What one accepted step was.
@@ -96,6 +106,7 @@ pub struct March<'m> {
     control: Control,
     past: Vec<(f64, Field)>,
     rate_of_p: Vec<f64>,
+    memory: Memory,
 }
 
 impl<'m> March<'m> {
@@ -104,20 +115,37 @@ impl<'m> March<'m> {
     /// # Errors
     /// As [`Incompressible::flow`].
     pub fn start(model: &'m Incompressible, settings: MarchSettings, p: Field) -> Result<Self, MomentumError> {
-        let (v, pi) = model.flow(&p, 0.0)?;
+        Self::start_after(model, settings, vec![(0.0, p)])
+    }
+
+    /// Starts after known polarities `(t_i, p_i)`, newest first: all but the oldest count as steps.
+    ///
+    /// # Errors
+    /// As [`Incompressible::flow`].
+    ///
+    /// # Panics
+    /// Without a polarity.
+    pub fn start_after(
+        model: &'m Incompressible,
+        settings: MarchSettings,
+        past: Vec<(f64, Field)>,
+    ) -> Result<Self, MomentumError> {
+        let (t, p) = past.first().cloned().expect("at least one polarity");
+        let (v, pi) = model.flow(&p, t)?;
         let rate_of_p = vec![0.0; p.values.len()];
         Ok(Self {
             model,
             settings,
-            t: 0.0,
-            state: State { v, pi, p: p.clone() },
-            counts: Counts::default(),
+            t,
+            state: State { v, pi, p },
+            counts: Counts { steps: past.len() - 1, ..Counts::default() },
             phases: Phases::default(),
             quiet: 0,
             interrupt: &NEVER,
             control: Control::new(&settings.control),
-            past: vec![(0.0, p)],
+            past,
             rate_of_p,
+            memory: Memory::default(),
         })
     }
 
@@ -142,6 +170,7 @@ impl<'m> March<'m> {
             control: from.control.within(&settings.control),
             past,
             rate_of_p: from.rate_of_p,
+            memory: Memory::default(),
         }
     }
 
@@ -172,13 +201,21 @@ impl<'m> March<'m> {
         let step = self.counts.steps + 1;
         let (mut rejected, mut cap) = (0, f64::INFINITY);
         loop {
-            let dt = trim(self.t, self.control.step.min(cap), landing);
+            let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
             let lands = self.t + dt >= landing - 1e-9 * dt;
             let t = if lands { landing } else { self.t + dt };
             let order = self.order_for(dt);
             let past: Vec<(f64, &Field)> = self.past.iter().take(order).map(|(t, p)| (*t, p)).collect();
             let coupling = &self.settings.coupling;
-            match solve_step(self.model, t, &past, &self.state, coupling, self.interrupt, &mut self.phases) {
+            let attempt = Step {
+                model: self.model,
+                t,
+                past: &past,
+                guess: &self.state,
+                settings: coupling,
+                interrupt: self.interrupt,
+            };
+            match solve_step(&attempt, &mut self.memory, &mut self.phases) {
                 Ok(outcome) => return Ok(self.accept(outcome, t, order, rejected)),
                 Err(StepFailure::Interrupted) => return Err(MarchError::Interrupted { step, t: self.t }),
                 Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
@@ -243,7 +280,7 @@ impl<'m> March<'m> {
     ///
     /// # Errors
     /// As [`Incompressible::residuals`].
-    pub fn residuals(&mut self) -> Result<Residuals, crate::solve::SolveError> {
+    pub fn residuals(&mut self) -> Result<Residuals, MomentumError> {
         let (model, state, t) = (self.model, &self.state, self.t);
         self.phases.measure("residuals", || model.residuals(state, t))
     }

@@ -4,11 +4,12 @@ pub mod bdf;
 pub mod control;
 pub mod coupling;
 pub mod march;
+pub mod newton;
 pub mod phases;
 pub mod schedule;
 
 pub use control::{Control, ControlSettings};
 pub use coupling::{CouplingKind, CouplingSettings, StepFailure, StepOutcome};
-pub use march::{Checkpoint, March, MarchError, MarchSettings, StepReport};
+pub use march::{Checkpoint, Counts, March, MarchError, MarchSettings, StepReport};
 pub use phases::Phases;
 pub use schedule::Schedule;

@@ -2,10 +2,12 @@
 
 mod common;
 mod element;
+mod energy;
 mod form;
 mod measure;
 mod mesh_generate;
 mod model;
+mod newton;
 mod solve;
 mod space;
 mod start;

@@ -3,9 +3,11 @@ use std::sync::Arc;
 use crate::common::*;
 use monolayer::form::{Faces, elastic, polarity, upwind};
 use monolayer::mesh::{Mesh, Point};
-use monolayer::model::incompressible::{Degrees, Description, Incompressible, Sources, State};
+use monolayer::model::incompressible::{Degrees, Description, Incompressible, State};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
-use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{
+    Conditions, ElasticForce, Expression, Parameters, PolarityCondition, Sources, VelocityCondition,
+};
 use monolayer::solve::sparse::Matrix;
 use monolayer::space::{Field, project};
 use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, March, MarchSettings};
@@ -19,6 +21,7 @@ pub const PARAMETERS: Parameters = Parameters {
     coherence: 0.3,
     elasticity: 0.6,
     slip: 0.8,
+    elastic_force: ElasticForce::Stress,
 };
 
 pub fn formula(text: &str) -> Expression {
@@ -43,6 +46,7 @@ pub fn settings(step: f64, order: usize) -> MarchSettings {
     MarchSettings {
         order,
         control: ControlSettings::new(step, 1e-9),
+        alternate: 1.0,
         coupling: CouplingSettings {
             tolerance: 1e-11,
             accept: 1e-10,
@@ -163,7 +167,8 @@ fn without_elasticity_the_force_is_friction_traction_and_active_stress_alone() {
         let d = (g + g.transpose()) * 0.5;
         parameters.traction * p.dot(&w) + parameters.active_stress * p.dot(&(d * p))
     });
-    close(dot(&model.force(&p, 0.0), &w.values), direct, direct.abs().max(1.0), 1e-12);
+    let (rest, inputs) = (model.zero().v, model.inputs(0.0).unwrap());
+    close(dot(&model.force(&p, &rest, &inputs), &w.values), direct, direct.abs().max(1.0), 1e-12);
     assert_eq!(model.free_energy(&p, 0.0), 0.0);
 }
 
@@ -238,7 +243,8 @@ fn a_polynomial_flow_is_reproduced() {
             + (pi.scalar(&x.site) - (at.x - 0.5)).powi(2)
     });
     assert!(error.sqrt() < 1e-12, "{error}");
-    let residuals = model.momentum.residual_norms(&model.force(&model.zero().p, 0.0), &v.values, &pi.values).unwrap();
+    let force = model.force(&model.zero().p, &v, &model.inputs(0.0).unwrap());
+    let residuals = model.momentum.residual_norms(&force, &v.values, &pi.values).unwrap();
     assert!(residuals.iter().all(|r| *r < 1e-10), "{residuals:?}");
 }
 

@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use monolayer::mesh::Point;
 use monolayer::mesh::generate::MeshScene;
-use monolayer::model::incompressible::{Degrees, Description, Incompressible, Sources};
+use monolayer::model::incompressible::{Degrees, Description, Incompressible};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{
+    Conditions, ElasticForce, Expression, Parameters, PolarityCondition, Sources, VelocityCondition,
+};
 
 use super::slope;
 
@@ -31,6 +33,7 @@ fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
             coherence: 1.0,
             elasticity: 0.0,
             slip: 1.0,
+            elastic_force: ElasticForce::Stress,
         },
         degrees: Degrees { velocity: 2, pressure: 1, polarity: 1 },
         conditions: mesh
@@ -40,7 +43,7 @@ fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
             .collect(),
         sources: Sources {
             force: Some([formula(format!("-y*{force}")), formula(format!("x*{force}"))]),
-            polarity: None,
+            ..Sources::default()
         },
         slip,
     };

@@ -7,6 +7,8 @@
 
 mod formula;
 mod parse;
+mod series;
+mod taylor;
 mod tree;
 
 use std::fmt;
@@ -15,6 +17,8 @@ use std::sync::Arc;
 use crate::mesh::Point;
 
 pub use formula::{Formula, VectorFormula, parse_vector};
+use series::Series;
+pub use taylor::Taylor;
 use tree::{Tree, Variable};
 
 /// What can be wrong with a formula.
@@ -59,6 +63,12 @@ impl Expression {
         self.tree.eval([x.x, x.y, t])
     }
 
+    /// The formula's Taylor series in `(x, y)` about the point `x` at the time `t`, up to degree 3. Its value is that of
+    /// [`eval`](Self::eval), bit for bit; a function with a corner or a jump counts as the branch taken at the point.
+    pub fn taylor(&self, x: Point, t: f64) -> Taylor {
+        self.tree.eval::<Series>([x.x, x.y, t]).into()
+    }
+
     /// Like [`eval`](Self::eval).
     ///
     /// # Errors
@@ -86,6 +96,11 @@ impl Expression {
             known: "x, y, t".to_owned(),
         })?;
         Ok(Self { text: format!("∂({})/∂{variable}", self.text), tree: Arc::new(self.tree.diff(by)) })
+    }
+
+    /// The formula at the time `t`: what depends on the time alone is computed now, once.
+    pub fn at_time(&self, t: f64) -> Self {
+        Self { text: self.text.clone(), tree: Arc::new(self.tree.bind(Variable::T, t)) }
     }
 
     /// The text that was parsed; `∂(…)/∂x` for a derivative.

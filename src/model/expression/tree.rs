@@ -1,4 +1,4 @@
-//! The syntax tree of a formula: values and derivatives.
+//! The syntax tree of a formula: its value in any arithmetic, its derivatives.
 
 /// What a formula may depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,8 +59,34 @@ pub(super) enum Tree {
     If(Box<[Tree; 3]>),
 }
 
+/// What a tree can be evaluated in: plain numbers, or series.
+pub(super) trait Arithmetic {
+    fn number(value: f64) -> Self;
+    fn variable(variable: Variable, value: f64) -> Self;
+    fn unary(f: Unary, a: Self) -> Self;
+    fn binary(f: Binary, a: Self, b: Self) -> Self;
+}
+
+impl Arithmetic for f64 {
+    fn number(value: f64) -> Self {
+        value
+    }
+
+    fn variable(_: Variable, value: f64) -> Self {
+        value
+    }
+
+    fn unary(f: Unary, a: Self) -> Self {
+        f.apply(a)
+    }
+
+    fn binary(f: Binary, a: Self, b: Self) -> Self {
+        f.apply(a, b)
+    }
+}
+
 impl Unary {
-    fn apply(self, a: f64) -> f64 {
+    pub(super) fn apply(self, a: f64) -> f64 {
         match self {
             Unary::Minus => -a,
             Unary::Sin => a.sin(),
@@ -111,7 +137,7 @@ impl Unary {
 }
 
 impl Binary {
-    fn apply(self, a: f64, b: f64) -> f64 {
+    pub(super) fn apply(self, a: f64, b: f64) -> f64 {
         let truth = |c: bool| keep_nan(a, keep_nan(b, f64::from(u8::from(c))));
         match self {
             Binary::Add => a + b,
@@ -170,19 +196,34 @@ fn diff_power(a: Tree, b: Tree, da: Tree, db: Tree) -> Tree {
 }
 
 impl Tree {
-    pub(super) fn eval(&self, at: [f64; 3]) -> f64 {
+    /// The value at `x, y, t = at`.
+    pub(super) fn eval<A: Arithmetic>(&self, at: [f64; 3]) -> A {
         match self {
-            Tree::Number(value) => *value,
-            Tree::Variable(v) => at[*v as usize],
-            Tree::Unary(f, a) => f.apply(a.eval(at)),
-            Tree::Binary(f, a, b) => f.apply(a.eval(at), b.eval(at)),
+            Tree::Number(value) => A::number(*value),
+            Tree::Variable(v) => A::variable(*v, at[*v as usize]),
+            Tree::Unary(f, a) => A::unary(*f, a.eval(at)),
+            Tree::Binary(f, a, b) => A::binary(*f, a.eval(at), b.eval(at)),
             Tree::If(parts) => {
                 let [condition, yes, no] = &**parts;
-                let c = condition.eval(at);
+                let c = condition.eval::<f64>(at);
                 if c.is_nan() {
-                    return c;
+                    return A::number(c);
                 }
                 if c != 0.0 { yes.eval(at) } else { no.eval(at) }
+            }
+        }
+    }
+
+    /// The tree with `value` for `variable`, and what has become constant computed.
+    pub(super) fn bind(&self, variable: Variable, value: f64) -> Tree {
+        match self {
+            Tree::Variable(v) if *v == variable => number(value),
+            Tree::Number(_) | Tree::Variable(_) => self.clone(),
+            Tree::Unary(f, a) => unary(*f, a.bind(variable, value)),
+            Tree::Binary(f, a, b) => binary(*f, a.bind(variable, value), b.bind(variable, value)),
+            Tree::If(parts) => {
+                let [condition, yes, no] = parts.each_ref().map(|part| part.bind(variable, value));
+                choose(condition, yes, no)
             }
         }
     }

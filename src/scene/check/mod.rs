@@ -5,27 +5,31 @@ mod outputs;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::error::SceneError;
-use super::tables::{CouplingName, PolarityStart, SceneFile, SlipName, SpaceTable, StartTable};
+use super::tables::{
+    CouplingName, ExactBoundary, PolarityStart, SceneFile, SlipName, SpaceTable, StartTable, TimeStart,
+};
 use super::{ControlSettings, CouplingSettings, Initial, Scene, SceneSource, SlipTreatment, Sources, Space, Time};
 use crate::element::MAX_DEGREE;
 use crate::mesh::generate::MeshScene;
-use crate::model::expression::{Expression, VectorFormula, parse_vector};
-use crate::model::{Conditions, ModelError, Parameters, VelocityCondition, names};
+use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
+use crate::model::{Conditions, Exact, ModelError, Parameters, VelocityCondition, names};
 use crate::time::CouplingKind;
 
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
-    let mut file = source.file().map_err(|found| found.1)?;
+    let mut file = source.tables::<SceneFile>().map_err(|found| found.1)?;
     let checker = Checker { source: &source };
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
     checker.mesh(&mut file)?;
     let space = checker.space(&mut file.space)?;
-    let boundary = checker.boundary(&mut file, &parameters)?;
-    let initial = checker.initial(&mut file.initial.polarity, &parameters)?;
     let sources = checker.sources(&file, &parameters)?;
+    let exact = sources.exact.as_deref();
+    let boundary = checker.boundary(&mut file, &parameters, exact)?;
+    let initial = checker.initial(&mut file.initial.polarity, &parameters, exact)?;
     let time = checker.time(&mut file, &parameters)?;
     let coupling = checker.coupling(&mut file)?;
     let outputs = checker.outputs(&file.output, &parameters)?;
@@ -79,6 +83,13 @@ impl Checker<'_> {
     fn vector(&self, key: &str, formulas: &VectorFormula, p: &Parameters) -> Result<[Expression; 2], SceneError> {
         let parsed = parse_vector(formulas, &p.symbols());
         parsed.map_err(|error| {
+            let error = ModelError::of_expression(key, &error);
+            self.error(key, error.value, &error.rule, &error.hint)
+        })
+    }
+
+    fn formula(&self, key: &str, formula: &Formula, p: &Parameters) -> Result<Expression, SceneError> {
+        formula.parse(&p.symbols()).map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
         })
@@ -161,11 +172,16 @@ impl Checker<'_> {
         Ok(Space { velocity, pressure, polarity, slip })
     }
 
-    fn boundary(&self, file: &mut SceneFile, p: &Parameters) -> Result<BTreeMap<String, Conditions>, SceneError> {
+    fn boundary(
+        &self,
+        file: &mut SceneFile,
+        p: &Parameters,
+        exact: Option<&Exact>,
+    ) -> Result<BTreeMap<String, Conditions>, SceneError> {
         let mut checked = BTreeMap::new();
         for (tag, table) in &mut file.boundary {
             let conditions =
-                table.check(&p.symbols()).map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
+                table.check(&p.symbols(), exact).map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
             *table = table.resolved();
             checked.insert(tag.clone(), conditions);
         }
@@ -180,16 +196,21 @@ impl Checker<'_> {
         Ok(checked)
     }
 
-    fn initial(&self, start: &mut PolarityStart, p: &Parameters) -> Result<Initial, SceneError> {
+    fn initial(&self, start: &mut PolarityStart, p: &Parameters, exact: Option<&Exact>) -> Result<Initial, SceneError> {
         const KEY: &str = "initial.polarity";
         match start {
             PolarityStart::Name(name) if name == "aligned-around-disc" => Ok(Initial::AlignedAroundDisc),
+            PolarityStart::Name(name) if name == "exact" => {
+                let given = "add a table [exact] with velocity, pressure and polarity";
+                self.require(exact.is_some(), KEY, "\"exact\"", "the scene has no exact fields", given)?;
+                Ok(Initial::Exact)
+            }
             PolarityStart::Name(name) => {
                 let near = match name.as_str() {
                     "random" | "file" => String::new(),
-                    other => names::did_you_mean(other, &["aligned-around-disc", "random", "file"]),
+                    other => names::did_you_mean(other, &["aligned-around-disc", "exact", "random", "file"]),
                 };
-                let hint = "the choices are \"aligned-around-disc\", [\"p_1\", \"p_2\"], { random = { seed = 1 } }, \
+                let hint = "the choices are \"aligned-around-disc\", \"exact\", [\"p_1\", \"p_2\"], { random = { seed = 1 } }, \
                             { file = \"…\" }";
                 Err(self.error(KEY, format!("\"{name}\""), &format!("no such initial polarity{near}"), hint))
             }
@@ -216,7 +237,19 @@ impl Checker<'_> {
             formulas.as_ref().map(|formulas| self.vector(key, formulas, p)).transpose()
         };
         let force = parse("source.force", &file.source.force)?;
-        Ok(Sources { force, polarity: parse("source.polarity", &file.source.polarity)? })
+        let polarity = parse("source.polarity", &file.source.polarity)?;
+        let Some(table) = &file.exact else {
+            return Ok(Sources { force, polarity, ..Sources::default() });
+        };
+        let velocity = self.vector("exact.velocity", &table.velocity, p)?;
+        let pressure = self.formula("exact.pressure", &table.pressure, p)?;
+        let exact = Exact::new(velocity, pressure, self.vector("exact.polarity", &table.polarity, p)?)
+            .map_err(|error| self.model("exact", ModelError::of_expression("polarity", &error)))?;
+        let exact_boundary = match table.boundary {
+            ExactBoundary::Exact => true,
+            ExactBoundary::Scene => false,
+        };
+        Ok(Sources { force, polarity, exact: Some(Arc::new(exact)), exact_boundary })
     }
 
     fn time(&self, file: &mut SceneFile, p: &Parameters) -> Result<Time, SceneError> {
@@ -250,11 +283,20 @@ impl Checker<'_> {
             let rule = "with elasticity = 0 the free energy is zero, so the run would end at once";
             return Err(self.error("time.stop.energy_rate", shown(value), rule, "use time.stop.residual"));
         }
+        let (exact_start, given) = (table.start == TimeStart::Exact, file.exact.is_some());
+        let hint = "add a table [exact] with velocity, pressure and polarity";
+        self.require(!exact_start || given, "time.start", "\"exact\"", "the scene has no exact fields", hint)?;
+        let alternate = table.alternate;
+        let rule = "must lie between 1 and 5: beyond, a step takes a lower order";
+        let hint = "1 keeps the steps equal; 2 makes every other step twice as long";
+        self.require((1.0..=5.0).contains(&alternate), "time.alternate", alternate, rule, hint)?;
         let (growth, growth_wait, growth_rate) = (table.growth, table.growth_wait, table.growth_rate);
         Ok(Time {
             order: table.scheme.order(),
             control: ControlSettings { step, step_min, growth, growth_wait, growth_rate },
             end,
+            exact_start,
+            alternate,
             max_steps: table.max_steps,
             stop_residual,
             stop_energy_rate,
@@ -276,6 +318,7 @@ impl Checker<'_> {
         let kind = match table.kind {
             CouplingName::FixedPoint => CouplingKind::FixedPoint,
             CouplingName::Anderson => CouplingKind::Anderson { depth },
+            CouplingName::Newton => CouplingKind::Newton,
         };
         Ok(CouplingSettings { kind, tolerance, accept, diverged: table.diverged, max_iterations: most })
     }

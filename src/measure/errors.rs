@@ -1,0 +1,158 @@
+//! Distance of a state from exact fields, in space; sums and maxima over time make the norms of [9.12].
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::form::power::energy_density;
+use crate::mesh::Point;
+use crate::model::incompressible::{Incompressible, State};
+use crate::model::{ElasticForce, Exact};
+
+/// A field whose error is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ErrorField {
+    /// `v`
+    Velocity,
+    /// `Π` less its mean, where only differences of pressure count.
+    Pressure,
+    /// `p`
+    Polarity,
+    /// `Δ_h p`
+    Laplacian,
+}
+
+impl ErrorField {
+    pub const ALL: [ErrorField; 4] =
+        [ErrorField::Velocity, ErrorField::Pressure, ErrorField::Polarity, ErrorField::Laplacian];
+
+    /// As in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            ErrorField::Velocity => "velocity",
+            ErrorField::Pressure => "pressure",
+            ErrorField::Polarity => "polarity",
+            ErrorField::Laplacian => "laplacian",
+        }
+    }
+
+    /// As in plots.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            ErrorField::Velocity => "v",
+            ErrorField::Pressure => "Π",
+            ErrorField::Polarity => "p",
+            ErrorField::Laplacian => "Δ_h p",
+        }
+    }
+}
+
+/// A norm in time and space   [9.12]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Norm {
+    /// `(Σ_n Δt_n ‖e^n‖²)^½` with the norm of L².
+    #[serde(rename = "L2(L2)")]
+    Square,
+    /// `max_n max_x |e^n(x)|` over the quadrature points.
+    #[serde(rename = "Linf(Linf)")]
+    Largest,
+}
+
+impl Norm {
+    pub const ALL: [Norm; 2] = [Norm::Square, Norm::Largest];
+
+    /// As in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Norm::Square => "L2(L2)",
+            Norm::Largest => "Linf(Linf)",
+        }
+    }
+
+    /// As in plots.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Norm::Square => "L²(L²)",
+            Norm::Largest => "L^∞(L^∞)",
+        }
+    }
+}
+
+/// Squared L² norms and maxima of the four errors at one time, in the order of [`ErrorField::ALL`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Errors {
+    pub squares: [f64; 4],
+    pub largest: [f64; 4],
+}
+
+/// Errors of `state` against `exact` at time `t`, by quadrature of degree `2q + 2`, q the polarity's degree.
+pub fn errors(model: &Incompressible, exact: &Exact, state: &State, t: f64) -> Errors {
+    let exact = exact.at_time(t);
+    let laplacian = model.polarity.laplacian(&model.loops, &state.p, t);
+    let (m, closed) = (&model.parameters, model.momentum.is_closed());
+    let shifted = m.elastic_force == ElasticForce::Energy && m.elasticity != 0.0;
+    let degree = 2 * state.p.space.degree + 2;
+    let at = |x: &crate::form::CellPoint| {
+        let values = exact.at(x.site.x, t);
+        let shift = if shifted { m.elasticity * energy_density(&state.p, &x.site, m.coherence) } else { 0.0 };
+        let vectors: [Point; 3] = [
+            state.v.vector(&x.site) - values.velocity,
+            state.p.vector(&x.site) - values.polarity,
+            laplacian.vector(&x.site) - values.polarity_laplacian,
+        ];
+        (vectors, state.pi.scalar(&x.site) - shift - values.pressure)
+    };
+    let mean = if closed { model.loops.sum(degree, |x| at(x).1) / model.area } else { 0.0 };
+    let parts: Vec<Errors> = (0..model.loops.mesh.cells.len())
+        .into_par_iter()
+        .map(|cell| {
+            let mut part = Errors::default();
+            model.loops.each_cell_point(cell, degree, &mut |x| {
+                let (vectors, pressure) = at(x);
+                let sizes = [vectors[0].norm(), (pressure - mean).abs(), vectors[1].norm(), vectors[2].norm()];
+                for (k, size) in sizes.into_iter().enumerate() {
+                    part.squares[k] += x.weight * size * size;
+                    part.largest[k] = larger(part.largest[k], size);
+                }
+            });
+            part
+        })
+        .collect();
+    parts.into_iter().fold(Errors::default(), |mut total, part| {
+        for k in 0..4 {
+            total.squares[k] += part.squares[k];
+            total.largest[k] = larger(total.largest[k], part.largest[k]);
+        }
+        total
+    })
+}
+
+/// Sums and maxima over the steps of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct History {
+    total: Errors,
+}
+
+impl History {
+    /// Adds the errors at the end of a step of length `dt`.
+    pub fn add(&mut self, errors: &Errors, dt: f64) {
+        for k in 0..4 {
+            self.total.squares[k] += dt * errors.squares[k];
+            self.total.largest[k] = larger(self.total.largest[k], errors.largest[k]);
+        }
+    }
+
+    /// The error of a field in a norm   [9.12]
+    pub fn error(&self, field: ErrorField, norm: Norm) -> f64 {
+        let k = field as usize;
+        match norm {
+            Norm::Square => self.total.squares[k].sqrt(),
+            Norm::Largest => self.total.largest[k],
+        }
+    }
+}
+
+/// The larger of two numbers, NaN if one is.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}

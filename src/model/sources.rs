@@ -1,0 +1,68 @@
+//! What acts on the tissue from outside: given forces, or those that make given fields exact.
+
+use std::sync::Arc;
+
+use super::expression::Expression;
+use super::manufactured::Exact;
+use super::parameters::Parameters;
+use crate::mesh::Point;
+
+/// Sources `f_v` and `f_p`; zero in a physical scene.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sources {
+    /// `f_v`; without it, that of the exact fields if there are any.
+    pub force: Option<[Expression; 2]>,
+    /// `f_p`; without it, that of the exact fields if there are any.
+    pub polarity: Option<[Expression; 2]>,
+    /// Fields that solve the equations with the sources that they make.
+    pub exact: Option<Arc<Exact>>,
+    /// Whether the exact fields give the data of natural boundary conditions, too.
+    pub exact_boundary: bool,
+}
+
+impl Sources {
+    /// Whether there is an `f_v`.
+    pub fn has_force(&self) -> bool {
+        self.force.is_some() || self.exact.is_some()
+    }
+
+    /// Whether there is an `f_p`.
+    pub fn has_polarity(&self) -> bool {
+        self.polarity.is_some() || self.exact.is_some()
+    }
+
+    /// The same for use at the time `t` alone: what depends on time only is computed now.
+    #[must_use]
+    pub fn at_time(&self, t: f64) -> Self {
+        Self { exact: self.exact.as_ref().map(|exact| Arc::new(exact.at_time(t))), ..self.clone() }
+    }
+
+    /// `f_v(x, t)`
+    pub fn force(&self, parameters: &Parameters, x: Point, t: f64) -> Point {
+        match (&self.force, &self.exact) {
+            (Some([f, g]), _) => Point::new(f.eval(x, t), g.eval(x, t)),
+            (None, Some(exact)) => exact.force(parameters, x, t),
+            (None, None) => Point::zeros(),
+        }
+    }
+
+    /// `f_p(x, t)`
+    pub fn polarity(&self, parameters: &Parameters, x: Point, t: f64) -> Point {
+        match (&self.polarity, &self.exact) {
+            (Some([f, g]), _) => Point::new(f.eval(x, t), g.eval(x, t)),
+            (None, Some(exact)) => exact.polarity_source(parameters, x, t),
+            (None, None) => Point::zeros(),
+        }
+    }
+
+    /// The exact fields, where they give the boundary data.
+    pub fn boundary(&self) -> Option<&Arc<Exact>> {
+        self.exact.as_ref().filter(|_| self.exact_boundary)
+    }
+
+    /// All formulas in pairs, to be checked where they are used.
+    pub fn formulas(&self) -> impl Iterator<Item = &[Expression; 2]> {
+        let exact = self.exact.iter().flat_map(|e| [e.velocity(), e.polarity()]);
+        self.force.iter().chain(&self.polarity).chain(exact)
+    }
+}

@@ -1,0 +1,210 @@
+//! The derivative of one step's equations [7.11] at a state: what Newton's method solves with.
+//!
+//! ```text
+//! R_v = K v + G Π − F(p),   R_Π = Gᵀ v,   R_p = Pe ∂_t p + Pe [a_upw − ω − a δ](p;v) + (1/B) L_h(p) − inputs
+//! ```
+//! The molecular field `L_h = B M⁻¹ Λ(p)` is eliminated cell by cell, so that
+//! `F′ = F_p + F_L M⁻¹ Λ′` couples a cell's velocities to the polarity of its neighbours. With the velocity eliminated, too
+//! (the Stokes problem is linear and factorised), the polarity alone remains: `R_p′ = J_pp + D S⁻¹ F′`.
+
+use rayon::prelude::*;
+
+use super::incompressible::{Incompressible, State};
+use super::momentum::MomentumError;
+use super::parameters::ElasticForce;
+use crate::form::power::{self, Power};
+use crate::form::words::Vector;
+use crate::form::{Bilinear, FacePoint, elastic, mass, polarity, upwind};
+use crate::solve::blocks::{NONE, VectorBlocks};
+use crate::space::Field;
+
+/// Dense blocks with velocity rows: of the cell's own polarity, and of its three neighbours' (none for purely local forms).
+#[derive(Debug, Clone)]
+pub struct ForceRows {
+    pub own: Vec<f64>,
+    pub off: Vec<f64>,
+}
+
+/// How the force depends on the polarity at a state, `F_p`, and on the molecular field over B, `F_L`.
+#[derive(Debug, Clone)]
+pub struct ForceTangent {
+    /// `2n_v × 2n_p` per cell.
+    pub by_polarity: ForceRows,
+    /// Only with elasticity.
+    pub by_field: Option<ForceRows>,
+}
+
+/// The derivative of the equations of one step.
+#[derive(Debug)]
+pub struct Tangent<'m> {
+    pub model: &'m Incompressible,
+    state: &'m State,
+    t: f64,
+    /// `J_pp`
+    pub operator: VectorBlocks,
+    /// `Λ′`, the derivative of `(1/B)(L_h|q)`.
+    pub molecular: VectorBlocks,
+    pub force: ForceTangent,
+    /// `D`: the derivative of `R_p` along v, `2n_p × 2n_v` per cell.
+    pub drag: Vec<f64>,
+}
+
+impl<'m> Tangent<'m> {
+    /// Linearises at `state` and time `t`; `w = α₀/Δt` is the weight of the new polarity in the time derivative (0 for the
+    /// stationary equations).
+    pub fn new(model: &'m Incompressible, state: &'m State, w: f64, t: f64) -> Self {
+        let (loops, p) = (&model.loops, &state.p);
+        let molecular = model.polarity.molecular_tangent(loops, p);
+        let operator = model.polarity.tangent(loops, w, &state.v, &molecular);
+        let l = model.molecular(p, t);
+        let force = ForceTangent::new(model, state, l.as_ref(), model.parameters.elastic_force, t);
+        let data = |s: &FacePoint| model.polarity.data(s, t);
+        let (pe, a) = (model.parameters.peclet, model.parameters.slip);
+        let velocity = &*model.momentum.velocity;
+        let form = pe * upwind::advection_by_flow(p, &state.v, model.polarity.dirichlet, data)
+            - pe * polarity::turning_by_flow(velocity, p, a);
+        let mut drag = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count() * p.space.cell_dof_count()];
+        loops.add_own_rows(&form, (velocity, &p.space), &mut drag);
+        Self { model, state, t, operator, molecular, force, drag }
+    }
+
+    /// `F′` with the elastic force that only couples a cell with itself.
+    pub fn local_force(&self) -> ForceTangent {
+        let l = self.model.molecular(&self.state.p, self.t);
+        ForceTangent::new(self.model, self.state, l.as_ref(), ElasticForce::Stress, self.t)
+    }
+
+    /// `F′ φ`, a functional on the velocity space.
+    pub fn force_of(&self, phi: &[f64]) -> Vec<f64> {
+        let mut out = self.times_force(&self.force.by_polarity, phi);
+        if let Some(rows) = &self.force.by_field {
+            let mut well = vec![0.0; phi.len()];
+            self.molecular.times(phi, &mut well);
+            let lambda = self.model.polarity.mass_solve(&well);
+            crate::solve::axpy(1.0, &self.times_force(rows, &lambda), &mut out);
+        }
+        out
+    }
+
+    /// Velocity and pressure that follow from the change φ of the polarity: `S⁻¹ F′ φ`.
+    ///
+    /// # Errors
+    /// As [`super::momentum::Momentum::solve`].
+    pub fn flow_of(&self, phi: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
+        let momentum = &self.model.momentum;
+        momentum.solve(&self.force_of(phi), &vec![0.0; momentum.velocity.dof_count()])
+    }
+
+    /// `y = (J_pp + D S⁻¹ F′) φ`: the derivative of the polarity's equation with the flow eliminated.
+    ///
+    /// # Errors
+    /// As [`super::momentum::Momentum::solve`].
+    pub fn times(&self, phi: &[f64], y: &mut [f64]) -> Result<(), MomentumError> {
+        let (v, _) = self.flow_of(phi)?;
+        self.operator.times(phi, y);
+        crate::solve::axpy(1.0, &self.drag_of(&v), y);
+        Ok(())
+    }
+
+    /// `D w`, a functional on the polarity space.
+    pub fn drag_of(&self, w: &[f64]) -> Vec<f64> {
+        let velocity = &*self.model.momentum.velocity;
+        let (columns, rows) = (velocity.cell_dof_count(), self.model.polarity.space.cell_dof_count());
+        let mut out = vec![0.0; self.model.polarity.space.dof_count()];
+        out.par_chunks_mut(rows).enumerate().for_each_init(
+            || vec![0.0; columns],
+            |local, (cell, out)| {
+                for (k, value) in local.iter_mut().enumerate() {
+                    *value = w[velocity.dof(cell, k / velocity.n, k % velocity.n)];
+                }
+                let block = &self.drag[cell * rows * columns..(cell + 1) * rows * columns];
+                for (row, out) in block.chunks_exact(columns).zip(out) {
+                    *out = row.iter().zip(local.iter()).map(|(a, x)| a * x).sum();
+                }
+            },
+        );
+        out
+    }
+
+    /// Rows of a force times a function of the polarity space, gathered on the velocity space.
+    fn times_force(&self, rows: &ForceRows, x: &[f64]) -> Vec<f64> {
+        let velocity = &*self.model.momentum.velocity;
+        let (m, n) = (velocity.cell_dof_count(), self.model.polarity.space.cell_dof_count());
+        let neighbours = &self.operator.neighbours;
+        let mut local = vec![0.0; m * neighbours.len()];
+        local.par_chunks_mut(m).enumerate().for_each(|(cell, out)| {
+            add_product(&rows.own[cell * m * n..(cell + 1) * m * n], &x[cell * n..(cell + 1) * n], out);
+            for (f, &other) in neighbours[cell].iter().enumerate() {
+                if other != NONE && !rows.off.is_empty() {
+                    let block = &rows.off[(3 * cell + f) * m * n..(3 * cell + f + 1) * m * n];
+                    add_product(block, &x[other * n..(other + 1) * n], out);
+                }
+            }
+        });
+        let mut global = vec![0.0; velocity.dof_count()];
+        for (cell, block) in local.chunks_exact(m).enumerate() {
+            for (k, value) in block.iter().enumerate() {
+                global[velocity.dof(cell, k / velocity.n, k % velocity.n)] += value;
+            }
+        }
+        global
+    }
+}
+
+/// `out += A x`, row-major.
+fn add_product(a: &[f64], x: &[f64], out: &mut [f64]) {
+    for (row, out) in a.chunks_exact(x.len()).zip(out) {
+        *out += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    }
+}
+
+impl ForceTangent {
+    /// Derivative of the force [7.11a] at `state` with the elastic part of `kind`; `l` is `L_h/B`.
+    pub fn new(model: &Incompressible, state: &State, l: Option<&Field>, kind: ElasticForce, t: f64) -> Self {
+        let (m, p) = (&model.parameters, &state.p);
+        let (velocity, space) = (&*model.momentum.velocity, &*p.space);
+        let mut form = Bilinear::zero();
+        if m.traction != 0.0 {
+            form = form + m.traction * mass::vector_load_by(velocity, space);
+        }
+        if m.active_stress != 0.0 {
+            form = form + 2.0 * polarity::force_by_field(velocity, p, 0.0, m.active_stress);
+        }
+        let Some(l) = l else {
+            return Self { by_polarity: ForceRows::local(model, &form), by_field: None };
+        };
+        let b = m.elasticity;
+        form = form - polarity::force_by_polarity(velocity, l, b, b * m.slip);
+        let pushed = -polarity::force_by_field(velocity, p, b, b * m.slip);
+        match kind {
+            ElasticForce::Stress => {
+                form = form + m.coherence.powi(2) * b * elastic::ericksen_tangent(velocity, p);
+                Self { by_polarity: ForceRows::local(model, &form), by_field: Some(ForceRows::local(model, &pushed)) }
+            }
+            ElasticForce::Energy => {
+                let data = move |s: &FacePoint| model.polarity.data(s, t);
+                let power = Power { p, l, flow: &state.v, inflow: model.polarity.dirichlet, data };
+                let [open, dirichlet] = model.natural_faces;
+                let shift = power::natural_traction_tangent(velocity, p, m.coherence, open, dirichlet);
+                form = form + b * power.by_polarity() - b * shift;
+                let pushed = pushed + b * power.by_field();
+                Self { by_polarity: ForceRows::wide(model, &form), by_field: Some(ForceRows::wide(model, &pushed)) }
+            }
+        }
+    }
+}
+
+impl ForceRows {
+    fn local(model: &Incompressible, form: &Bilinear<Vector, Vector>) -> Self {
+        let (trial, test) = (&*model.polarity.space, &*model.momentum.velocity);
+        Self { own: model.loops.cell_blocks(form, trial, test), off: Vec::new() }
+    }
+
+    fn wide(model: &Incompressible, form: &Bilinear<Vector, Vector>) -> Self {
+        let (trial, test) = (&*model.polarity.space, &*model.momentum.velocity);
+        let size = model.loops.mesh.cells.len() * trial.cell_dof_count() * test.cell_dof_count();
+        let (mut own, mut off) = (vec![0.0; size], vec![0.0; 3 * size]);
+        model.loops.add_rows(form, (trial, test), &mut own, &mut off);
+        Self { own, off }
+    }
+}

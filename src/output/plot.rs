@@ -1,0 +1,176 @@
+//! Line plots as SVG and PNG: convergence (log-log) with reference slopes, residual and energy curves.
+//!
+//! Both files are drawn from one list of shapes, so they show the same picture. Text is measured and, in the
+//! PNG, filled with the embedded DejaVu Sans, so no font has to be installed.
+//!
+//! Every text understands a little markup: Unicode scripts (`L²`, `10⁻³`, `vₕ`), `_x` and `^x` with one letter,
+//! digit or ∞ that ends the word (`Δ_h p`), and `_{…}`, `^{…}`. Anything else, such as `my_name`, is drawn as it is.
+
+mod axis;
+mod header;
+mod layout;
+mod legend;
+mod raster;
+mod scene;
+mod slope;
+mod svg;
+mod text;
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// Pixels of the PNG per unit of the SVG.
+pub const PNG_SCALE: u32 = 2;
+
+/// What one picture shows.
+///
+/// The picture is 840 units wide; its height follows from the text and the legend. Points that an axis cannot show
+/// (not finite, or not positive on a [`Scale::Log`] axis) break the line, and the subtitle says how many there were.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plot {
+    /// Title line; wrapped when too long; may be empty.
+    pub title: String,
+    /// Small line below the title, for the parameters; wrapped when too long; may be empty.
+    pub subtitle: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Curves, drawn and listed in this order; 12 colours and markers, further curves reuse the colours.
+    pub series: Vec<Series>,
+    /// Reference slopes; drawn only if both axes are [`Scale::Log`], otherwise the subtitle says they were left out.
+    pub slopes: Vec<Slope>,
+}
+
+/// One axis: what it measures, and how values are placed on it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Axis {
+    /// Name of the quantity, with its unit if it has one.
+    pub label: String,
+    /// Placement of the values.
+    pub scale: Scale,
+}
+
+/// Placement of values on an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scale {
+    /// Position proportional to the value.
+    #[default]
+    Linear,
+    /// Position proportional to log₁₀ of the value; shows positive values only.
+    Log,
+}
+
+/// One curve: markers joined by straight lines.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Series {
+    /// Name in the legend; a curve with an empty name is not listed there.
+    pub name: String,
+    /// Points (x, y) in the order in which they are joined.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Reference slope: a small triangle whose hypotenuse is y = c xᵖ, with p written beside it.
+///
+/// It is put near the lowest curve whose own order is about p, where it covers no curve if such a place exists.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// Order p; a p that is not finite is left out, and the subtitle says so.
+    pub order: f64,
+}
+
+/// Why a plot could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PlotError {
+    /// The embedded font could not be read.
+    #[error("embedded font: {reason}, must be a readable TrueType font; hint: check the `dejavu` dependency")]
+    Font {
+        /// What the font reader said.
+        reason: String,
+    },
+    /// The picture is too large for a pixel image.
+    #[error("picture of {width} x {height} pixels: must be at most {limit} pixels high; hint: shorten texts or legend")]
+    Canvas {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Largest height allowed.
+        limit: u32,
+    },
+    /// The pixels could not be encoded.
+    #[error("PNG encoding: {reason}, must succeed; hint: write the SVG only")]
+    Encode {
+        /// What the encoder said.
+        reason: String,
+    },
+    /// A file could not be written.
+    #[error("plot file {path}: {source}, must be writable; hint: create the folder and check its permissions")]
+    Write {
+        /// File concerned.
+        path: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
+}
+
+impl Axis {
+    /// Makes a linear axis.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Linear }
+    }
+
+    /// Makes a logarithmic axis.
+    pub fn log(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Log }
+    }
+}
+
+impl Series {
+    /// Makes a curve.
+    pub fn new(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points }
+    }
+}
+
+impl Plot {
+    /// Draws the picture as an SVG document.
+    ///
+    /// # Errors
+    /// [`PlotError::Font`] if the embedded font cannot be read.
+    pub fn svg(&self) -> Result<String, PlotError> {
+        let font = text::Font::load()?;
+        Ok(svg::render(&layout::arrange(self, &font)))
+    }
+
+    /// Draws the picture as the bytes of a PNG file, [`PNG_SCALE`] times as large as the SVG, on white.
+    ///
+    /// # Errors
+    /// [`PlotError::Font`] if the embedded font cannot be read, [`PlotError::Canvas`] if texts or legend make the
+    /// picture too high, [`PlotError::Encode`] if the encoder fails.
+    pub fn png(&self) -> Result<Vec<u8>, PlotError> {
+        let font = text::Font::load()?;
+        raster::render(&layout::arrange(self, &font), &font)
+    }
+
+    /// Writes `<path>.svg` and `<path>.png`; nothing is written if one of them cannot be drawn.
+    ///
+    /// The endings are appended, so a dot in the name stays. The folder must exist.
+    ///
+    /// # Errors
+    /// Those of [`Plot::svg`] and [`Plot::png`], and [`PlotError::Write`] if a file cannot be written.
+    pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
+        let font = text::Font::load()?;
+        let scene = layout::arrange(self, &font);
+        let png = raster::render(&scene, &font)?;
+        write_file(path_without_extension, ".svg", svg::render(&scene).as_bytes())?;
+        write_file(path_without_extension, ".png", &png)
+    }
+}
+
+fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> {
+    let mut name = OsString::from(stem);
+    name.push(ending);
+    let path = PathBuf::from(name);
+    std::fs::write(&path, bytes).map_err(|source| PlotError::Write { path, source })
+}

@@ -1,0 +1,124 @@
+//! Colours, markers and the legend.
+
+use super::Series;
+use super::scene::{Anchor, Group, INK, Paint, Rgb, Shape, Stroke, Text, WHITE};
+use super::text::{Font, Label};
+use std::f64::consts::TAU;
+
+const SIZE: f64 = 21.0;
+const LINE: f64 = 31.0;
+const SAMPLE: f64 = 46.0;
+const GAP: f64 = 9.0;
+const RADIUS: f64 = 6.5;
+const LINE_WIDTH: f64 = 2.4;
+
+/// Widest and longest legend beside the axes; anything larger goes below them.
+const WIDEST: f64 = 290.0;
+const LONGEST: usize = 15;
+
+// The colours of Okabe and Ito without yellow, which is too light for thin lines on white, then darker ones.
+const COLOURS: [Rgb; 12] = [
+    [0x00, 0x72, 0xb2],
+    [0xd5, 0x5e, 0x00],
+    [0x00, 0x9e, 0x73],
+    [0xcc, 0x79, 0xa7],
+    [0x00, 0x00, 0x00],
+    [0xe6, 0x9f, 0x00],
+    [0x56, 0xb4, 0xe9],
+    [0x88, 0x22, 0x55],
+    [0x33, 0x22, 0x88],
+    [0x99, 0x99, 0x33],
+    [0x77, 0x77, 0x77],
+    [0x66, 0x33, 0x00],
+];
+
+/// Appearance of a curve; the first twelve differ in colour and in marker.
+#[derive(Clone, Copy)]
+pub(super) struct Style(pub usize);
+
+impl Style {
+    fn colour(self) -> Rgb {
+        COLOURS[self.0 % COLOURS.len()]
+    }
+
+    /// Line of the curve; dashed from the seventh curve on.
+    pub fn line(self) -> Paint {
+        let stroke = Stroke { colour: self.colour(), width: LINE_WIDTH, dashed: self.0 % COLOURS.len() >= 6 };
+        Paint { fill: None, stroke: Some(stroke) }
+    }
+
+    /// Marker: six shapes, filled and then hollow; curves beyond the twelfth pair them with other colours.
+    pub fn marker(self, centre: (f64, f64)) -> Shape {
+        let kind = self.0 + self.0 / COLOURS.len();
+        let hollow = kind / 6 % 2 == 1;
+        let paint =
+            if hollow { Paint::area(WHITE, self.colour(), 2.2) } else { Paint::area(self.colour(), WHITE, 1.0) };
+        let radius = if hollow { RADIUS } else { RADIUS + 0.6 };
+        let polygon = |corners: usize, turn: f64, inner: f64, size: f64| {
+            let corner = |k: usize| {
+                let angle = TAU * (k as f64 / corners as f64 + turn);
+                let r = radius * size * if k.is_multiple_of(2) { 1.0 } else { inner };
+                (centre.0 + r * angle.sin(), centre.1 - r * angle.cos())
+            };
+            Shape::Poly { points: (0..corners).map(corner).collect(), closed: true, paint }
+        };
+        match kind % 6 {
+            0 => Shape::Circle { centre, radius, paint },
+            1 => polygon(4, 0.125, 1.0, 1.22),
+            2 => polygon(6, 0.0, 0.5, 1.35),
+            3 => polygon(4, 0.0, 1.0, 1.35),
+            4 => polygon(6, 0.5, 0.5, 1.35),
+            _ => polygon(10, 0.0, 0.45, 1.6),
+        }
+    }
+}
+
+/// Named curves in columns.
+pub(super) struct Legend {
+    entries: Vec<(Style, Label)>,
+    column: f64,
+    columns: usize,
+    /// Whether it stands below the axes instead of to their right.
+    pub below: bool,
+}
+
+impl Legend {
+    /// Arranges the names in a picture of a given width.
+    pub fn new(series: &[Series], font: &Font, room: f64) -> Self {
+        let named = series.iter().enumerate().filter(|(_, s)| !s.name.trim().is_empty());
+        let entries: Vec<_> = named.map(|(i, s)| (Style(i), Label::parse(&s.name))).collect();
+        let longest = entries.iter().map(|(_, label)| font.width(label, SIZE)).fold(0.0, f64::max);
+        let column = (SAMPLE + GAP + longest).min(room);
+        let below = column > WIDEST || entries.len() > LONGEST;
+        let fitting = ((room + 2.0 * GAP) / (column + 2.0 * GAP)).floor().max(1.0) as usize;
+        let columns = if below { fitting.min(entries.len().max(1)) } else { 1 };
+        Self { entries, column, columns, below }
+    }
+
+    /// Width of one column, 0 without entries.
+    pub fn width(&self) -> f64 {
+        if self.entries.is_empty() { 0.0 } else { self.column }
+    }
+
+    /// Height of all rows.
+    pub fn height(&self) -> f64 {
+        self.entries.len().div_ceil(self.columns) as f64 * LINE
+    }
+
+    /// Draws the entries from the upper left corner `at`, row by row.
+    pub fn draw(self, at: (f64, f64), font: &Font) -> Group {
+        let mut group = Group::default();
+        let (columns, column) = (self.columns, self.column);
+        for (k, (style, label)) in self.entries.into_iter().enumerate() {
+            let x = at.0 + (k % columns) as f64 * (column + 2.0 * GAP);
+            let y = at.1 + ((k / columns) as f64 + 0.5) * LINE;
+            let points = vec![(x, y), (x + SAMPLE, y)];
+            group.shapes.push(Shape::Poly { points, closed: false, paint: style.line() });
+            group.shapes.push(style.marker((x + SAMPLE / 2.0, y)));
+            let size = font.fit(&label, SIZE, column - SAMPLE - GAP + 0.01);
+            let baseline = (x + SAMPLE + GAP, y + 0.36 * size);
+            group.shapes.push(Shape::Text(Text::new(label, baseline, size, Anchor::Start, INK)));
+        }
+        group
+    }
+}

@@ -1,0 +1,197 @@
+//! Observed orders of convergence: the same problem on a sequence of meshes and steps, against exact fields.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::file::{OrderStudy, Variant};
+use super::{StudyError, table};
+use crate::measure::errors::{ErrorField, History, Norm, errors};
+use crate::output::progress::{Progress, Status, Verbosity};
+use crate::run::{RunError, Setup};
+use crate::scene::Scene;
+use crate::time::{Counts, MarchError};
+
+/// One level of one variant.
+#[derive(Debug, Clone)]
+pub struct Level {
+    /// The level n of the study's formulas.
+    pub n: f64,
+    /// Largest cell diameter.
+    pub h: f64,
+    /// Longest nominal step.
+    pub dt: f64,
+    pub cells: usize,
+    /// Unknowns of velocity, pressure and polarity together.
+    pub unknowns: usize,
+    /// Errors over all steps that were solved.
+    pub errors: History,
+    pub counts: Counts,
+    pub factorisations: usize,
+    pub seconds: f64,
+    /// Why it did not reach its end.
+    pub failure: Option<String>,
+}
+
+/// What a variant found.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    pub variant: String,
+    pub levels: Vec<Level>,
+    /// Whether somebody stopped it.
+    pub interrupted: bool,
+}
+
+impl Level {
+    /// The size that is refined: h, or Δt where all meshes are alike.
+    pub fn size(&self, by_mesh: bool) -> f64 {
+        if by_mesh { self.h } else { self.dt }
+    }
+}
+
+impl Outcome {
+    /// Levels that reached their end.
+    pub fn complete(&self) -> Vec<&Level> {
+        self.levels.iter().filter(|level| level.failure.is_none()).collect()
+    }
+
+    /// Whether the mesh changes from level to level; else only the step does.
+    pub fn by_mesh(&self) -> bool {
+        self.levels.windows(2).any(|pair| (pair[0].h / pair[1].h - 1.0).abs() > 1e-6)
+    }
+
+    /// Observed order between two levels: `log(e₀/e₁)/log(h₀/h₁)`.
+    pub fn order_between(&self, coarse: &Level, fine: &Level, field: ErrorField, norm: Norm) -> f64 {
+        let by_mesh = self.by_mesh();
+        (coarse.errors.error(field, norm) / fine.errors.error(field, norm)).ln()
+            / (coarse.size(by_mesh) / fine.size(by_mesh)).ln()
+    }
+
+    /// Least-squares slope of `log e` over `log h` on all complete levels; `None` for fewer than two.
+    pub fn fit(&self, field: ErrorField, norm: Norm) -> Option<f64> {
+        let levels = self.complete();
+        let by_mesh = self.by_mesh();
+        let points: Vec<(f64, f64)> =
+            levels.iter().map(|l| (l.size(by_mesh).ln(), l.errors.error(field, norm).ln())).collect();
+        slope(&points)
+    }
+}
+
+/// Least-squares slope through points; `None` for fewer than two.
+pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    if points.len() < 2 {
+        return None;
+    }
+    let n = points.len() as f64;
+    let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+    let covariance: f64 = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum();
+    Some(covariance / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>())
+}
+
+/// Runs every level of every variant; tables are written to `out` after each of them.
+///
+/// # Errors
+/// A scene that cannot be set up, results that cannot be written. A step that fails ends its level only.
+pub fn run(
+    study: &OrderStudy,
+    out: &Path,
+    verbosity: Verbosity,
+    interrupt: &AtomicBool,
+) -> Result<Vec<Outcome>, StudyError> {
+    table::prepare(study, out)?;
+    let mut outcomes: Vec<Outcome> = Vec::new();
+    for variant in &study.variants {
+        outcomes.push(Outcome { variant: variant.name.clone(), levels: Vec::new(), interrupted: false });
+        for &n in &study.levels {
+            let level = run_level(study, variant, n, verbosity, interrupt)?;
+            let stopped = interrupt.load(Ordering::Relaxed);
+            let last = outcomes.last_mut().expect("just pushed");
+            last.interrupted = stopped;
+            last.levels.push(level);
+            table::write(study, out, &outcomes)?;
+            if stopped {
+                return Ok(outcomes);
+            }
+        }
+    }
+    Ok(outcomes)
+}
+
+fn run_level(
+    study: &OrderStudy,
+    variant: &Variant,
+    n: f64,
+    verbosity: Verbosity,
+    interrupt: &AtomicBool,
+) -> Result<Level, StudyError> {
+    let scene = study.scene_at(variant, n)?;
+    let begin = Instant::now();
+    let before = crate::solve::sparse::counts()[0];
+    let setup = Setup::new(&scene)?;
+    let (history, counts, failure) = march(&scene, &setup, verbosity, interrupt)?;
+    let model = &setup.model;
+    let longest = (0..2).map(|k| scene.march().length(scene.time.control.step, k)).fold(0.0, f64::max);
+    let level = Level {
+        n,
+        h: setup.quality.h_max,
+        dt: longest,
+        cells: setup.mesh.cells.len(),
+        unknowns: model.momentum.unknowns() + model.polarity.space.dof_count(),
+        errors: history,
+        counts,
+        factorisations: crate::solve::sparse::counts()[0] - before,
+        seconds: begin.elapsed().as_secs_f64(),
+        failure,
+    };
+    if verbosity > Verbosity::Quiet {
+        let name = if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) };
+        let ending = level.failure.as_ref().map_or_else(String::new, |reason| format!("; FAILED: {reason}"));
+        eprintln!(
+            "{name}n = {n}: {} cells, {} unknowns, {} steps, {:.1} iterations a step, {} rejected, {:.1} s{ending}",
+            level.cells,
+            level.unknowns,
+            level.counts.steps,
+            level.counts.nonlinear_iterations as f64 / level.counts.steps.max(1) as f64,
+            level.counts.rejected,
+            level.seconds
+        );
+    }
+    Ok(level)
+}
+
+/// Marches to the end of the scene and sums up the errors after each step.
+fn march(
+    scene: &Scene,
+    setup: &Setup,
+    verbosity: Verbosity,
+    interrupt: &AtomicBool,
+) -> Result<(History, Counts, Option<String>), RunError> {
+    let exact = scene.sources.exact.as_ref().expect("the study was checked for exact fields");
+    let mut march = setup.start(scene)?;
+    march.interrupt = interrupt;
+    let mut history = History::default();
+    let mut progress = Progress::new(verbosity, march.t);
+    let end = scene.time.end;
+    let mut failure = None;
+    while march.t < end * (1.0 - 1e-12) && scene.time.max_steps.is_none_or(|most| march.counts.steps < most) {
+        match march.advance(end) {
+            Ok(report) => {
+                history.add(&errors(march.model, exact, &march.state, march.t), report.dt);
+                let (step, t, dt, iterations) = (report.step, march.t, report.dt, report.iterations);
+                progress.show(&Status { step, t, end, dt, iterations, residual: None });
+            }
+            Err(
+                error @ (MarchError::Interrupted { .. } | MarchError::StepTooSmall { .. } | MarchError::Failed { .. }),
+            ) => {
+                failure = Some(error.to_string());
+                break;
+            }
+        }
+        if interrupt.load(Ordering::Relaxed) {
+            failure = Some(format!("stopped from outside at t = {}", march.t));
+            break;
+        }
+    }
+    progress.finish();
+    Ok((history, march.counts, failure))
+}

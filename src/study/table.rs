@@ -1,0 +1,203 @@
+//! What a study of orders leaves: `orders.csv` and a plot for every variant, `runs.csv` for all, and a table to read.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::StudyError;
+use super::file::OrderStudy;
+use super::order::{Level, Outcome};
+use crate::measure::errors::{ErrorField, Norm};
+use crate::output::plot::{Axis, Plot, Scale, Series, Slope};
+use crate::output::{OutputError, number, write_whole};
+
+/// Makes the folder and writes what is studied.
+///
+/// # Errors
+/// A folder with results, or that cannot be written.
+pub fn prepare(study: &OrderStudy, out: &Path) -> Result<(), StudyError> {
+    if out.join("runs.csv").exists() {
+        return Err(StudyError::Occupied { folder: out.display().to_string() });
+    }
+    for variant in &study.variants {
+        let folder = out.join(&variant.name);
+        std::fs::create_dir_all(&folder).map_err(|e| OutputError::io(&folder, &e))?;
+        let scene = study.scene_at(variant, study.levels[0])?.resolved_toml();
+        write_whole(&folder.join("scene.toml"), |file| file.write_all(scene.as_bytes()))?;
+    }
+    let text = study.text();
+    write_whole(&out.join("study.toml"), |file| file.write_all(text.as_bytes()))?;
+    Ok(())
+}
+
+/// Writes all tables and plots anew.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn write(study: &OrderStudy, out: &Path, outcomes: &[Outcome]) -> Result<(), StudyError> {
+    for outcome in outcomes {
+        let folder = out.join(&outcome.variant);
+        write_rows(&folder.join("orders.csv"), &orders(outcome))?;
+        if outcome.complete().len() > 1 {
+            let plot = plot(study, outcome);
+            plot.write(&folder.join("orders")).map_err(|error| OutputError::Malformed {
+                path: folder.join("orders.svg").display().to_string(),
+                what: error.to_string(),
+                hint: "the tables beside it are complete",
+            })?;
+        }
+    }
+    write_rows(&out.join("runs.csv"), &runs(outcomes))?;
+    Ok(())
+}
+
+fn write_rows(path: &Path, rows: &[Vec<String>]) -> Result<(), OutputError> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        table.write_record(row).map_err(|e| OutputError::io(path, &std::io::Error::other(e)))?;
+    }
+    let bytes = table.into_inner().map_err(|e| OutputError::io(path, &std::io::Error::other(e.to_string())))?;
+    write_whole(path, |file| file.write_all(&bytes))
+}
+
+/// One row per level, field and norm; `order` is that between the level and the last one before it that was complete.
+fn orders(outcome: &Outcome) -> Vec<Vec<String>> {
+    let header = ["n", "h", "dt", "field", "norm", "error", "order"].map(String::from).to_vec();
+    let mut rows = vec![header];
+    let mut last: Option<&Level> = None;
+    for level in outcome.complete() {
+        for field in ErrorField::ALL {
+            for norm in Norm::ALL {
+                let order = last.map(|coarse| number(outcome.order_between(coarse, level, field, norm)));
+                let sizes = [level.n, level.h, level.dt].map(number);
+                let names = [field.name(), norm.name()].map(String::from);
+                let error = number(level.errors.error(field, norm));
+                rows.push(sizes.into_iter().chain(names).chain([error, order.unwrap_or_default()]).collect());
+            }
+        }
+        last = Some(level);
+    }
+    rows
+}
+
+/// One row per level of every variant: its size, its work, its ending.
+fn runs(outcomes: &[Outcome]) -> Vec<Vec<String>> {
+    let header = [
+        "variant",
+        "n",
+        "h",
+        "dt",
+        "cells",
+        "unknowns",
+        "steps",
+        "rejected",
+        "iterations",
+        "linear_iterations",
+        "accepted_late",
+        "factorisations",
+        "seconds",
+        "status",
+        "reason",
+    ];
+    let mut rows = vec![header.map(String::from).to_vec()];
+    for outcome in outcomes {
+        for level in &outcome.levels {
+            let c = &level.counts;
+            let sizes = [level.n, level.h, level.dt].map(number);
+            let counts = [
+                level.cells,
+                level.unknowns,
+                c.steps,
+                c.rejected,
+                c.nonlinear_iterations,
+                c.polarity_linear_iterations,
+                c.accepted_late,
+                level.factorisations,
+            ];
+            let status = if level.failure.is_some() { "failed" } else { "complete" };
+            rows.push(
+                std::iter::once(outcome.variant.clone())
+                    .chain(sizes)
+                    .chain(counts.map(|count| count.to_string()))
+                    .chain([number((level.seconds * 1e3).round() / 1e3), status.to_owned()])
+                    .chain([level.failure.clone().unwrap_or_default()])
+                    .collect(),
+            );
+        }
+    }
+    rows
+}
+
+/// Errors by level, orders between levels, and the fit, as text.
+pub fn text(outcome: &Outcome) -> String {
+    let levels = outcome.complete();
+    let mut out = String::new();
+    if !outcome.variant.is_empty() {
+        let _ = writeln!(out, "{}", outcome.variant);
+    }
+    let _ = write!(out, "{:<10} {:<11}", "field", "norm");
+    for (k, level) in levels.iter().enumerate() {
+        let _ = write!(out, " {:>9}", format!("n={}", level.n));
+        if k > 0 {
+            let _ = write!(out, " {:>6}", "order");
+        }
+    }
+    let _ = writeln!(out, " {:>6}", "fit");
+    for field in ErrorField::ALL {
+        for norm in Norm::ALL {
+            let _ = write!(out, "{:<10} {:<11}", field.name(), norm.name());
+            for (k, level) in levels.iter().enumerate() {
+                let _ = write!(out, " {:>9.2e}", level.errors.error(field, norm));
+                if k > 0 {
+                    let _ = write!(out, " {:>6.2}", outcome.order_between(levels[k - 1], level, field, norm));
+                }
+            }
+            let fit = outcome.fit(field, norm).map_or_else(|| "-".to_owned(), |fit| format!("{fit:.2}"));
+            let _ = writeln!(out, " {fit:>6}");
+        }
+    }
+    out
+}
+
+/// Fits that lie below what the study expects, one line each.
+pub fn shortfalls(study: &OrderStudy, outcome: &Outcome) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (name, least) in &study.expect {
+        let Some(field) = ErrorField::ALL.into_iter().find(|f| f.name() == name) else { continue };
+        for norm in Norm::ALL {
+            match outcome.fit(field, norm) {
+                Some(fit) if fit >= *least => {}
+                Some(fit) => {
+                    lines.push(format!("{name} in {}: order {fit:.2}, expected at least {least}", norm.name()))
+                }
+                None => lines.push(format!("{name}: fewer than two levels are complete")),
+            }
+        }
+    }
+    lines
+}
+
+fn plot(study: &OrderStudy, outcome: &Outcome) -> Plot {
+    let levels = outcome.complete();
+    let by_mesh = outcome.by_mesh();
+    let series = |field: ErrorField, norm: Norm| Series {
+        name: format!("{}, {}", field.symbol(), norm.symbol()),
+        points: levels.iter().map(|l| (l.size(by_mesh), l.errors.error(field, norm))).collect(),
+    };
+    let all = ErrorField::ALL.into_iter().flat_map(|field| Norm::ALL.map(|norm| (field, norm)));
+    let (series, fits): (Vec<Series>, Vec<f64>) =
+        all.map(|(field, norm)| (series(field, norm), outcome.fit(field, norm).unwrap_or(f64::NAN))).unzip();
+    let mut orders: Vec<f64> = fits.iter().filter(|f| f.is_finite()).map(|f| f.round()).filter(|f| *f >= 1.0).collect();
+    orders.sort_by(f64::total_cmp);
+    orders.dedup();
+    let title = study.title.clone().unwrap_or_else(|| "Errors against exact fields".to_owned());
+    let counts: Vec<String> = levels.iter().map(|l| l.n.to_string()).collect();
+    let variant = if outcome.variant.is_empty() { String::new() } else { format!("{}, ", outcome.variant) };
+    Plot {
+        title,
+        subtitle: format!("{variant}levels n = {}", counts.join(", ")),
+        x: Axis { label: if by_mesh { "h" } else { "Δt" }.to_owned(), scale: Scale::Log },
+        y: Axis { label: "error".to_owned(), scale: Scale::Log },
+        series,
+        slopes: orders.into_iter().map(|order| Slope { order }).collect(),
+    }
+}

@@ -1,0 +1,264 @@
+//! Newton's method for one step, velocity, pressure and polarity together.
+//!
+//! The Stokes problem is linear and its factors are at hand, so velocity and pressure are solved exactly for every polarity,
+//! and Newton's method acts on what remains, `R(p) = R_p(p, v(p)) = 0`. Each correction comes from GMRES with the exact
+//! derivative `J_pp + D S⁻¹ F′` and, as preconditioner, the factors of the whole coupled matrix at an earlier state. They
+//! are made anew only when GMRES has become slow. A line search guards the first corrections; the last one is taken from the
+//! lagged factors alone when it is below the tolerance.
+
+use std::cell::RefCell;
+
+use super::Phases;
+use super::coupling::{Step, StepFailure, StepOutcome, increment, rate};
+use crate::model::incompressible::{Incompressible, Inputs, State};
+use crate::model::lagged::Lagged;
+use crate::model::momentum::MomentumError;
+use crate::model::tangent::Tangent;
+use crate::solve::krylov::gmres;
+use crate::solve::{SolveError, axpy, dot, norm};
+use crate::space::Field;
+
+/// What is kept from step to step: factors of an earlier derivative.
+#[derive(Debug, Default)]
+pub struct Memory {
+    lagged: Option<Lagged>,
+    /// GMRES iterations of the first solve with the factors, and the surplus over it since.
+    fresh: usize,
+    surplus: usize,
+}
+
+/// GMRES gives up after this many products.
+const KRYLOV_LIMIT: usize = 60;
+
+/// Factors are made anew when the iterations in excess of those that fresh factors need reach this number.
+const SURPLUS: usize = 40;
+
+/// Most halvings of a correction.
+const HALVINGS: usize = 12;
+
+/// A polarity with the flow that follows from it, and the residual of its equation.
+struct Trial {
+    state: State,
+    residual: Vec<f64>,
+    /// `(R|M⁻¹R)^½`
+    size: f64,
+}
+
+struct Equations<'s> {
+    step: &'s Step<'s>,
+    inputs: Inputs,
+    weight: f64,
+    history: Vec<f64>,
+}
+
+impl Equations<'_> {
+    fn model(&self) -> &Incompressible {
+        self.step.model
+    }
+
+    /// Velocity and pressure of `p`, then the residual of the polarity equation [7.11c].
+    fn evaluate(&self, p: Field, upstream: &Field, phases: &mut Phases) -> Result<Trial, StepFailure> {
+        let (model, inputs) = (self.model(), &self.inputs);
+        let well = phases.measure("residual", || model.polarity.molecular_functional(&model.loops, &p, inputs.t));
+        let force = phases.measure("force", || {
+            let l = (model.parameters.elasticity != 0.0)
+                .then(|| Field::new(&model.polarity.space, model.polarity.mass_solve(&well)));
+            model.force_of(&p, l.as_ref(), upstream, inputs)
+        });
+        let (v, pi) = phases.measure("stokes", || model.flow_of(&force, inputs))?;
+        let residual = phases.measure("residual", || {
+            let mut rate = self.history.clone();
+            axpy(self.weight, &p.values, &mut rate);
+            let mut r = model.polarity.carried(&model.loops, &v, &p, inputs.t);
+            axpy(1.0, &well, &mut r);
+            axpy(-1.0, &inputs.source, &mut r);
+            axpy(model.parameters.peclet, &model.polarity.mass_times(&rate), &mut r);
+            r
+        });
+        let size = dot(&residual, &model.polarity.mass_solve(&residual)).max(0.0).sqrt();
+        Ok(Trial { state: State { v, pi, p }, residual, size })
+    }
+}
+
+/// The polynomial through the past polarities at the new time.
+fn predict(step: &Step) -> Field {
+    let times: Vec<f64> = step.past.iter().map(|(t, _)| *t).collect();
+    let mut p = vec![0.0; step.guess.p.values.len()];
+    for (i, (ti, field)) in step.past.iter().enumerate() {
+        let others = times.iter().enumerate().filter(|(j, _)| *j != i);
+        let weight: f64 = others.map(|(_, tj)| (step.t - tj) / (ti - tj)).product();
+        axpy(weight, &field.values, &mut p);
+    }
+    Field::new(&step.guess.p.space, p)
+}
+
+/// Solves a step. An iteration is one correction, by GMRES or by the lagged factors alone.
+///
+/// # Errors
+/// As [`super::coupling::solve_step`].
+pub(super) fn iterate(step: &Step, memory: &mut Memory, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
+    let (model, settings) = (step.model, step.settings);
+    let scheme = settings.kind.name();
+    let inputs = phases.measure("inputs", || model.inputs(step.t))?;
+    let (weight, history) = step.differences();
+    let equations = Equations { step, inputs, weight, history };
+    let mut now = equations.evaluate(predict(step), &step.guess.v, phases)?;
+    let (mut first, mut linear_iterations) = (0.0, 0);
+    let mut last_size = f64::INFINITY;
+    for k in 1..=settings.max_iterations {
+        step.check_interrupt()?;
+        if !now.size.is_finite() {
+            return Err(StepFailure::Diverged { scheme, iterations: k, increment: now.size });
+        }
+        let quick = quick_correction(&equations, memory, &now, settings.tolerance, phases)?;
+        let (next, change) = match quick {
+            Some(found) => found,
+            None => {
+                let reduction = forcing(now.size, last_size);
+                let (delta, products) = correction(&equations, memory, &now, reduction, phases)?;
+                linear_iterations += products;
+                search(&equations, &now, &delta, settings.tolerance, phases)?.ok_or(StepFailure::Slow {
+                    scheme,
+                    iterations: k,
+                    increment: norm(&delta),
+                })?
+            }
+        };
+        if k == 1 {
+            first = change;
+        }
+        last_size = now.size;
+        now = next;
+        if change >= settings.diverged || change.is_nan() {
+            return Err(StepFailure::Diverged { scheme, iterations: k, increment: change });
+        }
+        let converged = change < settings.tolerance;
+        if converged || (k == settings.max_iterations && change < settings.accept) {
+            let mut rate_of_p = equations.history;
+            axpy(weight, &now.state.p.values, &mut rate_of_p);
+            return Ok(StepOutcome {
+                state: now.state,
+                rate_of_p,
+                iterations: k,
+                linear_iterations,
+                first_increment: first,
+                increment: change,
+                rate: rate(change, first),
+                converged,
+            });
+        }
+        if k == settings.max_iterations {
+            return Err(StepFailure::Slow { scheme, iterations: k, increment: change });
+        }
+    }
+    unreachable!("max_iterations is at least one")
+}
+
+/// Reduction asked of GMRES: tight enough for the quadratic convergence that the last correction promises.
+fn forcing(size: f64, last: f64) -> f64 {
+    if last.is_finite() { (size / last).powi(2).clamp(1e-6, 1e-2) } else { 1e-3 }
+}
+
+/// The correction of the lagged factors, if it is below the tolerance.
+fn quick_correction(
+    equations: &Equations,
+    memory: &Memory,
+    now: &Trial,
+    tolerance: f64,
+    phases: &mut Phases,
+) -> Result<Option<(Trial, f64)>, StepFailure> {
+    let Some(lagged) = &memory.lagged else { return Ok(None) };
+    let model = equations.model();
+    let mut delta: Vec<f64> = now.residual.iter().map(|r| -r).collect();
+    phases.measure("factored solve", || lagged.solve(&mut delta));
+    let size = dot(&delta, &model.polarity.mass_times(&delta)).max(0.0).sqrt();
+    if size.is_nan() || size >= 0.3 * tolerance {
+        return Ok(None);
+    }
+    let next = moved(equations, now, &delta, 1.0, phases)?;
+    let change = increment(model, &now.state, &next.state.v, &next.state.pi, &next.state.p.values);
+    Ok((change < tolerance && next.size <= now.size).then_some((next, change)))
+}
+
+fn moved(
+    equations: &Equations,
+    now: &Trial,
+    delta: &[f64],
+    scale: f64,
+    phases: &mut Phases,
+) -> Result<Trial, StepFailure> {
+    let mut p = now.state.p.clone();
+    axpy(scale, delta, &mut p.values);
+    equations.evaluate(p, &now.state.v, phases)
+}
+
+/// Solves with the exact derivative; makes factors anew where there are none or GMRES has become slow.
+fn correction(
+    equations: &Equations,
+    memory: &mut Memory,
+    now: &Trial,
+    reduction: f64,
+    phases: &mut Phases,
+) -> Result<(Vec<f64>, usize), StepFailure> {
+    let model = equations.model();
+    let tangent = phases.measure("tangent", || Tangent::new(model, &now.state, equations.weight, equations.inputs.t));
+    let right: Vec<f64> = now.residual.iter().map(|r| -r).collect();
+    let mut products = 0;
+    for attempt in 0..2 {
+        if memory.lagged.is_none() || memory.surplus > SURPLUS || attempt == 1 {
+            memory.lagged = None;
+            memory.lagged = Some(phases.measure("factors", || Lagged::new(&tangent))?);
+            (memory.fresh, memory.surplus) = (0, 0);
+        }
+        let lagged = memory.lagged.as_ref().expect("just made");
+        let failure: RefCell<Option<MomentumError>> = RefCell::new(None);
+        let apply = |x: &[f64], y: &mut [f64]| {
+            if let Err(error) = tangent.times(x, y) {
+                failure.borrow_mut().get_or_insert(error);
+                y.fill(f64::NAN);
+            }
+        };
+        let mut delta = vec![0.0; right.len()];
+        let target = reduction * norm(&right);
+        let outcome = phases.measure("newton solve", || {
+            gmres(&apply, &|x: &mut [f64]| lagged.solve(x), &right, &mut delta, target, KRYLOV_LIMIT)
+        });
+        products += outcome.iterations;
+        if let Some(error) = failure.into_inner() {
+            return Err(error.into());
+        }
+        if memory.fresh == 0 {
+            memory.fresh = outcome.iterations.max(1);
+        }
+        memory.surplus += outcome.iterations.saturating_sub(memory.fresh);
+        if outcome.converged && delta.iter().all(|d| d.is_finite()) {
+            return Ok((delta, products));
+        }
+        if attempt == 1 {
+            let residual = outcome.residual / norm(&right);
+            let (system, hint) = ("Newton".to_owned(), "take a smaller time step".to_owned());
+            return Err(SolveError::Inaccurate { system, residual, hint }.into());
+        }
+    }
+    unreachable!("the second attempt returns")
+}
+
+/// The longest of the corrections δ, δ/2, δ/4, … that lowers the residual, and the increment that it makes.
+fn search(
+    equations: &Equations,
+    now: &Trial,
+    delta: &[f64],
+    tolerance: f64,
+    phases: &mut Phases,
+) -> Result<Option<(Trial, f64)>, StepFailure> {
+    let mut scale = 1.0;
+    for _ in 0..=HALVINGS {
+        let next = moved(equations, now, delta, scale, phases)?;
+        let change = increment(equations.model(), &now.state, &next.state.v, &next.state.pi, &next.state.p.values);
+        if next.size <= (1.0 - 1e-4 * scale) * now.size || (scale == 1.0 && change < tolerance) {
+            return Ok(Some((next, change / scale)));
+        }
+        scale *= 0.5;
+    }
+    Ok(None)
+}
