@@ -10,6 +10,9 @@
 //! domain. The energy-consistent force couples cells two faces apart; these factors take the local force in its stead, which
 //! is close enough for a preconditioner.
 
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use super::incompressible::Incompressible;
@@ -17,22 +20,160 @@ use super::parameters::ElasticForce;
 use super::tangent::{ForceTangent, Tangent};
 use crate::solve::SolveError;
 use crate::solve::blocks::NONE;
-use crate::solve::sparse::{Factored, Matrix};
+use crate::solve::dissection::{Group, LEAF, LateGroup, dissect};
+use crate::solve::multifrontal::Multifrontal;
+use crate::solve::symbolic::{Element, Symbolic};
 
-/// Factors of the coupled matrix at one state.
-#[derive(Debug)]
-pub struct Lagged {
-    factors: Factored,
+/// How the unknowns of the coupled matrix hang together: made once for a model, shared by all factorisations.
+#[derive(Debug, Clone)]
+pub struct Structure {
+    pub symbolic: Arc<Symbolic>,
     /// Where the polarity begins.
     first: usize,
 }
 
-/// A dense part of the matrix: its unknowns, and values by rows; columns are all unknowns, rows the first of them.
-#[derive(Debug, Default)]
-pub struct Element {
-    pub unknowns: Vec<usize>,
-    pub rows: usize,
-    pub values: Vec<f64>,
+/// Factors of the coupled matrix at one state.
+#[derive(Debug)]
+pub struct Lagged {
+    factors: Multifrontal,
+    first: usize,
+}
+
+impl Structure {
+    /// Nested dissection of the mesh: the polarity of a cell and the velocities of a node stay together, pressures come after
+    /// the velocities around them.
+    ///
+    /// # Errors
+    /// A structure that contradicts itself.
+    pub fn new(model: &Incompressible) -> Result<Self, SolveError> {
+        let layout = Layout { model };
+        let momentum = &model.momentum;
+        let first = momentum.unknowns() + usize::from(momentum.is_closed());
+        let size = first + model.polarity.space.dof_count();
+        // the constant pressure is settled at the very end, together with the multiplier of the mean
+        let last: Vec<u32> =
+            if momentum.is_closed() { vec![momentum.unknowns() as u32 - 1, first as u32 - 1] } else { Vec::new() };
+        let (groups, adjacency, late) = layout.groups(first);
+        let tree = dissect(&groups, &adjacency, &late, &last, LEAF);
+        let pattern = |cell: usize, element: &mut Element| {
+            layout.unknowns(cell, element);
+        };
+        let symbolic = Symbolic::new("coupled", size, &tree, model.loops.mesh.cells.len(), pattern)?;
+        Ok(Self { symbolic: Arc::new(symbolic), first })
+    }
+}
+
+impl Lagged {
+    /// Factorises the derivative.
+    ///
+    /// # Errors
+    /// A singular matrix.
+    pub fn new(structure: &Structure, tangent: &Tangent) -> Result<Self, SolveError> {
+        let parts = Parts::new(tangent);
+        let factors = Multifrontal::new(structure.symbolic.clone(), |cell, element| parts.fill(cell, element))?;
+        Ok(Self { factors, first: structure.first })
+    }
+
+    /// Factorises another derivative in the memory of this one; after an error, the factors are of no use.
+    ///
+    /// # Errors
+    /// A singular matrix.
+    pub fn renew(&mut self, tangent: &Tangent) -> Result<(), SolveError> {
+        let parts = Parts::new(tangent);
+        self.factors.refactor(|cell, element| parts.fill(cell, element))
+    }
+
+    /// Overwrites the residual of the polarity equation by the polarity of `A⁻¹ (0, 0, r)`.
+    pub fn solve(&self, r: &mut [f64]) {
+        let mut x = vec![0.0; self.first];
+        x.extend_from_slice(r);
+        self.factors.solve_in_place(&mut x);
+        r.copy_from_slice(&x[self.first..]);
+    }
+}
+
+/// Which unknowns belong to which cell and node.
+struct Layout<'m> {
+    model: &'m Incompressible,
+}
+
+impl Layout<'_> {
+    /// Rows and columns of a cell's element: its free velocities, pressures, multiplier and polarity; columns also the
+    /// polarity of its neighbours. Returns, for every velocity dof of the cell, its places among the rows with coefficients.
+    fn unknowns(&self, cell: usize, out: &mut Element) -> Vec<Vec<(usize, f64)>> {
+        let momentum = &self.model.momentum;
+        let (velocity, pressure, space) = (&*momentum.velocity, &*momentum.pressure, &*self.model.polarity.space);
+        let n = space.cell_dof_count();
+        let rows = &mut out.rows;
+        rows.clear();
+        let mut places = Vec::with_capacity(velocity.cell_dof_count());
+        for k in 0..velocity.cell_dof_count() {
+            let entries = momentum.frames.of(velocity.dof(cell, k / velocity.n, k % velocity.n));
+            let mut place = |free: usize| {
+                rows.iter().position(|&u| u == free as u32).unwrap_or_else(|| {
+                    rows.push(free as u32);
+                    rows.len() - 1
+                })
+            };
+            places.push(entries.map(|(free, a)| (place(free), a)).collect());
+        }
+        rows.extend((0..pressure.n).map(|i| (momentum.frames.free + pressure.dof(cell, 0, i)) as u32));
+        let closed = usize::from(momentum.is_closed());
+        rows.extend((0..closed).map(|_| momentum.unknowns() as u32));
+        let first = momentum.unknowns() + closed;
+        let block = |cell: usize| (cell * n + first) as u32..((cell + 1) * n + first) as u32;
+        rows.extend(block(cell));
+        out.columns.clear();
+        out.columns.extend_from_slice(&out.rows);
+        for other in self.model.polarity.neighbours()[cell].into_iter().filter(|&o| o != NONE) {
+            out.columns.extend(block(other));
+        }
+        places
+    }
+
+    /// One group for every cell's polarity and every velocity node, and who couples to whom; pressures come late.
+    fn groups(&self, first: usize) -> (Vec<Group>, Vec<Vec<u32>>, Vec<LateGroup>) {
+        let (mesh, momentum) = (&self.model.loops.mesh, &self.model.momentum);
+        let (velocity, pressure, n) =
+            (&*momentum.velocity, &*momentum.pressure, self.model.polarity.space.cell_dof_count());
+        let neighbours = self.model.polarity.neighbours();
+        let cells = mesh.cells.len();
+        let mut groups: Vec<Group> = (0..cells)
+            .map(|cell| Group {
+                unknowns: ((cell * n + first) as u32..((cell + 1) * n + first) as u32).collect(),
+                position: mesh.centroid(cell).into(),
+            })
+            .collect();
+        groups.extend(velocity.node_positions().iter().enumerate().map(|(node, x)| {
+            let free: BTreeSet<u32> =
+                (0..2).flat_map(|c| momentum.frames.of(2 * node + c)).map(|(free, _)| free as u32).collect();
+            Group { unknowns: free.into_iter().collect(), position: (*x).into() }
+        }));
+        let mut adjacency = vec![BTreeSet::new(); groups.len()];
+        let mut around = vec![BTreeSet::new(); pressure.node_count];
+        for cell in 0..cells {
+            let nodes: Vec<u32> = velocity.cell_nodes(cell).iter().map(|node| node + cells as u32).collect();
+            let others = neighbours[cell].into_iter().filter(|&o| o != NONE).map(|o| o as u32);
+            let blocks: Vec<u32> = std::iter::once(cell as u32).chain(others).collect();
+            for &a in nodes.iter().chain(&blocks[..1]) {
+                for &b in nodes.iter().chain(&blocks) {
+                    if a != b {
+                        adjacency[a as usize].insert(b);
+                        adjacency[b as usize].insert(a);
+                    }
+                }
+            }
+            for &node in pressure.cell_nodes(cell) {
+                around[node as usize].extend(nodes.iter().copied());
+            }
+        }
+        let late = |(node, around): (usize, BTreeSet<u32>)| LateGroup {
+            unknowns: vec![(momentum.frames.free + node) as u32],
+            neighbours: around.into_iter().collect(),
+        };
+        let adjacency = adjacency.into_iter().map(|set| set.into_iter().collect()).collect();
+        (groups, adjacency, around.into_iter().enumerate().map(late).collect())
+    }
 }
 
 /// What the elements of the coupled matrix are made of.
@@ -43,39 +184,6 @@ struct Parts<'t> {
     divergence: Vec<f64>,
     /// `∫ ξ` of every pressure function on every cell, in a closed domain.
     means: Vec<f64>,
-}
-
-impl Lagged {
-    /// Factorises the derivative.
-    ///
-    /// # Errors
-    /// A singular matrix.
-    pub fn new(tangent: &Tangent) -> Result<Self, SolveError> {
-        let model = tangent.model;
-        let parts = Parts::new(tangent);
-        let mut triplets = Vec::new();
-        let mut element = Element::default();
-        for cell in 0..model.loops.mesh.cells.len() {
-            parts.fill(cell, &mut element);
-            let columns = element.unknowns.len();
-            for (k, &v) in element.values.iter().enumerate().filter(|(_, v)| **v != 0.0) {
-                triplets.push((element.unknowns[k / columns], element.unknowns[k % columns], v));
-            }
-        }
-        let first = model.momentum.unknowns() + usize::from(model.momentum.is_closed());
-        let size = first + model.polarity.space.dof_count();
-        Ok(Self { factors: Factored::new("coupled", Matrix::from_triplets(size, size, &triplets))?, first })
-    }
-
-    /// Overwrites the residual of the polarity equation by the polarity of `A⁻¹ (0, 0, r)`; NaN where the factors fail.
-    pub fn solve(&self, r: &mut [f64]) {
-        let mut x = vec![0.0; self.first];
-        x.extend_from_slice(r);
-        match self.factors.solve(&x) {
-            Ok(x) => r.copy_from_slice(&x[self.first..]),
-            Err(_) => r.fill(f64::NAN),
-        }
-    }
 }
 
 impl<'t> Parts<'t> {
@@ -102,37 +210,13 @@ impl<'t> Parts<'t> {
     /// polarities of its neighbours.
     fn fill(&self, cell: usize, out: &mut Element) {
         let model = self.model();
-        let (velocity, pressure, space) =
-            (&*model.momentum.velocity, &*model.momentum.pressure, &*model.polarity.space);
-        let (nv, np, n) = (velocity.cell_dof_count(), pressure.n, space.cell_dof_count());
-        let frames = &model.momentum.frames;
-        out.unknowns.clear();
-        // local velocity dof → positions among the element's unknowns
-        let mut maps: Vec<Vec<(usize, f64)>> = Vec::with_capacity(nv);
-        for k in 0..nv {
-            let entries = frames.of(velocity.dof(cell, k / velocity.n, k % velocity.n));
-            let known = |unknowns: &mut Vec<usize>, free: usize| {
-                unknowns.iter().position(|&u| u == free).unwrap_or_else(|| {
-                    unknowns.push(free);
-                    unknowns.len() - 1
-                })
-            };
-            maps.push(entries.map(|(free, a)| (known(&mut out.unknowns, free), a)).collect());
-        }
-        let nf = out.unknowns.len();
-        out.unknowns.extend((0..np).map(|i| frames.free + pressure.dof(cell, 0, i)));
-        let closed = usize::from(!self.means.is_empty());
-        out.unknowns.extend((0..closed).map(|_| model.momentum.unknowns()));
-        let (p0, first) = (nf + np + closed, model.momentum.unknowns() + closed);
-        out.unknowns.extend(cell * n + first..(cell + 1) * n + first);
-        out.rows = p0 + n;
-        let neighbours = self.tangent.operator.neighbours[cell];
-        for other in neighbours.into_iter().filter(|&o| o != NONE) {
-            out.unknowns.extend(other * n + first..(other + 1) * n + first);
-        }
-        let columns = out.unknowns.len();
+        let (velocity, np) = (&*model.momentum.velocity, model.momentum.pressure.n);
+        let (nv, n) = (velocity.cell_dof_count(), model.polarity.space.cell_dof_count());
+        let maps = Layout { model }.unknowns(cell, out);
+        let (columns, p0) = (out.columns.len(), out.rows.len() - n);
+        let nf = p0 - np - usize::from(model.momentum.is_closed());
         out.values.clear();
-        out.values.resize(out.rows * columns, 0.0);
+        out.values.resize(out.rows.len() * columns, 0.0);
         let values = &mut out.values;
         for (i, row) in maps.iter().enumerate() {
             for (j, column) in maps.iter().enumerate() {

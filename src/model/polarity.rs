@@ -142,6 +142,11 @@ impl Polarity {
         self.each_block(&self.mass_inverse, f)
     }
 
+    /// The cells next to each cell.
+    pub fn neighbours(&self) -> &Neighbours {
+        &self.neighbours
+    }
+
     /// `M⁻¹` of one component on `cell`.
     pub fn mass_inverse_of(&self, cell: usize) -> DMatrix<f64> {
         let n = self.space.n;

@@ -5,8 +5,13 @@
 pub mod anderson;
 pub mod blocks;
 pub mod bordered;
+pub mod dissection;
+mod front;
 pub mod krylov;
+pub mod multifrontal;
+mod separator;
 pub mod sparse;
+pub mod symbolic;
 
 /// Why a linear system was not solved.
 #[derive(Debug, Clone, thiserror::Error)]

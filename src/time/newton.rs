@@ -11,7 +11,7 @@ use std::cell::RefCell;
 use super::Phases;
 use super::coupling::{Step, StepFailure, StepOutcome, increment, rate};
 use crate::model::incompressible::{Incompressible, Inputs, State};
-use crate::model::lagged::Lagged;
+use crate::model::lagged::{Lagged, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::tangent::Tangent;
 use crate::solve::krylov::gmres;
@@ -21,10 +21,27 @@ use crate::space::Field;
 /// What is kept from step to step: factors of an earlier derivative.
 #[derive(Debug, Default)]
 pub struct Memory {
+    structure: Option<Structure>,
     lagged: Option<Lagged>,
     /// GMRES iterations of the first solve with the factors, and the surplus over it since.
     fresh: usize,
     surplus: usize,
+}
+
+impl Memory {
+    fn factorise(&mut self, model: &Incompressible, tangent: &Tangent, phases: &mut Phases) -> Result<(), StepFailure> {
+        if self.structure.is_none() {
+            self.structure = Some(phases.measure("dissection", || Structure::new(model))?);
+        }
+        let structure = self.structure.as_ref().expect("just made");
+        let made = phases.measure("factors", || match self.lagged.take() {
+            Some(mut lagged) => lagged.renew(tangent).map(|()| lagged),
+            None => Lagged::new(structure, tangent),
+        });
+        self.lagged = Some(made?);
+        (self.fresh, self.surplus) = (0, 0);
+        Ok(())
+    }
 }
 
 /// GMRES gives up after this many products.
@@ -206,9 +223,7 @@ fn correction(
     let mut products = 0;
     for attempt in 0..2 {
         if memory.lagged.is_none() || memory.surplus > SURPLUS || attempt == 1 {
-            memory.lagged = None;
-            memory.lagged = Some(phases.measure("factors", || Lagged::new(&tangent))?);
-            (memory.fresh, memory.surplus) = (0, 0);
+            memory.factorise(model, &tangent, phases)?;
         }
         let lagged = memory.lagged.as_ref().expect("just made");
         let failure: RefCell<Option<MomentumError>> = RefCell::new(None);

@@ -6,7 +6,7 @@ use crate::common::*;
 use crate::model::{PARAMETERS, closed, describe, formula};
 use monolayer::mesh::Mesh;
 use monolayer::model::incompressible::{Incompressible, State};
-use monolayer::model::lagged::Lagged;
+use monolayer::model::lagged::{Lagged, Structure};
 use monolayer::model::tangent::Tangent;
 use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, VelocityCondition};
 use monolayer::space::Field;
@@ -114,7 +114,7 @@ fn the_factors_of_the_coupled_matrix_invert_the_derivative() {
         }
         let now = state(&model, 5);
         let tangent = Tangent::new(&model, &now, 4.0, 0.0);
-        let lagged = Lagged::new(&tangent).unwrap();
+        let lagged = Lagged::new(&Structure::new(&model).unwrap(), &tangent).unwrap();
         let x = random(&now.p.space, 8).values;
         let mut y = vec![0.0; x.len()];
         tangent.times(&x, &mut y).unwrap();

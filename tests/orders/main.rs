@@ -1,6 +1,8 @@
 //! Observed orders of convergence: a least-squares slope over three meshes, with the table printed.
 
+mod common;
 mod slip;
+mod time;
 
 /// Least-squares slope of `log error` over `log h`.
 pub fn slope(table: &[(f64, f64)]) -> f64 {

@@ -1,0 +1,306 @@
+//! Multifrontal LU factorisation of a sum of dense element matrices, along an elimination tree.
+//!
+//! Every tree node owns a dense front `[F11 F12; F21 F22]`. It is summed from element entries and from the children's Schur
+//! complements; its pivots are eliminated with row exchanges inside `F11`, and `F22 − F21 F11⁻¹ F12` goes to the parent.
+
+use std::sync::{Arc, Mutex};
+
+use rayon::prelude::*;
+
+use super::SolveError;
+use super::front::{
+    Factors, solve_lower, solve_lower_transposed, solve_upper, solve_upper_transposed, subtract_product,
+    subtract_transposed_product,
+};
+use super::symbolic::{Element, Front, Symbolic};
+
+/// Subtrees with fewer operations are factorised on one thread.
+const PARALLEL_FACTORISATION: f64 = 2e6;
+/// Subtrees with fewer operations (of the factorisation) are solved with on one thread.
+const PARALLEL_SOLVE: f64 = 1e8;
+
+/// The factors of a matrix.
+pub struct Multifrontal {
+    symbolic: Arc<Symbolic>,
+    factors: Vec<Factors>,
+}
+
+impl std::fmt::Debug for Multifrontal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Multifrontal").field("symbolic", &self.symbolic).finish_non_exhaustive()
+    }
+}
+
+impl Multifrontal {
+    /// Factorises the sum of the elements. `fill(e, element)` sets all of element `e`, with the rows and columns that
+    /// [`Symbolic::new`] was told, or some of them; it is called once per element or little more often, from any thread.
+    ///
+    /// # Errors
+    /// A pivot is zero to rounding or not finite.
+    pub fn new(symbolic: Arc<Symbolic>, fill: impl Fn(usize, &mut Element) + Sync) -> Result<Self, SolveError> {
+        let factors = symbolic.fronts.iter().map(|f| Factors::new(f.pivots(), f.boundary.len())).collect();
+        let mut multifrontal = Self { symbolic, factors };
+        multifrontal.refactor(fill)?;
+        Ok(multifrontal)
+    }
+
+    /// Factorises new values in the memory of the old factors; after an error, the factors are of no use.
+    ///
+    /// # Errors
+    /// As [`Multifrontal::new`].
+    pub fn refactor(&mut self, fill: impl Fn(usize, &mut Element) + Sync) -> Result<(), SolveError> {
+        super::sparse::count(1, 0);
+        let symbolic = &*self.symbolic;
+        let parked = symbolic.visits.iter().map(|&left| Mutex::new(Parked { left, element: None })).collect();
+        let assembly = Assembly { symbolic, fill, parked };
+        assembly.factorise(symbolic.fronts.len() - 1, &mut self.factors).map(drop)
+    }
+
+    /// The structure, to be shared with other factorisations.
+    pub fn symbolic(&self) -> &Arc<Symbolic> {
+        &self.symbolic
+    }
+
+    /// `x ← A⁻¹ x`.
+    ///
+    /// # Panics
+    /// When `x` has not the order of the matrix.
+    pub fn solve_in_place(&self, x: &mut [f64]) {
+        super::sparse::count(0, 1);
+        self.sweep(x, |f, x, y| f.forward(x, y), |f, x, y| f.backward(x, y));
+    }
+
+    /// `x ← A⁻ᵀ x`.
+    ///
+    /// # Panics
+    /// When `x` has not the order of the matrix.
+    pub fn solve_transposed_in_place(&self, x: &mut [f64]) {
+        super::sparse::count(0, 1);
+        self.sweep(x, |f, x, y| f.forward_transposed(x, y), |f, x, y| f.backward_transposed(x, y));
+    }
+
+    /// Up and down the tree; both steps work on a front's pivots and on its boundary.
+    fn sweep(&self, x: &mut [f64], up: impl Step, down: impl Step) {
+        let symbolic = &*self.symbolic;
+        assert_eq!(x.len(), symbolic.unknowns(), "a vector must have the order of the matrix");
+        let mut places: Vec<f64> = symbolic.order.iter().map(|&u| x[u as usize]).collect();
+        let root = symbolic.fronts.len() - 1;
+        self.ascend(root, &mut places, &up);
+        self.descend(root, &mut places, &[], &down);
+        x.par_chunks_mut(4096).zip(symbolic.place.par_chunks(4096)).for_each(|(x, place)| {
+            x.iter_mut().zip(place).for_each(|(x, &k)| *x = places[k as usize]);
+        });
+    }
+
+    /// Solves forward in a subtree with the places `x`; returns what is to be added to the boundary.
+    fn ascend(&self, node: usize, x: &mut [f64], step: &impl Step) -> Vec<f64> {
+        let front = &self.symbolic.fronts[node];
+        let (below, pivots) = x.split_at_mut(front.start - front.lowest);
+        let parts = split(&self.symbolic.fronts, front, below, |child| child.end - child.lowest);
+        let updates = each(parts, front.work > PARALLEL_SOLVE, |(child, x)| self.ascend(child, x, step));
+        let mut boundary = vec![0.0; front.boundary.len()];
+        let p = front.pivots();
+        for (&child, update) in front.children.iter().zip(updates) {
+            for (&row, value) in self.symbolic.fronts[child].into_parent.iter().zip(update) {
+                let row = row as usize;
+                *(if row < p { &mut pivots[row] } else { &mut boundary[row - p] }) += value;
+            }
+        }
+        step(&self.factors[node], pivots, &mut boundary);
+        boundary
+    }
+
+    /// Solves backward in a subtree, given the solution on the boundary.
+    fn descend(&self, node: usize, x: &mut [f64], boundary: &[f64], step: &impl Step) {
+        let front = &self.symbolic.fronts[node];
+        let (below, pivots) = x.split_at_mut(front.start - front.lowest);
+        let mut boundary = boundary.to_vec();
+        step(&self.factors[node], pivots, &mut boundary);
+        let p = front.pivots();
+        let parts = split(&self.symbolic.fronts, front, below, |child| child.end - child.lowest);
+        let (pivots, boundary) = (&*pivots, &*boundary);
+        each(parts, front.work > PARALLEL_SOLVE, |(child, x)| {
+            let rows = self.symbolic.fronts[child].into_parent.iter().map(|&row| row as usize);
+            let known: Vec<f64> = rows.map(|r| if r < p { pivots[r] } else { boundary[r - p] }).collect();
+            self.descend(child, x, &known, step);
+        });
+    }
+}
+
+/// Work on the pivots and the boundary of a front.
+trait Step: Fn(&Factors, &mut [f64], &mut [f64]) + Sync {}
+impl<F: Fn(&Factors, &mut [f64], &mut [f64]) + Sync> Step for F {}
+
+/// Distributes the parts of a subtree's slice to the children.
+fn split<'a, T>(
+    fronts: &[Front],
+    front: &Front,
+    mut slice: &'a mut [T],
+    size: impl Fn(&Front) -> usize,
+) -> Vec<(usize, &'a mut [T])> {
+    let mut parts = Vec::with_capacity(front.children.len());
+    for &child in &front.children {
+        let (part, rest) = slice.split_at_mut(size(&fronts[child]));
+        parts.push((child, part));
+        slice = rest;
+    }
+    parts
+}
+
+/// Results in the order of the jobs, whichever thread does them.
+fn each<J: Send, T: Send>(jobs: Vec<J>, parallel: bool, work: impl Fn(J) -> T + Sync + Send) -> Vec<T> {
+    if parallel { jobs.into_par_iter().map(work).collect() } else { jobs.into_iter().map(work).collect() }
+}
+
+/// An element that some front still needs.
+struct Parked {
+    left: u32,
+    element: Option<Arc<Element>>,
+}
+
+/// A factorisation at work.
+struct Assembly<'a, F> {
+    symbolic: &'a Symbolic,
+    fill: F,
+    parked: Vec<Mutex<Parked>>,
+}
+
+impl<F: Fn(usize, &mut Element) + Sync> Assembly<'_, F> {
+    /// Factorises a subtree; returns the Schur complement on the boundary of its top.
+    fn factorise(&self, node: usize, factors: &mut [Factors]) -> Result<Vec<f64>, SolveError> {
+        let fronts = &self.symbolic.fronts;
+        let front = &fronts[node];
+        let (own, below) = factors.split_last_mut().expect("a subtree holds its top");
+        let parts = split(fronts, front, below, |child| child.fronts_below());
+        let parallel = front.work > PARALLEL_FACTORISATION;
+        let updates = each(parts, parallel, |(child, factors)| self.factorise(child, factors));
+        let b = front.boundary.len();
+        own.reset();
+        let mut schur = vec![0.0; b * b];
+        for (&child, update) in front.children.iter().zip(updates) {
+            extend(own, &mut schur, &fronts[child].into_parent, &update?);
+        }
+        self.assemble(front, own);
+        own.eliminate(&mut schur).map_err(|pivot| {
+            let unknown = self.symbolic.order[front.start + pivot];
+            SolveError::Factorise {
+                system: self.symbolic.system.clone(),
+                reason: format!("the pivot of unknown {unknown} is zero to rounding or not finite"),
+                hint: "a boundary condition may be missing, or a parameter may be zero that must not be".into(),
+            }
+        })?;
+        Ok(schur)
+    }
+
+    /// Adds the element entries in the rows and columns of the pivots.
+    fn assemble(&self, front: &Front, factors: &mut Factors) {
+        let mut buffer = Element::default();
+        for &e in &front.elements {
+            let shared = self.fetch(e as usize, &mut buffer);
+            scatter(front, factors, &self.symbolic.place, shared.as_deref().unwrap_or(&buffer));
+        }
+    }
+
+    /// The element, in the buffer or shared with other fronts. Two threads may both compute it, with the same result.
+    fn fetch(&self, e: usize, buffer: &mut Element) -> Option<Arc<Element>> {
+        let lock = || self.parked[e].lock().expect("no thread panics while it holds an element");
+        {
+            let mut parked = lock();
+            if let Some(element) = parked.element.clone() {
+                parked.left -= 1;
+                if parked.left == 0 {
+                    parked.element = None;
+                }
+                return Some(element);
+            }
+        }
+        (self.fill)(e, buffer);
+        let mut parked = lock();
+        parked.left -= 1;
+        if parked.left == 0 {
+            parked.element = None;
+            return None;
+        }
+        let element = parked.element.get_or_insert_with(|| Arc::new(std::mem::take(buffer)));
+        Some(Arc::clone(element))
+    }
+}
+
+impl Front {
+    /// Number of fronts in the subtree.
+    fn fronts_below(&self) -> usize {
+        self.children.last().map_or(1, |&last| last - self.first + 2)
+    }
+}
+
+/// Adds a child's Schur complement; row and column `i` of it belong to row and column `into[i]` of the front.
+fn extend(factors: &mut Factors, schur: &mut [f64], into: &[u32], update: &[f64]) {
+    if into.is_empty() {
+        return;
+    }
+    let p = factors.permutation.len();
+    let b = schur.len().isqrt();
+    let inner = into.partition_point(|&row| (row as usize) < p);
+    let (pivots, outer) = into.split_at(inner);
+    for (&column, update) in into.iter().zip(update.chunks_exact(into.len())) {
+        let column = column as usize;
+        let (top, bottom) = if column < p {
+            (&mut factors.lu[column * p..(column + 1) * p], &mut factors.lower[column * b..(column + 1) * b])
+        } else {
+            let column = column - p;
+            (&mut factors.upper[column * p..(column + 1) * p], &mut schur[column * b..(column + 1) * b])
+        };
+        pivots.iter().zip(&update[..inner]).for_each(|(&row, v)| top[row as usize] += v);
+        outer.iter().zip(&update[inner..]).for_each(|(&row, v)| bottom[row as usize - p] += v);
+    }
+}
+
+/// Adds the entries of an element in the rows and columns of the pivots.
+fn scatter(front: &Front, factors: &mut Factors, place: &[u32], element: &Element) {
+    let (p, b) = (front.pivots(), front.boundary.len());
+    let row = |&unknown: &u32| front.row(place[unknown as usize] as usize);
+    let columns: Vec<_> = element.columns.iter().enumerate().filter_map(|(j, u)| Some((j, row(u)?))).collect();
+    let width = element.columns.len();
+    for (i, unknown) in element.rows.iter().enumerate() {
+        let Some(i_front) = row(unknown) else { continue };
+        let values = &element.values[i * width..(i + 1) * width];
+        for &(j, j_front) in &columns {
+            match (i_front < p, j_front < p) {
+                (true, true) => factors.lu[j_front * p + i_front] += values[j],
+                (true, false) => factors.upper[(j_front - p) * p + i_front] += values[j],
+                (false, true) => factors.lower[j_front * b + i_front - p] += values[j],
+                (false, false) => {}
+            }
+        }
+    }
+}
+
+impl Factors {
+    /// `x ← L⁻¹ P x`, `y ← y − L21 x`.
+    fn forward(&self, x: &mut [f64], y: &mut [f64]) {
+        let old = x.to_vec();
+        x.iter_mut().zip(&self.permutation).for_each(|(x, &i)| *x = old[i as usize]);
+        solve_lower(&self.lu, x);
+        subtract_product(&self.lower, y.len(), x, y);
+    }
+
+    /// `x ← U⁻¹ (x − U12 y)`.
+    fn backward(&self, x: &mut [f64], y: &mut [f64]) {
+        subtract_product(&self.upper, x.len(), y, x);
+        solve_upper(&self.lu, x);
+    }
+
+    /// `x ← U⁻ᵀ x`, `y ← y − U12ᵀ x`.
+    fn forward_transposed(&self, x: &mut [f64], y: &mut [f64]) {
+        solve_upper_transposed(&self.lu, x);
+        subtract_transposed_product(&self.upper, x.len(), x, y);
+    }
+
+    /// `x ← Pᵀ L⁻ᵀ (x − L21ᵀ y)`.
+    fn backward_transposed(&self, x: &mut [f64], y: &mut [f64]) {
+        subtract_transposed_product(&self.lower, y.len(), y, x);
+        solve_lower_transposed(&self.lu, x);
+        let old = x.to_vec();
+        self.permutation.iter().zip(old).for_each(|(&i, v)| x[i as usize] = v);
+    }
+}
