@@ -83,15 +83,22 @@ fn bytes(path: PathBuf) -> Vec<u8> {
 
 #[test]
 fn a_resumed_run_has_the_bits_of_an_uninterrupted_one() {
+    for kind in ["anderson", "fixed-point", "newton"] {
+        resumes_bit_for_bit(kind);
+    }
+}
+
+fn resumes_bit_for_bit(kind: &str) {
     let root = tempfile::tempdir().unwrap();
     let (whole, parts) = (folder(&root, "whole"), folder(&root, "parts"));
-    let summary = run_in(&whole, &scene_of(SCENE, &[]), false).unwrap();
+    let coupling = ("coupling.kind", kind);
+    let summary = run_in(&whole, &scene_of(SCENE, &[coupling]), false).unwrap();
     assert_eq!(summary.ending, Ending::EndTime);
     for stop in ["3", "5"] {
-        let first = run_in(&parts, &scene_of(SCENE, &[("time.max_steps", stop)]), stop != "3").unwrap();
+        let first = run_in(&parts, &scene_of(SCENE, &[coupling, ("time.max_steps", stop)]), stop != "3").unwrap();
         assert_eq!(first.ending, Ending::MaxSteps);
     }
-    let last = run_in(&parts, &scene_of(SCENE, &[]), true).unwrap();
+    let last = run_in(&parts, &scene_of(SCENE, &[coupling]), true).unwrap();
     assert_eq!(last.counts, summary.counts);
     let name = format!("fields/step-{:06}.vtu", summary.counts.steps);
     for file in ["history.csv", name.as_str(), "cuts/axis-1.csv", "cuts/oblique.csv"] {

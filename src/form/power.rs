@@ -1,10 +1,11 @@
 //! The elastic force of the energy-consistent variant: the power of advection as a functional of the velocity.
 //!
-//! `X(w) = ∫ (w·∇_hp)·ℓ + Σ_Si ∫ {½ sgn(v·n)(w·n)[ℓ] − (w·n){ℓ}}·[p] − ∫_{ΓD, v·n<0} (w·n)(p−p_D)·ℓ` equals
+//! `X(w) = ∫ (w·∇_hp)·ℓ + Σ_Si ∫ {½ s (w·n)[ℓ] − (w·n){ℓ}}·[p] − ∫_{ΓD, s<0} (w·n)(p−p_D)·ℓ` with `s = sgn(v·n)` equals
 //! `a_upw(p,ℓ;v) − ∫_ΓD (v·n)⊖ p_D·ℓ` at `w = v`, quadrature point by quadrature point. Where the velocity condition is
 //! natural, [`natural_traction`] keeps `n·σ` what the condition says. Quadrature degrees are those of the advection.
 
 use super::integrate::{FacePoint, Faces};
+use super::upwind::Carrier;
 use super::words::{Trace, Vector};
 use super::{Bilinear, Linear};
 use crate::mesh::Point;
@@ -16,8 +17,8 @@ pub struct Power<'a, G> {
     pub p: &'a Field,
     /// `ℓ = L_h`, or `L_h/B`.
     pub l: &'a Field,
-    /// The flow whose direction picks the upwind side.
-    pub flow: &'a Field,
+    /// The flow, and the directions that pick the upwind side: those of the advection.
+    pub carrier: Carrier<'a>,
     /// Faces with a Dirichlet polarity, and its value there.
     pub inflow: Faces,
     pub data: G,
@@ -25,26 +26,24 @@ pub struct Power<'a, G> {
 
 impl<'a, G: Fn(&FacePoint) -> Point + Sync + Copy + 'a> Power<'a, G> {
     fn degrees(&self) -> (usize, usize) {
-        (2 * self.p.space.degree - 1 + self.flow.space.degree, 2 * self.p.space.degree + self.flow.space.degree)
+        (
+            2 * self.p.space.degree - 1 + self.carrier.flow.space.degree,
+            2 * self.p.space.degree + self.carrier.flow.space.degree,
+        )
     }
 
     /// `½ sgn(v·n)[ℓ] − {ℓ}` and `[p]` on an interior face.
     fn on_face(&self, s: &FacePoint) -> (Point, Point) {
         let plus = s.plus.as_ref().expect("an interior face");
-        let side = self.side(s);
+        let side = self.carrier.side(s);
         let (inner, outer) = (self.l.vector(&s.minus), self.l.vector(plus));
         let flux = inner * (0.5 * (side - 1.0)) - outer * (0.5 * (side + 1.0));
         (flux, self.p.vector(&s.minus) - self.p.vector(plus))
     }
 
-    fn side(&self, s: &FacePoint) -> f64 {
-        let vn = self.flow.vector(&s.minus).dot(&s.n);
-        if vn == 0.0 { 0.0 } else { vn.signum() }
-    }
-
     /// 1 where the flow enters.
     fn enters(&self, s: &FacePoint) -> f64 {
-        f64::from(u8::from(self.flow.vector(&s.minus).dot(&s.n) < 0.0))
+        f64::from(u8::from(self.carrier.side(s) < 0.0))
     }
 
     /// `X(w)`, test w.
@@ -96,7 +95,7 @@ impl<'a, G: Fn(&FacePoint) -> Point + Sync + Copy + 'a> Power<'a, G> {
             move |lambda: Vector, w: Vector| (gradient * w.value).dot(&lambda.value)
         })
         .faces(Faces::INTERIOR, face, move |s| {
-            let ((_, jump), n, side) = (self.on_face(s), s.n, self.side(s));
+            let ((_, jump), n, side) = (self.on_face(s), s.n, self.carrier.side(s));
             let (inner, outer) = (jump * (0.5 * (side - 1.0)), jump * (0.5 * (side + 1.0)));
             move |lambda: Trace<Vector>, w: Trace<Vector>| {
                 w.minus.value.dot(&n) * (inner.dot(&lambda.minus.value) - outer.dot(&lambda.plus.value))

@@ -1,12 +1,14 @@
 //! Numbers and curves from fields.
 
 pub mod asymmetry;
+pub mod budget;
 pub mod cut;
 pub mod errors;
 pub mod overshoot;
 pub mod stream;
 
 pub use asymmetry::Mirror;
+pub use budget::Budget;
 pub use cut::{Line, Sample};
 pub use overshoot::Overshoot;
 pub use stream::StreamFunction;

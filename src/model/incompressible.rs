@@ -9,6 +9,7 @@ use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::sources::Sources;
 use crate::form::power::{self, Power};
+use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
 use crate::form::{CellPoint, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, stokes};
 use crate::mesh::{Mesh, Point};
@@ -144,9 +145,9 @@ impl Incompressible {
 
     /// `F(w) = T_a(p|w) − ω(p,L_h,w) − a δ(p,L_h,w) + κ²B c_h(p,p,w) + S_a δ(p,p,w)`   [7.11a], without what is given from outside
     ///
-    /// `molecular` is `L_h/B`, and `flow` picks the upwind sides of the energy-consistent force X, which replaces the term with
-    /// c_h. Terms whose parameter is zero are not assembled.
-    pub fn inner_force(&self, p: &Field, molecular: Option<&Field>, flow: &Field, t: f64) -> Vec<f64> {
+    /// `molecular` is `L_h/B`, and `sides` is the flow that picks the upwind sides of the energy-consistent force X, which
+    /// replaces the term with c_h. Terms whose parameter is zero are not assembled.
+    pub fn inner_force(&self, p: &Field, molecular: Option<&Field>, sides: &Field, t: f64) -> Vec<f64> {
         let (m, velocity) = (&self.parameters, &*self.momentum.velocity);
         let mut form = Linear::zero();
         if m.traction != 0.0 {
@@ -162,7 +163,8 @@ impl Incompressible {
                 ElasticForce::Stress => form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p),
                 ElasticForce::Energy => {
                     let data = move |s: &FacePoint| self.polarity.data(s, t);
-                    let power = Power { p, l, flow, inflow: self.polarity.dirichlet, data };
+                    let carrier = Carrier::from(sides);
+                    let power = Power { p, l, carrier, inflow: self.polarity.dirichlet, data };
                     let [open, dirichlet] = self.natural_faces;
                     let shift = power::natural_traction(velocity, p, m.coherence, open, dirichlet);
                     return self
@@ -187,13 +189,13 @@ impl Incompressible {
     }
 
     /// All forces of the polarity `p` and from outside   [7.11a]
-    pub fn force(&self, p: &Field, flow: &Field, inputs: &Inputs) -> Vec<f64> {
-        self.force_of(p, self.molecular(p, inputs.t).as_ref(), flow, inputs)
+    pub fn force(&self, p: &Field, sides: &Field, inputs: &Inputs) -> Vec<f64> {
+        self.force_of(p, self.molecular(p, inputs.t).as_ref(), sides, inputs)
     }
 
     /// As [`Incompressible::force`] with `L_h/B` at hand.
-    pub fn force_of(&self, p: &Field, molecular: Option<&Field>, flow: &Field, inputs: &Inputs) -> Vec<f64> {
-        let mut force = self.inner_force(p, molecular, flow, inputs.t);
+    pub fn force_of(&self, p: &Field, molecular: Option<&Field>, sides: &Field, inputs: &Inputs) -> Vec<f64> {
+        let mut force = self.inner_force(p, molecular, sides, inputs.t);
         axpy(1.0, &inputs.force, &mut force);
         force
     }
@@ -326,7 +328,7 @@ impl Incompressible {
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
         let molecular = self.polarity.molecular_functional(&self.loops, &state.p, t);
-        let mut r = self.polarity.carried(&self.loops, &state.v, &state.p, t);
+        let mut r = self.polarity.carried(&self.loops, Carrier::from(&state.v), &state.p, t);
         axpy(1.0, &molecular, &mut r);
         axpy(-1.0, &self.polarity_source(&self.sources.at_time(t), t), &mut r);
         r
@@ -337,6 +339,15 @@ impl Incompressible {
         let mut out = self.polarity.diffusion_data(&self.loops, inputs.t);
         axpy(1.0, &inputs.source, &mut out);
         out
+    }
+
+    /// The flow with the directions that decide what is upstream during a step: its own, or, with the energy-consistent force,
+    /// those of the flow before the step.
+    pub fn carrier<'a>(&self, flow: &'a Field, before: &'a Field) -> Carrier<'a> {
+        match self.parameters.elastic_force {
+            ElasticForce::Stress => Carrier::from(flow),
+            ElasticForce::Energy => Carrier { flow, sides: before },
+        }
     }
 
     /// The pressure Π: in the energy-consistent form the multiplier is Π + Ψ, and the L² projection of Ψ is taken off.

@@ -9,6 +9,7 @@ use super::boundary::{Conditions, PolarityCondition};
 use super::expression::Expression;
 use super::manufactured::Exact;
 use super::parameters::Parameters;
+use crate::form::upwind::Carrier;
 use crate::form::words::{Scalar, Vector};
 use crate::form::{Bilinear, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, swip, upwind};
 use crate::mesh::{Mesh, Point};
@@ -173,9 +174,9 @@ impl Polarity {
     /// The operator of one step, linear in the new polarity; `w = α₀/Δt`, `last` the last iterate:
     ///
     /// `w Pe (p|q) + Pe a_upw(p,q;v) − Pe [ω(p,q,v) + a δ(p,q,v)] + (|p*|²p|q) + κ² a_swip(p,q)`   [7.11c], [8.35]
-    pub fn operator(&self, loops: &Integrator, w: f64, flow: &Field, last: &Field, out: &mut VectorBlocks) {
-        let space = &*self.space;
-        let alike = self.parameters.peclet * upwind::a_upw(space, flow, self.dirichlet)
+    pub fn operator(&self, loops: &Integrator, w: f64, carrier: Carrier, last: &Field, out: &mut VectorBlocks) {
+        let (space, flow) = (&*self.space, carrier.flow);
+        let alike = self.parameters.peclet * upwind::a_upw(space, carrier, self.dirichlet)
             + mass::weighted_mass(space, 2 * space.degree, |x| last.vector(&x.site).norm_squared());
         self.assemble(loops, w, &alike, out);
         loops.add_cell_blocks(&self.turning_form(flow), space, space, &mut out.diagonal);
@@ -220,10 +221,10 @@ impl Polarity {
     /// Derivative of the equation of one step along p, `w = α₀/Δt`; `well` is that of `(1/B)(L_h|q)`:
     ///
     /// `w Pe (φ|q) + Pe a_upw(φ,q;v) − Pe [ω(φ,q,v) + a δ(φ,q,v)] + (1/B)(L_h'φ|q)`   [7.11c]
-    pub fn tangent(&self, loops: &Integrator, w: f64, flow: &Field, well: &VectorBlocks) -> VectorBlocks {
-        let space = &*self.space;
+    pub fn tangent(&self, loops: &Integrator, w: f64, carrier: Carrier, well: &VectorBlocks) -> VectorBlocks {
+        let (space, flow) = (&*self.space, carrier.flow);
         let mut out = self.empty_operator();
-        let alike = self.parameters.peclet * upwind::a_upw(space, flow, self.dirichlet);
+        let alike = self.parameters.peclet * upwind::a_upw(space, carrier, self.dirichlet);
         self.assemble(loops, w, &alike, &mut out);
         loops.add_cell_blocks(&self.turning_form(flow), space, space, &mut out.diagonal);
         // the diffusion is in both: the cell blocks of `well` less those of the diffusion are the double well's
@@ -240,9 +241,9 @@ impl Polarity {
     }
 
     /// `Pe a_upw(p,q;v) − Pe ∫_ΓDp (v·n)⊖ p_D·q − Pe [ω + a δ](p,q,v)` as a functional of q   [7.11c]
-    pub fn carried(&self, loops: &Integrator, flow: &Field, p: &Field, t: f64) -> Vec<f64> {
-        let m = &self.parameters;
-        let advection = upwind::advection(p, flow, self.dirichlet, |s| self.data(s, t));
+    pub fn carried(&self, loops: &Integrator, carrier: Carrier, p: &Field, t: f64) -> Vec<f64> {
+        let (m, flow) = (&self.parameters, carrier.flow);
+        let advection = upwind::advection(p, carrier, self.dirichlet, |s| self.data(s, t));
         loops.vector(&(m.peclet * advection - m.peclet * polarity::turning(p, flow, m.slip)), &self.space)
     }
 
@@ -260,12 +261,12 @@ impl Polarity {
     }
 
     /// `Pe ∫_ΓDp (v·n)⊖ p_D·q`: what the flow brings in   [7.11c]
-    pub fn inflow(&self, loops: &Integrator, flow: &Field, t: f64) -> Vec<f64> {
+    pub fn inflow(&self, loops: &Integrator, carrier: Carrier, t: f64) -> Vec<f64> {
         if self.dirichlet == Faces::NONE {
             return vec![0.0; self.space.dof_count()];
         }
         let data = move |s: &FacePoint| self.data(s, t);
-        let form = self.parameters.peclet * upwind::l_upw(&self.space, flow, self.dirichlet, FORMULA_DEGREE, data);
+        let form = self.parameters.peclet * upwind::l_upw(&self.space, carrier, self.dirichlet, FORMULA_DEGREE, data);
         loops.vector(&form, &self.space)
     }
 

@@ -13,6 +13,7 @@ use super::incompressible::{Incompressible, State};
 use super::momentum::MomentumError;
 use super::parameters::ElasticForce;
 use crate::form::power::{self, Power};
+use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
 use crate::form::{Bilinear, FacePoint, elastic, mass, polarity, upwind};
 use crate::solve::blocks::{NONE, VectorBlocks};
@@ -50,18 +51,19 @@ pub struct Tangent<'m> {
 }
 
 impl<'m> Tangent<'m> {
-    /// Linearises at `state` and time `t`; `w = α₀/Δt` is the weight of the new polarity in the time derivative (0 for the
+    /// Linearises at `state` and time `t`; `before` is the flow whose directions the energy-consistent force keeps, and `w = α₀/Δt` is the weight of the new polarity in the time derivative (0 for the
     /// stationary equations).
-    pub fn new(model: &'m Incompressible, state: &'m State, w: f64, t: f64) -> Self {
+    pub fn new(model: &'m Incompressible, state: &'m State, before: &'m Field, w: f64, t: f64) -> Self {
+        let carrier = model.carrier(&state.v, before);
         let (loops, p) = (&model.loops, &state.p);
         let molecular = model.polarity.molecular_tangent(loops, p);
-        let operator = model.polarity.tangent(loops, w, &state.v, &molecular);
+        let operator = model.polarity.tangent(loops, w, carrier, &molecular);
         let l = model.molecular(p, t);
-        let force = ForceTangent::new(model, state, l.as_ref(), model.parameters.elastic_force, t);
+        let force = ForceTangent::new(model, state, carrier, l.as_ref(), model.parameters.elastic_force, t);
         let data = |s: &FacePoint| model.polarity.data(s, t);
         let (pe, a) = (model.parameters.peclet, model.parameters.slip);
         let velocity = &*model.momentum.velocity;
-        let form = pe * upwind::advection_by_flow(p, &state.v, model.polarity.dirichlet, data)
+        let form = pe * upwind::advection_by_flow(p, carrier, model.polarity.dirichlet, data)
             - pe * polarity::turning_by_flow(velocity, p, a);
         let mut drag = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count() * p.space.cell_dof_count()];
         loops.add_own_rows(&form, (velocity, &p.space), &mut drag);
@@ -71,7 +73,14 @@ impl<'m> Tangent<'m> {
     /// `F′` with the elastic force that only couples a cell with itself.
     pub fn local_force(&self) -> ForceTangent {
         let l = self.model.molecular(&self.state.p, self.t);
-        ForceTangent::new(self.model, self.state, l.as_ref(), ElasticForce::Stress, self.t)
+        ForceTangent::new(
+            self.model,
+            self.state,
+            Carrier::from(&self.state.v),
+            l.as_ref(),
+            ElasticForce::Stress,
+            self.t,
+        )
     }
 
     /// `F′ φ`, a functional on the velocity space.
@@ -160,7 +169,14 @@ fn add_product(a: &[f64], x: &[f64], out: &mut [f64]) {
 
 impl ForceTangent {
     /// Derivative of the force [7.11a] at `state` with the elastic part of `kind`; `l` is `L_h/B`.
-    pub fn new(model: &Incompressible, state: &State, l: Option<&Field>, kind: ElasticForce, t: f64) -> Self {
+    fn new(
+        model: &Incompressible,
+        state: &State,
+        carrier: Carrier,
+        l: Option<&Field>,
+        kind: ElasticForce,
+        t: f64,
+    ) -> Self {
         let (m, p) = (&model.parameters, &state.p);
         let (velocity, space) = (&*model.momentum.velocity, &*p.space);
         let mut form = Bilinear::zero();
@@ -183,7 +199,7 @@ impl ForceTangent {
             }
             ElasticForce::Energy => {
                 let data = move |s: &FacePoint| model.polarity.data(s, t);
-                let power = Power { p, l, flow: &state.v, inflow: model.polarity.dirichlet, data };
+                let power = Power { p, l, carrier, inflow: model.polarity.dirichlet, data };
                 let [open, dirichlet] = model.natural_faces;
                 let shift = power::natural_traction_tangent(velocity, p, m.coherence, open, dirichlet);
                 form = form + b * power.by_polarity() - b * shift;

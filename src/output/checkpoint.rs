@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{OutputError, write_whole};
 use crate::time::Checkpoint;
 
-const MAGIC: &str = "monolayer checkpoint 2";
+const MAGIC: &str = "monolayer checkpoint 3";
 
 /// A checkpoint and the scene that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{RunError, Setup};
-use crate::measure::{Mirror, Overshoot};
+use crate::measure::{Budget, Mirror, Overshoot};
 use crate::model::incompressible::Residuals;
 use crate::scene::{Measure, Scene, What};
 use crate::time::{March, Schedule};
@@ -131,6 +131,9 @@ impl<'s> Gauges<'s> {
         let Setup { mesh, locator, model, .. } = self.setup;
         match measure {
             Measure::FreeEnergy => {}
+            Measure::EnergyBudget => {
+                values.extend(march.budget().columns());
+            }
             Measure::Overshoot => {
                 let span = (self.centre[0] + self.radius, self.end);
                 let v = Overshoot::of(&march.state.v, mesh, locator, span, self.centre[1])?;
@@ -164,7 +167,8 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
     };
     let (energy, overshoot, asymmetry) =
         (named(Measure::FreeEnergy), named(Measure::Overshoot), named(Measure::Asymmetry));
-    if energy || overshoot || asymmetry || scene.time.stop_residual.is_some() {
+    let budget = named(Measure::EnergyBudget);
+    if energy || overshoot || asymmetry || budget || scene.time.stop_residual.is_some() {
         columns.extend(["residual", "residual_velocity", "residual_pressure", "residual_polarity"]);
     }
     if energy || scene.time.stop_energy_rate.is_some() {
@@ -175,6 +179,9 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
     }
     if asymmetry {
         columns.extend(["asymmetry_velocity", "asymmetry_polarity"]);
+    }
+    if budget {
+        columns.extend(Budget::default().columns().map(|(name, _)| name));
     }
     columns
 }

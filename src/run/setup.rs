@@ -153,6 +153,7 @@ impl Setup {
         saved.velocity.len() == momentum.velocity.dof_count()
             && saved.pressure.len() == momentum.pressure.dof_count()
             && saved.rate_of_p.len() == unknowns
+            && saved.origin.as_ref().is_none_or(|o| o.fits(momentum.velocity.dof_count(), unknowns))
             && !saved.past.is_empty()
             && saved.past.iter().all(|(_, p)| p.len() == unknowns)
     }

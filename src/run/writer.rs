@@ -219,7 +219,7 @@ impl Writer {
         let (state, model) = (&march.state, &setup.model);
         Ok(match field {
             Field::Velocity => state.v.clone(),
-            Field::Pressure => state.pi.clone(),
+            Field::Pressure => model.pressure(state)?,
             Field::Polarity => state.p.clone(),
             Field::MolecularField => {
                 let mut l = model.polarity.molecular_over_b(&model.loops, &state.p, march.t);
@@ -246,11 +246,12 @@ impl Writer {
             };
             let path = self.out.join("cuts").join(file);
             let state = &march.state;
+            let pressure = march.model.pressure(state)?;
             write_whole(&path, |out| {
                 writeln!(out, "s,x1,x2,v1,v2,pressure,p1,p2")?;
                 for sample in samples {
                     let v = |field: &space::Field, c| cut::value(field, &sample.at, c);
-                    let (v, pi, p) = ([0, 1].map(|c| v(&state.v, c)), v(&state.pi, 0), [0, 1].map(|c| v(&state.p, c)));
+                    let (v, pi, p) = ([0, 1].map(|c| v(&state.v, c)), v(&pressure, 0), [0, 1].map(|c| v(&state.p, c)));
                     let row = [sample.s, sample.x.x, sample.x.y, v[0], v[1], pi, p[0], p[1]];
                     writeln!(out, "{}", row.map(number).join(","))?;
                 }

@@ -35,6 +35,8 @@ pub enum Measure {
     Asymmetry,
     /// `F` and `dF/dt`
     FreeEnergy,
+    /// Every term of the energy law, and what they leave.
+    EnergyBudget,
 }
 
 /// The six axes of the strip, lengths in disc radii.
@@ -116,6 +118,7 @@ impl Measure {
             Measure::Overshoot => "overshoot",
             Measure::Asymmetry => "asymmetry",
             Measure::FreeEnergy => "free-energy",
+            Measure::EnergyBudget => "energy-budget",
         }
     }
 }

@@ -188,12 +188,13 @@ fn fixed_point(step: &Step, depth: usize, phases: &mut Phases) -> Result<StepOut
     let (mut first, mut linear_iterations) = (0.0, 0);
     for k in 1..=settings.max_iterations {
         step.check_interrupt()?;
-        let force = phases.measure("force", || model.force(&state.p, &state.v, &inputs));
+        let force = phases.measure("force", || model.force(&state.p, &guess.v, &inputs));
         let (v, pi) = phases.measure("stokes", || model.flow_of(&force, &inputs))?;
+        let carrier = model.carrier(&v, &guess.v);
         phases.measure("polarity assembly", || {
-            model.polarity.operator(&model.loops, weight, &v, &state.p, &mut operator);
+            model.polarity.operator(&model.loops, weight, carrier, &state.p, &mut operator);
         });
-        let mut b = phases.measure("polarity assembly", || model.polarity.inflow(&model.loops, &v, t));
+        let mut b = phases.measure("polarity assembly", || model.polarity.inflow(&model.loops, carrier, t));
         for ((b, f), p) in b.iter_mut().zip(&fixed).zip(model.polarity.mass_times(&state.p.values)) {
             *b += f + p;
         }

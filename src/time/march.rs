@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::control::{Control, ControlSettings};
 use super::coupling::{CouplingSettings, Memory, Step, StepFailure, StepOutcome, solve_step};
+use super::newton::Origin;
 use super::schedule::trim;
-use super::{Phases, bdf};
+use super::{Phases, bdf, newton};
+use crate::measure::Budget;
 use crate::model::incompressible::{Incompressible, Residuals, State};
 use crate::model::momentum::MomentumError;
 use crate::space::Field;
@@ -85,6 +87,8 @@ pub struct Checkpoint {
     pub rate_of_p: Vec<f64>,
     /// Steps in a row with `|dF/dt|` below its bound.
     pub quiet: usize,
+    /// Where the factors of Newton's method come from.
+    pub origin: Option<Origin>,
 }
 
 /// What interrupts a march that nobody interrupts.
@@ -107,6 +111,8 @@ pub struct March<'m> {
     past: Vec<(f64, Field)>,
     rate_of_p: Vec<f64>,
     memory: Memory,
+    /// The factors' origin before an attempt that was interrupted.
+    abandoned: Option<Option<Origin>>,
 }
 
 impl<'m> March<'m> {
@@ -146,6 +152,7 @@ impl<'m> March<'m> {
             past,
             rate_of_p,
             memory: Memory::default(),
+            abandoned: None,
         })
     }
 
@@ -170,7 +177,8 @@ impl<'m> March<'m> {
             control: from.control.within(&settings.control),
             past,
             rate_of_p: from.rate_of_p,
-            memory: Memory::default(),
+            abandoned: None,
+            memory: Memory { newton: from.origin.map(|o| newton::Memory::restore(model, o)).unwrap_or_default() },
         }
     }
 
@@ -190,6 +198,7 @@ impl<'m> March<'m> {
             pressure: self.state.pi.values.clone(),
             rate_of_p: self.rate_of_p.clone(),
             quiet: self.quiet,
+            origin: self.abandoned.clone().unwrap_or_else(|| self.memory.newton.origin().cloned()),
         }
     }
 
@@ -215,9 +224,14 @@ impl<'m> March<'m> {
                 settings: coupling,
                 interrupt: self.interrupt,
             };
+            let before = self.memory.newton.origin().cloned();
             match solve_step(&attempt, &mut self.memory, &mut self.phases) {
                 Ok(outcome) => return Ok(self.accept(outcome, t, order, rejected)),
-                Err(StepFailure::Interrupted) => return Err(MarchError::Interrupted { step, t: self.t }),
+                Err(StepFailure::Interrupted) => {
+                    // a resumed run begins this attempt anew, with the factors that it began with
+                    self.abandoned = Some(before);
+                    return Err(MarchError::Interrupted { step, t: self.t });
+                }
                 Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
                     return Err(MarchError::Failed { step, t: self.t, cause: Box::new(cause) });
                 }
@@ -283,6 +297,11 @@ impl<'m> March<'m> {
     pub fn residuals(&mut self) -> Result<Residuals, MomentumError> {
         let (model, state, t) = (self.model, &self.state, self.t);
         self.phases.measure("residuals", || model.residuals(state, t))
+    }
+
+    /// The terms of the energy law at the current state.
+    pub fn budget(&self) -> Budget {
+        Budget::of(self.model, &self.state, &self.rate_of_p, self.t)
     }
 
     /// Free energy `F_h` and its rate `(L_h|∂_t p)`.

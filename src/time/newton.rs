@@ -8,6 +8,8 @@
 
 use std::cell::RefCell;
 
+use serde::{Deserialize, Serialize};
+
 use super::Phases;
 use super::coupling::{Step, StepFailure, StepOutcome, increment, rate};
 use crate::model::incompressible::{Incompressible, Inputs, State};
@@ -23,9 +25,30 @@ use crate::space::Field;
 pub struct Memory {
     structure: Option<Structure>,
     lagged: Option<Lagged>,
-    /// GMRES iterations of the first solve with the factors, and the surplus over it since.
+    origin: Option<Origin>,
+}
+
+/// Where the factors come from: enough to make them anew, bit for bit, and to know when they are worn out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Coefficients of the polarity and the velocity that the derivative was taken at.
+    p: Vec<f64>,
+    v: Vec<f64>,
+    /// The velocity before the step.
+    before: Vec<f64>,
+    /// `α₀/Δt`, and the time.
+    weight: f64,
+    t: f64,
+    /// GMRES iterations of the first solve with the factors (0 before it), and the surplus over it since.
     fresh: usize,
     surplus: usize,
+}
+
+impl Origin {
+    /// Whether it has so many unknowns of velocity and polarity.
+    pub fn fits(&self, velocity: usize, polarity: usize) -> bool {
+        self.v.len() == velocity && self.before.len() == velocity && self.p.len() == polarity
+    }
 }
 
 impl Memory {
@@ -39,8 +62,43 @@ impl Memory {
             None => Lagged::new(structure, tangent),
         });
         self.lagged = Some(made?);
-        (self.fresh, self.surplus) = (0, 0);
         Ok(())
+    }
+
+    /// Whether there are factors that still serve.
+    fn serves(&self) -> bool {
+        self.lagged.is_some() && self.origin.as_ref().is_some_and(|origin| origin.surplus <= SURPLUS)
+    }
+
+    /// Books a solve of so many iterations.
+    fn book(&mut self, iterations: usize) {
+        if let Some(origin) = &mut self.origin {
+            if origin.fresh == 0 {
+                origin.fresh = iterations.max(1);
+            }
+            origin.surplus += iterations.saturating_sub(origin.fresh);
+        }
+    }
+
+    /// What a checkpoint has to keep.
+    pub fn origin(&self) -> Option<&Origin> {
+        self.origin.as_ref()
+    }
+
+    /// The memory that a checkpoint kept, with the factors made anew; an empty one where that fails.
+    pub fn restore(model: &Incompressible, origin: Origin) -> Self {
+        let mut memory = Self::default();
+        let state = State {
+            v: Field::new(&model.momentum.velocity, origin.v.clone()),
+            pi: Field::zero(&model.momentum.pressure),
+            p: Field::new(&model.polarity.space, origin.p.clone()),
+        };
+        let before = Field::new(&model.momentum.velocity, origin.before.clone());
+        let tangent = Tangent::new(model, &state, &before, origin.weight, origin.t);
+        if memory.factorise(model, &tangent, &mut Phases::default()).is_ok() {
+            memory.origin = Some(origin);
+        }
+        memory
     }
 }
 
@@ -74,19 +132,19 @@ impl Equations<'_> {
     }
 
     /// Velocity and pressure of `p`, then the residual of the polarity equation [7.11c].
-    fn evaluate(&self, p: Field, upstream: &Field, phases: &mut Phases) -> Result<Trial, StepFailure> {
-        let (model, inputs) = (self.model(), &self.inputs);
+    fn evaluate(&self, p: Field, phases: &mut Phases) -> Result<Trial, StepFailure> {
+        let (model, inputs, before) = (self.model(), &self.inputs, &self.step.guess.v);
         let well = phases.measure("residual", || model.polarity.molecular_functional(&model.loops, &p, inputs.t));
         let force = phases.measure("force", || {
             let l = (model.parameters.elasticity != 0.0)
                 .then(|| Field::new(&model.polarity.space, model.polarity.mass_solve(&well)));
-            model.force_of(&p, l.as_ref(), upstream, inputs)
+            model.force_of(&p, l.as_ref(), before, inputs)
         });
         let (v, pi) = phases.measure("stokes", || model.flow_of(&force, inputs))?;
         let residual = phases.measure("residual", || {
             let mut rate = self.history.clone();
             axpy(self.weight, &p.values, &mut rate);
-            let mut r = model.polarity.carried(&model.loops, &v, &p, inputs.t);
+            let mut r = model.polarity.carried(&model.loops, model.carrier(&v, before), &p, inputs.t);
             axpy(1.0, &well, &mut r);
             axpy(-1.0, &inputs.source, &mut r);
             axpy(model.parameters.peclet, &model.polarity.mass_times(&rate), &mut r);
@@ -119,7 +177,7 @@ pub(super) fn iterate(step: &Step, memory: &mut Memory, phases: &mut Phases) -> 
     let inputs = phases.measure("inputs", || model.inputs(step.t))?;
     let (weight, history) = step.differences();
     let equations = Equations { step, inputs, weight, history };
-    let mut now = equations.evaluate(predict(step), &step.guess.v, phases)?;
+    let mut now = equations.evaluate(predict(step), phases)?;
     let (mut first, mut linear_iterations) = (0.0, 0);
     let mut last_size = f64::INFINITY;
     for k in 1..=settings.max_iterations {
@@ -206,7 +264,7 @@ fn moved(
 ) -> Result<Trial, StepFailure> {
     let mut p = now.state.p.clone();
     axpy(scale, delta, &mut p.values);
-    equations.evaluate(p, &now.state.v, phases)
+    equations.evaluate(p, phases)
 }
 
 /// Solves with the exact derivative; makes factors anew where there are none or GMRES has become slow.
@@ -218,12 +276,24 @@ fn correction(
     phases: &mut Phases,
 ) -> Result<(Vec<f64>, usize), StepFailure> {
     let model = equations.model();
-    let tangent = phases.measure("tangent", || Tangent::new(model, &now.state, equations.weight, equations.inputs.t));
+    let tangent = phases.measure("tangent", || {
+        Tangent::new(model, &now.state, &equations.step.guess.v, equations.weight, equations.inputs.t)
+    });
     let right: Vec<f64> = now.residual.iter().map(|r| -r).collect();
     let mut products = 0;
     for attempt in 0..2 {
-        if memory.lagged.is_none() || memory.surplus > SURPLUS || attempt == 1 {
+        if !memory.serves() || attempt == 1 {
+            memory.origin = None;
             memory.factorise(model, &tangent, phases)?;
+            memory.origin = Some(Origin {
+                p: now.state.p.values.clone(),
+                v: now.state.v.values.clone(),
+                before: equations.step.guess.v.values.clone(),
+                weight: equations.weight,
+                t: equations.inputs.t,
+                fresh: 0,
+                surplus: 0,
+            });
         }
         let lagged = memory.lagged.as_ref().expect("just made");
         let failure: RefCell<Option<MomentumError>> = RefCell::new(None);
@@ -242,10 +312,7 @@ fn correction(
         if let Some(error) = failure.into_inner() {
             return Err(error.into());
         }
-        if memory.fresh == 0 {
-            memory.fresh = outcome.iterations.max(1);
-        }
-        memory.surplus += outcome.iterations.saturating_sub(memory.fresh);
+        memory.book(outcome.iterations);
         if outcome.converged && delta.iter().all(|d| d.is_finite()) {
             return Ok((delta, products));
         }

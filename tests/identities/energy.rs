@@ -1,10 +1,14 @@
 //! The semi-discrete energy law, term by term.
 
+use std::sync::Arc;
+
 use crate::common::*;
-use crate::model::{PARAMETERS, closed, describe};
+use crate::model::{PARAMETERS, closed, describe, settings};
+use monolayer::mesh::Mesh;
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::{ElasticForce, Parameters};
 use monolayer::space::Field;
+use monolayer::time::{CouplingKind, March};
 
 /// What the law `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v)` leaves, relative to its largest term.
 fn defect(model: &Incompressible, p: &Field) -> f64 {
@@ -53,6 +57,43 @@ fn the_energy_consistent_force_obeys_the_law_to_rounding_for_any_polarity() {
             let (exact, stress) = (of(ElasticForce::Energy), of(ElasticForce::Stress));
             println!("energy-consistent {exact:.1e}, stress {stress:.1e}");
             assert!(exact < 1e-12 && stress > 1e-3, "energy-consistent {exact:.1e}, stress {stress:.1e}");
+        }
+    }
+}
+
+/// A passive tissue in a closed domain from a rough random start: its free energies and the terms of the law, step by step.
+fn relax(mesh: &Arc<Mesh>, elastic_force: ElasticForce, seed: u64, amplitude: f64) -> Vec<(f64, f64, f64)> {
+    let parameters = Parameters { elastic_force, traction: 0.0, active_stress: 0.0, ..PARAMETERS };
+    let model = Incompressible::new(mesh, &describe(mesh, parameters, |_| closed())).unwrap();
+    let mut start = random(&model.polarity.space, seed);
+    start.values.iter_mut().for_each(|v| *v *= amplitude);
+    let mut settings = settings(1e-3, 1);
+    settings.coupling.kind = CouplingKind::Newton;
+    settings.coupling.tolerance = 1e-9;
+    settings.coupling.accept = 1e-8;
+    let mut march = March::start(&model, settings, start).unwrap();
+    let mut rows = vec![(march.energy().0, 0.0, 0.0)];
+    for _ in 0..25 {
+        march.advance(1e9).expect("the step converges");
+        let budget = march.budget();
+        rows.push((march.energy().0, budget.defect(), budget.relaxation + budget.viscosity + budget.friction));
+    }
+    rows
+}
+
+#[test]
+fn a_closed_tissue_without_activity_never_gains_energy() {
+    for mesh in [square(3), disc()] {
+        for (seed, amplitude) in [(1, 0.1), (2, 1.0), (3, 3.0)] {
+            let rows = relax(&mesh, ElasticForce::Energy, seed, amplitude);
+            for (k, pair) in rows.windows(2).enumerate() {
+                assert!(pair[1].0 <= pair[0].0, "amplitude {amplitude}, step {k}: {:e} to {:e}", pair[0].0, pair[1].0);
+            }
+            let (first, last) = (rows[0].0, rows[rows.len() - 1].0);
+            assert!(last < 0.9 * first, "it relaxes: {first} to {last}");
+            for (_, defect, dissipation) in &rows[1..] {
+                assert!(defect.abs() < 1e-5 * dissipation, "the law leaves {defect:e} of {dissipation:e}");
+            }
         }
     }
 }

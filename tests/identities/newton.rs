@@ -71,7 +71,7 @@ fn every_entry_of_the_derivative_is_that_of_the_equations() {
     for (model, name) in cases() {
         let now = state(&model, 11);
         let (t, w) = (0.3, 2.5);
-        let tangent = Tangent::new(&model, &now, w, t);
+        let tangent = Tangent::new(&model, &now, &now.v, w, t);
         let inputs = model.inputs(t).unwrap();
         let kind = model.parameters.elastic_force;
         let unit = |n: usize, j: usize| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
@@ -113,7 +113,7 @@ fn the_factors_of_the_coupled_matrix_invert_the_derivative() {
             continue;
         }
         let now = state(&model, 5);
-        let tangent = Tangent::new(&model, &now, 4.0, 0.0);
+        let tangent = Tangent::new(&model, &now, &now.v, 4.0, 0.0);
         let lagged = Lagged::new(&Structure::new(&model).unwrap(), &tangent).unwrap();
         let x = random(&now.p.space, 8).values;
         let mut y = vec![0.0; x.len()];

@@ -1,0 +1,69 @@
+//! The terms of the energy law [5.47], [7.18] at one state.
+
+use crate::form::words::sym;
+use crate::model::incompressible::{Incompressible, State};
+use crate::solve::dot;
+
+/// `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Budget {
+    /// `dF_h/dt = (L_h|∂_t p)`
+    pub rate: f64,
+    /// `C_F‖v‖²`
+    pub friction: f64,
+    /// `2‖D(v)‖²`
+    pub viscosity: f64,
+    /// `‖L_h‖²/(Pe B)`
+    pub relaxation: f64,
+    /// `T_a(p|v)`
+    pub traction: f64,
+    /// `S_a δ(p,p,v)`
+    pub active_stress: f64,
+}
+
+impl Budget {
+    /// The terms at `state`, with `∂_t p` by the time scheme; exact on straight cells.
+    pub fn of(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
+        let (m, v, p) = (&model.parameters, &state.v, &state.p);
+        let k = v.space.degree;
+        let stretch = |x: &crate::form::CellPoint| sym(&v.vector_gradient(&x.site));
+        let mut budget = Self {
+            friction: m.friction * model.loops.sum(2 * k, |x| v.vector(&x.site).norm_squared()),
+            viscosity: 2.0 * model.loops.sum(2 * (k - 1), |x| stretch(x).norm_squared()),
+            traction: m.traction * model.loops.sum(k + p.space.degree, |x| p.vector(&x.site).dot(&v.vector(&x.site))),
+            ..Self::default()
+        };
+        if m.active_stress != 0.0 {
+            budget.active_stress = m.active_stress
+                * model.loops.sum(k - 1 + 2 * p.space.degree, |x| {
+                    let p = p.vector(&x.site);
+                    p.dot(&(stretch(x) * p))
+                });
+        }
+        if m.elasticity != 0.0 {
+            let well = model.polarity.molecular_functional(&model.loops, p, t);
+            budget.rate = m.elasticity * dot(&well, rate_of_p);
+            budget.relaxation = m.elasticity * dot(&well, &model.polarity.mass_solve(&well)) / m.peclet;
+        }
+        budget
+    }
+
+    /// What the terms leave: power through the boundary and of sources, and the error of a discretisation that does not keep the
+    /// law.
+    pub fn defect(&self) -> f64 {
+        self.rate + self.friction + self.viscosity + self.relaxation - self.traction - self.active_stress
+    }
+
+    /// Name and value of every term, as tables have them.
+    pub fn columns(&self) -> [(&'static str, f64); 7] {
+        [
+            ("budget_rate", self.rate),
+            ("budget_friction", self.friction),
+            ("budget_viscosity", self.viscosity),
+            ("budget_relaxation", self.relaxation),
+            ("budget_traction", self.traction),
+            ("budget_active_stress", self.active_stress),
+            ("budget_defect", self.defect()),
+        ]
+    }
+}
