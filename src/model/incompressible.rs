@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
+use super::lagged::Layout;
 use super::momentum::{Momentum, MomentumError, SlipTreatment, tagged};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
@@ -347,6 +348,18 @@ impl Incompressible {
         match self.parameters.elastic_force {
             ElasticForce::Stress => Carrier::from(flow),
             ElasticForce::Energy => Carrier { flow, sides: before },
+        }
+    }
+
+    /// How the unknowns of the coupled matrix hang together.
+    pub fn layout(&self) -> Layout<'_> {
+        Layout {
+            velocity: &self.momentum.velocity,
+            pressure: &self.momentum.pressure,
+            polarity: &self.polarity.space,
+            frames: &self.momentum.frames,
+            closed: self.momentum.is_closed(),
+            neighbours: self.polarity.neighbours(),
         }
     }
 

@@ -15,14 +15,16 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use super::frames::Frames;
 use super::incompressible::Incompressible;
 use super::parameters::ElasticForce;
 use super::tangent::{ForceTangent, Tangent};
 use crate::solve::SolveError;
-use crate::solve::blocks::NONE;
+use crate::solve::blocks::{NONE, Neighbours};
 use crate::solve::dissection::{Group, LEAF, LateGroup, dissect};
 use crate::solve::multifrontal::Multifrontal;
 use crate::solve::symbolic::{Element, Symbolic};
+use crate::space::Space;
 
 /// How the unknowns of the coupled matrix hang together: made once for a model, shared by all factorisations.
 #[derive(Debug, Clone)]
@@ -45,21 +47,23 @@ impl Structure {
     ///
     /// # Errors
     /// A structure that contradicts itself.
-    pub fn new(model: &Incompressible) -> Result<Self, SolveError> {
-        let layout = Layout { model };
-        let momentum = &model.momentum;
-        let first = momentum.unknowns() + usize::from(momentum.is_closed());
-        let size = first + model.polarity.space.dof_count();
+    pub fn new(layout: &Layout) -> Result<Self, SolveError> {
+        let first = layout.first();
+        let size = first + layout.polarity.dof_count();
         // the constant pressure is settled at the very end, together with the multiplier of the mean
-        let last: Vec<u32> =
-            if momentum.is_closed() { vec![momentum.unknowns() as u32 - 1, first as u32 - 1] } else { Vec::new() };
-        let (groups, adjacency, late) = layout.groups(first);
+        let last: Vec<u32> = if layout.closed { vec![first as u32 - 2, first as u32 - 1] } else { Vec::new() };
+        let (groups, adjacency, late) = layout.groups();
         let tree = dissect(&groups, &adjacency, &late, &last, LEAF);
         let pattern = |cell: usize, element: &mut Element| {
             layout.unknowns(cell, element);
         };
-        let symbolic = Symbolic::new("coupled", size, &tree, model.loops.mesh.cells.len(), pattern)?;
+        let symbolic = Symbolic::new("coupled", size, &tree, layout.polarity.mesh.cells.len(), pattern)?;
         Ok(Self { symbolic: Arc::new(symbolic), first })
+    }
+
+    /// Bytes that a factorisation takes.
+    pub fn bytes(&self) -> usize {
+        8 * (self.symbolic.factor_entries() + self.symbolic.stack_entries())
     }
 }
 
@@ -92,23 +96,35 @@ impl Lagged {
     }
 }
 
-/// Which unknowns belong to which cell and node.
-struct Layout<'m> {
-    model: &'m Incompressible,
+/// Which unknowns belong to which cell and node: all that the structure depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct Layout<'m> {
+    pub velocity: &'m Space,
+    pub pressure: &'m Space,
+    pub polarity: &'m Space,
+    pub frames: &'m Frames,
+    /// Whether the pressure has a multiplier of its mean.
+    pub closed: bool,
+    /// Cells next to each cell.
+    pub neighbours: &'m Neighbours,
 }
 
 impl Layout<'_> {
+    /// Where the polarity begins: after the free velocities, the pressures and the multiplier.
+    fn first(&self) -> usize {
+        self.frames.free + self.pressure.dof_count() + usize::from(self.closed)
+    }
+
     /// Rows and columns of a cell's element: its free velocities, pressures, multiplier and polarity; columns also the
     /// polarity of its neighbours. Returns, for every velocity dof of the cell, its places among the rows with coefficients.
     fn unknowns(&self, cell: usize, out: &mut Element) -> Vec<Vec<(usize, f64)>> {
-        let momentum = &self.model.momentum;
-        let (velocity, pressure, space) = (&*momentum.velocity, &*momentum.pressure, &*self.model.polarity.space);
-        let n = space.cell_dof_count();
+        let (velocity, pressure) = (self.velocity, self.pressure);
+        let n = self.polarity.cell_dof_count();
         let rows = &mut out.rows;
         rows.clear();
         let mut places = Vec::with_capacity(velocity.cell_dof_count());
         for k in 0..velocity.cell_dof_count() {
-            let entries = momentum.frames.of(velocity.dof(cell, k / velocity.n, k % velocity.n));
+            let entries = self.frames.of(velocity.dof(cell, k / velocity.n, k % velocity.n));
             let mut place = |free: usize| {
                 rows.iter().position(|&u| u == free as u32).unwrap_or_else(|| {
                     rows.push(free as u32);
@@ -117,26 +133,23 @@ impl Layout<'_> {
             };
             places.push(entries.map(|(free, a)| (place(free), a)).collect());
         }
-        rows.extend((0..pressure.n).map(|i| (momentum.frames.free + pressure.dof(cell, 0, i)) as u32));
-        let closed = usize::from(momentum.is_closed());
-        rows.extend((0..closed).map(|_| momentum.unknowns() as u32));
-        let first = momentum.unknowns() + closed;
+        rows.extend((0..pressure.n).map(|i| (self.frames.free + pressure.dof(cell, 0, i)) as u32));
+        let first = self.first();
+        rows.extend(self.closed.then_some(first as u32 - 1));
         let block = |cell: usize| (cell * n + first) as u32..((cell + 1) * n + first) as u32;
         rows.extend(block(cell));
         out.columns.clear();
         out.columns.extend_from_slice(&out.rows);
-        for other in self.model.polarity.neighbours()[cell].into_iter().filter(|&o| o != NONE) {
+        for other in self.neighbours[cell].into_iter().filter(|&o| o != NONE) {
             out.columns.extend(block(other));
         }
         places
     }
 
     /// One group for every cell's polarity and every velocity node, and who couples to whom; pressures come late.
-    fn groups(&self, first: usize) -> (Vec<Group>, Vec<Vec<u32>>, Vec<LateGroup>) {
-        let (mesh, momentum) = (&self.model.loops.mesh, &self.model.momentum);
-        let (velocity, pressure, n) =
-            (&*momentum.velocity, &*momentum.pressure, self.model.polarity.space.cell_dof_count());
-        let neighbours = self.model.polarity.neighbours();
+    fn groups(&self) -> (Vec<Group>, Vec<Vec<u32>>, Vec<LateGroup>) {
+        let (velocity, pressure, n) = (self.velocity, self.pressure, self.polarity.cell_dof_count());
+        let (mesh, neighbours, first) = (&self.polarity.mesh, self.neighbours, self.first());
         let cells = mesh.cells.len();
         let mut groups: Vec<Group> = (0..cells)
             .map(|cell| Group {
@@ -146,7 +159,7 @@ impl Layout<'_> {
             .collect();
         groups.extend(velocity.node_positions().iter().enumerate().map(|(node, x)| {
             let free: BTreeSet<u32> =
-                (0..2).flat_map(|c| momentum.frames.of(2 * node + c)).map(|(free, _)| free as u32).collect();
+                (0..2).flat_map(|c| self.frames.of(2 * node + c)).map(|(free, _)| free as u32).collect();
             Group { unknowns: free.into_iter().collect(), position: (*x).into() }
         }));
         let mut adjacency = vec![BTreeSet::new(); groups.len()];
@@ -168,7 +181,7 @@ impl Layout<'_> {
             }
         }
         let late = |(node, around): (usize, BTreeSet<u32>)| LateGroup {
-            unknowns: vec![(momentum.frames.free + node) as u32],
+            unknowns: vec![(self.frames.free + node) as u32],
             neighbours: around.into_iter().collect(),
         };
         let adjacency = adjacency.into_iter().map(|set| set.into_iter().collect()).collect();
@@ -212,7 +225,7 @@ impl<'t> Parts<'t> {
         let model = self.model();
         let (velocity, np) = (&*model.momentum.velocity, model.momentum.pressure.n);
         let (nv, n) = (velocity.cell_dof_count(), model.polarity.space.cell_dof_count());
-        let maps = Layout { model }.unknowns(cell, out);
+        let maps = model.layout().unknowns(cell, out);
         let (columns, p0) = (out.columns.len(), out.rows.len() - n);
         let nf = p0 - np - usize::from(model.momentum.is_closed());
         out.values.clear();

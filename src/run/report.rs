@@ -10,9 +10,12 @@ use crate::element::basis::node_count;
 use crate::mesh::quality::Quality;
 use crate::model::Term;
 use crate::model::frames::Frames;
+use crate::model::lagged::{Layout, Structure};
 use crate::model::momentum::{MomentumError, SlipTreatment};
 use crate::scene::Scene;
+use crate::solve::blocks::neighbours;
 use crate::space::{Continuity, Space};
+use crate::time::CouplingKind;
 
 /// What will be solved, and with how much.
 #[derive(Debug, Clone, Serialize)]
@@ -41,21 +44,38 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
     let pressure = Space::new(&mesh, Continuity::Continuous, scene.space.pressure, 1);
     let penalty = matches!(scene.space.slip, SlipTreatment::Penalty { .. });
-    let free = Frames::new(&velocity, &description.conditions, penalty).free;
+    let frames = Frames::new(&velocity, &description.conditions, penalty);
     let held = || Frames::new(&velocity, &description.conditions, false).hold_rigid_motions(&velocity);
     if scene.parameters.friction == 0.0 && !held() {
         let origin = scene.source().place("model.friction").to_string();
         return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
     }
     let polarity_unknowns = mesh.cells.len() * 2 * node_count(scene.space.polarity);
-    let stokes_unknowns = free + pressure.dof_count();
+    let stokes_unknowns = frames.free + pressure.dof_count();
+    let coupled = match scene.coupling.kind {
+        CouplingKind::FixedPoint | CouplingKind::Anderson { .. } => 0,
+        CouplingKind::Newton => {
+            let polarity = Space::new(&mesh, Continuity::Discontinuous, scene.space.polarity, 2);
+            let layout = Layout {
+                velocity: &velocity,
+                pressure: &pressure,
+                polarity: &polarity,
+                frames: &frames,
+                closed: scene.pressure_is_free(),
+                neighbours: &neighbours(&mesh),
+            };
+            // two operators and three sets of blocks between velocity and polarity, beside the factors
+            let (n, nv) = (polarity.n, velocity.n);
+            8 * mesh.cells.len() * (14 * n * n + 12 * n * nv) + Structure::new(&layout)?.bytes()
+        }
+    };
     let quality = mesh.quality();
     let mut remarks = scene.remarks();
     remarks.extend(setup::resolution_remark(scene, &quality));
     Ok(Report {
         title: scene.title.clone(),
         terms: scene.terms(),
-        memory_mib: memory(scene, mesh.cells.len(), stokes_unknowns) / (1024.0 * 1024.0),
+        memory_mib: (memory(scene, mesh.cells.len(), stokes_unknowns) + coupled as f64) / (1024.0 * 1024.0),
         velocity_unknowns: velocity.dof_count(),
         pressure_unknowns: pressure.dof_count(),
         polarity_unknowns,
@@ -65,7 +85,7 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
     })
 }
 
-/// Bytes of a run: the dense blocks of the polarity, its Krylov space and history, and the Stokes matrix with its assembly and
+/// Bytes of a run without the factors of Newton's method: the dense blocks of the polarity, its Krylov space and history, and the Stokes matrix with its assembly and
 /// its factors.
 fn memory(scene: &Scene, cells: usize, stokes: usize) -> f64 {
     const BLOCKS: usize = 4 + 2 + 7 + 4 + 1; // diffusion, mass and inverse, operator, factors, room for assembly

@@ -276,7 +276,7 @@ impl StopTable {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CouplingTable {
-    /// `"fixed-point"` (default), `"anderson"` or `"newton"`.
+    /// `"newton"` (default), `"anderson"` or `"fixed-point"`.
     pub kind: CouplingName,
     /// `δ_fp`: converged when `e_k` is below (default 1e-8).
     pub tolerance: f64,
@@ -293,7 +293,7 @@ pub struct CouplingTable {
 
 impl Default for CouplingTable {
     fn default() -> Self {
-        let kind = CouplingName::FixedPoint;
+        let kind = CouplingName::Newton;
         Self { kind, tolerance: 1e-8, accept: None, diverged: 1e4, max_iterations: 100, depth: 10 }
     }
 }

@@ -54,7 +54,7 @@ impl Origin {
 impl Memory {
     fn factorise(&mut self, model: &Incompressible, tangent: &Tangent, phases: &mut Phases) -> Result<(), StepFailure> {
         if self.structure.is_none() {
-            self.structure = Some(phases.measure("dissection", || Structure::new(model))?);
+            self.structure = Some(phases.measure("dissection", || Structure::new(&model.layout()))?);
         }
         let structure = self.structure.as_ref().expect("just made");
         let made = phases.measure("factors", || match self.lagged.take() {

@@ -114,7 +114,7 @@ fn the_factors_of_the_coupled_matrix_invert_the_derivative() {
         }
         let now = state(&model, 5);
         let tangent = Tangent::new(&model, &now, &now.v, 4.0, 0.0);
-        let lagged = Lagged::new(&Structure::new(&model).unwrap(), &tangent).unwrap();
+        let lagged = Lagged::new(&Structure::new(&model.layout()).unwrap(), &tangent).unwrap();
         let x = random(&now.p.space, 8).values;
         let mut y = vec![0.0; x.len()];
         tangent.times(&x, &mut y).unwrap();
