@@ -90,7 +90,7 @@ struct SceneArgs {
 
 #[derive(Debug, Args)]
 struct Sets {
-    /// Change a value of the scene, such as model.peclet=4; may be repeated.
+    /// Change a value of the file, such as model.peclet=4; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
 }
@@ -209,25 +209,26 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
     let study = OrderStudy::read(file, &sets.pairs()?)?;
     let out = match out {
         Some(out) => out.to_owned(),
-        None => numbered_folders(file).find(|folder| !folder.join("runs.csv").exists()).unwrap_or_default(),
+        None => numbered_folders(file).find(|folder| !study::table::is_occupied(folder)).unwrap_or_default(),
     };
     catch_interrupts("writing the tables of what is complete")?;
     let outcomes = study::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
+    let interrupted = outcomes.iter().any(|outcome| outcome.interrupted);
     let mut good = true;
     for outcome in &outcomes {
         if cli.verbosity() > Verbosity::Quiet {
             say(&study::table::text(outcome))?;
         }
-        for line in study::table::shortfalls(&study, outcome) {
+        // what was stopped is no failure
+        for line in study::table::shortfalls(&study, outcome).iter().filter(|_| !interrupted) {
             good = false;
             eprintln!("error: {}{}{line}", outcome.variant, if outcome.variant.is_empty() { "" } else { ": " });
         }
-        good &= outcome.levels.iter().all(|level| level.failure.is_none());
     }
     if cli.verbosity() > Verbosity::Quiet {
         say(&format!("results in {}", out.display()))?;
     }
-    Ok(match (outcomes.iter().any(|o| o.interrupted), good) {
+    Ok(match (interrupted, good) {
         (true, _) => ExitCode::from(130),
         (false, true) => ExitCode::SUCCESS,
         (false, false) => ExitCode::FAILURE,

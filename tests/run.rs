@@ -243,6 +243,8 @@ fn fails(text: &str, sets: &[(&str, &str)], parts: &[&str]) {
     for part in parts {
         assert!(error.contains(part), "`{part}` is not in: {error}");
     }
+    let empty = std::fs::read_dir(folder(&root, "out")).is_ok_and(|mut entries| entries.next().is_none());
+    assert!(!empty, "an empty folder was left behind");
 }
 
 #[test]
@@ -260,6 +262,13 @@ fn wrong_inputs_that_only_the_run_can_see() {
     fails(SCENE, &[("boundary.inlet.velocity", "{ dirichlet = [\"sqrt(-1-y^2)\", \"0\"] }")], &["sqrt(-1-y^2)", "NaN"]);
     // a source that is not finite before the first step
     fails(&format!("{SCENE}\n[source]\npolarity = [\"log(x-1)\", \"0\"]\n"), &[], &["log(x-1)", "NaN", "t = 0"]);
+    // exact fields that are none, and nothing is left behind
+    let exact = "\n[exact]\nvelocity = [\"0\", \"0\"]\npressure = \"1/(x+4)\"\npolarity = [\"1\", \"0\"]\n";
+    fails(&format!("{SCENE}{exact}"), &[], &["exact.pressure", "1/(x+4)", "inf at x = -4", "hint"]);
+    let exact = exact.replace("1/(x+4)", "x").replace("[\"0\", \"0\"]", "[\"x\", \"0\"]");
+    fails(&format!("{SCENE}{exact}"), &[], &["exact.velocity", "div v = 1", "stream function"]);
+    let exact = exact.replace("[\"x\", \"0\"]", "[\"1\", \"0\"]");
+    fails(&format!("{SCENE}{exact}"), &[], &["exact.velocity", "v·n = ", "`disc`", "slip", "hint"]);
     // too many random vectors; a measure that the domain does not have; cuts that overwrite each other
     fails(SCENE, &[("initial.polarity", "{ random = { seed = 1, h_coarse = 1e-6 } }")], &["h_coarse", "hint"]);
     let square = SCENE

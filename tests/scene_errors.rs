@@ -217,3 +217,56 @@ fn overrides() {
     says(&set("boundary.inlet.velocity", "slipp"), &["did you mean `slip`?", "\"no-tangential\""]);
     says(&set("time.step_min", "1.0"), &["`time.step` = 0.1", "time.step_min = 1"]);
 }
+
+const SQUARE: &str = include_str!("../studies/mms/square.toml");
+
+/// The manufactured scene with `from` replaced by `to` is refused on the line of the change.
+#[track_caller]
+fn wrong_square(from: &str, to: &str, parts: &[&str]) {
+    let at = SQUARE.find(from).unwrap_or_else(|| panic!("the square scene has no `{from}`"));
+    let message = refused_as("square.toml", &SQUARE.replacen(from, to, 1));
+    says(&message, &[&format!("square.toml, line {}: ", SQUARE[..at].matches('\n').count() + 1)]);
+    says(&message, parts);
+}
+
+fn refused_as(name: &str, text: &str) -> String {
+    Scene::parse(text, Path::new(name)).expect_err("the scene is wrong").to_string()
+}
+
+#[test]
+fn what_needs_exact_fields() {
+    let rule = ["the scene has no exact fields", "hint: add a table [exact]"];
+    wrong("\"aligned-around-disc\"", "\"exact\"", &["`initial.polarity` = \"exact\"", rule[0], rule[1]]);
+    wrong("step = 0.1", "start = \"exact\"\nstep = 0.1", &["`time.start` = \"exact\"", rule[0], rule[1]]);
+    let bare = "`dirichlet` needs its two components, because there is no [exact] to take them from";
+    wrong("\"traction\"", "\"dirichlet\"", &["`boundary.outlet.velocity` = \"dirichlet\"", bare]);
+    wrong("\"neumann\"", "\"dirichlet\"", &["`boundary.walls.polarity` = \"dirichlet\"", bare]);
+}
+
+#[test]
+fn exact_fields_that_cannot_be_read() {
+    let table = ["`exact.presure`", "did you mean `pressure`?", "velocity, pressure, polarity, boundary"];
+    wrong_square("pressure = ", "presure = ", &table);
+    let (head, tail) = SQUARE.split_once("pressure = ").unwrap();
+    let without = format!("{head}{}", tail.split_once('\n').unwrap().1);
+    says(&refused_as("square.toml", &without), &["`exact.pressure` is missing", "to [exact]"]);
+    wrong_square("\"atan(t*(x-1/2)*(y-1/2))\"", "\"atan(t\"", &["`exact.pressure` = \"atan(t\"", "expected `)`"]);
+    wrong_square("\"atan(t*(x-1/2)*(y-1/2))\"", "\"pecle*x\"", &["`exact.pressure`", "did you mean `peclet`?"]);
+    wrong_square("\"atan(t*(x-1/2)*(y-1/2))\"", "\"log(-1)\"", &["`exact.pressure`", "is NaN", "must be finite"]);
+    let boundary = ["`exact.boundary` = \"scen\"", "did you mean `scene`?", "exact, scene"];
+    wrong_square("pressure = ", "boundary = \"scen\"\npressure = ", &boundary);
+}
+
+#[test]
+fn choices_for_orders_of_convergence() {
+    let kinds = ["`coupling.kind` = \"newtn\"", "did you mean `newton`?", "fixed-point, anderson, newton"];
+    wrong_square("kind = \"newton\"", "kind = \"newtn\"", &kinds);
+    let forces = ["`model.elastic_force` = \"energy\"", "not among the choices", "stress, energy-consistent"];
+    wrong_square("slip = 1.0", "elastic_force = \"energy\"", &forces);
+    let start = ["`time.start` = \"exakt\"", "did you mean `exact`?", "low-order, exact"];
+    wrong_square("scheme = \"bdf2\"", "start = \"exakt\"\nscheme = \"bdf2\"", &start);
+    for alternate in ["0.5", "6", "nan", "-1", "inf"] {
+        let parts = ["`time.alternate` = ", "must lie between 1 and 5", "1 keeps the steps equal"];
+        wrong_square("scheme = \"bdf2\"", &format!("alternate = {alternate}\nscheme = \"bdf2\""), &parts);
+    }
+}

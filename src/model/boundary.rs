@@ -103,7 +103,9 @@ fn velocity_condition(
         }
         ("dirichlet", None) => match exact {
             Some(exact) => Ok(VelocityCondition::Dirichlet(exact.velocity().clone())),
-            None => Err(wrong("`dirichlet` needs its two components".to_owned())),
+            None => Err(wrong(
+                "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
+            )),
         },
         ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
         (other, _) => Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &VELOCITY)))),
@@ -123,7 +125,9 @@ fn polarity_condition(
         }
         ("dirichlet", None) => match exact {
             Some(exact) => Ok(PolarityCondition::Dirichlet(exact.polarity().clone())),
-            None => Err(wrong("`dirichlet` needs its two components".to_owned())),
+            None => Err(wrong(
+                "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
+            )),
         },
         ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
         (other, _) => Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &POLARITY)))),

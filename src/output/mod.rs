@@ -36,6 +36,9 @@ impl OutputError {
     /// An error of the operating system, with a hint for its kind.
     pub fn io(path: &Path, error: &io::Error) -> Self {
         let hint = match error.kind() {
+            io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
+                "a file is where a folder should be; choose another folder"
+            }
             io::ErrorKind::NotFound => "the folder does not exist",
             io::ErrorKind::PermissionDenied => "choose a folder that can be written to",
             io::ErrorKind::StorageFull => "free some disk space, or write fewer fields less often",

@@ -1,5 +1,6 @@
 //! One scene from its description to its folder of results.
 
+pub mod exact;
 pub mod measures;
 pub mod report;
 pub mod setup;
@@ -89,6 +90,16 @@ const QUIET_STEPS: usize = 10;
 /// Anything that is wrong before the first step, and results that cannot be written. A step that fails ends the run with
 /// [`Ending::Failed`]: its last good state is written like any other.
 pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
+    let made = !options.out.exists();
+    let result = run_in_folder(scene, options);
+    if result.is_err() && made {
+        // takes away an empty folder only: nothing was found
+        let _ = std::fs::remove_dir(&options.out);
+    }
+    result
+}
+
+fn run_in_folder(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     let begin = Instant::now();
     let counts_before = crate::solve::sparse::counts();
     let saved = prepare_folder(scene, options)?;

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::exact::check_exact;
 use super::setup::{build_mesh, describe};
 use super::{RunError, setup};
 use crate::element::basis::node_count;
@@ -35,11 +36,12 @@ pub struct Report {
 /// Builds the mesh of a scene and counts; solves nothing.
 ///
 /// # Errors
-/// As [`build_mesh`] and [`Scene::check_tags`].
+/// As [`build_mesh`], [`Scene::check_tags`] and [`check_exact`].
 pub fn report(scene: &Scene) -> Result<Report, RunError> {
     let mesh = std::sync::Arc::new(build_mesh(scene)?);
     scene.check_tags(&mesh.tags)?;
     setup::check_measures(scene, &mesh)?;
+    check_exact(scene, &mesh)?;
     let description = describe(scene, &mesh);
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
     let pressure = Space::new(&mesh, Continuity::Continuous, scene.space.pressure, 1);

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::RunError;
+use super::exact::check_exact;
 use crate::form::Faces;
 use crate::measure::MeasureError;
 use crate::mesh::generate::Shape;
@@ -190,32 +191,6 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
     if asked && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { behind }));
-    }
-    Ok(())
-}
-
-/// Refuses exact fields that no sources can make a solution.
-///
-/// # Errors
-/// A velocity that is not solenoidal, or that runs through a slip boundary.
-pub fn check_exact(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
-    let Some(exact) = &scene.sources.exact else { return Ok(()) };
-    let place = || scene.source().place("exact.velocity").to_string();
-    for t in [0.0, 0.5 * scene.time.end, scene.time.end] {
-        for cell in 0..mesh.cells.len() {
-            let x = mesh.map(cell).at(Point::new(0.3, 0.25)).0;
-            let (value, scale) = (exact.divergence(x, t), exact.stretching(x, t));
-            if value.abs() > 1e-9 * scale.max(1e-9) {
-                return Err(RunError::Start {
-                    file: place(),
-                    what: format!(
-                        "`exact.velocity` has div v = {value:.3e} at x = {}, y = {}, t = {t}, and must have none",
-                        x.x, x.y
-                    ),
-                    hint: "take the derivatives of a stream function, v = (∂ψ/∂y, −∂ψ/∂x)".into(),
-                });
-            }
-        }
     }
     Ok(())
 }

@@ -11,10 +11,11 @@ pub(super) fn line(text: &str, at: usize) -> usize {
 
 /// Byte position of the dotted `key`, or of the innermost table around it that exists.
 pub(super) fn position(document: &Document<&str>, key: &str) -> Option<usize> {
-    let wanted: Vec<&str> = key.split('.').collect();
     let mut best = (0, None);
     walk(document.as_item(), &mut Vec::new(), &mut |path, span| {
-        let around = path.len() <= wanted.len() && path.iter().zip(&wanted).all(|(a, b)| a == b);
+        // joined, because a quoted key may itself have dots
+        let rest = key.strip_prefix(&path.join("."));
+        let around = rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
         // of equal paths the first wins: the key, not its value
         if around && path.len() > best.0 {
             best = (path.len(), Some(span.start));

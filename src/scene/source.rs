@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
-use toml_edit::{Document, DocumentMut};
+use toml_edit::{Document, DocumentMut, Item};
 
 use super::edit;
 use super::error::{Place, SceneError};
@@ -110,6 +110,11 @@ impl SceneSource {
             .ok()
             .and_then(|document| locate::position(&document, key).map(|at| locate::line(&self.original, at)));
         Box::new(Place::Line { file, line })
+    }
+
+    /// The top-level value `key`, if it is there.
+    pub(crate) fn value(&self, key: &str) -> Option<&Item> {
+        self.document.get(key)
     }
 
     /// The file, as messages name it.

@@ -43,6 +43,8 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
         }
         (true, None) | (false, _) => (plain(message), example(message).to_owned()),
     };
+    // a table's span is that of its name
+    let value = if message.contains("invalid type: map") { "a table".to_owned() } else { value };
     (key.clone(), SceneError::Value { place: source.place(&key), key, value, rule, hint })
 }
 
@@ -51,7 +53,11 @@ fn join(path: &[String], name: &str) -> String {
 }
 
 fn example(message: &str) -> &'static str {
-    if message.contains("expected f64") {
+    if message.contains("invalid type: map, expected a formula") {
+        "quote a key that has dots, as in \"mesh.n\" = \"2*n\""
+    } else if message.contains("expected a sequence") {
+        "write a list: brackets around, commas between"
+    } else if message.contains("expected f64") {
         "write a number such as 0.1, without quotes"
     } else if message.contains("expected usize") || message.contains("expected u64") {
         "write a whole number such as 10, without quotes"
@@ -62,12 +68,15 @@ fn example(message: &str) -> &'static str {
 
 /// serde names Rust's types; a scene's author knows numbers.
 fn plain(message: &str) -> String {
-    const WORDS: [(&str, &str); 6] = [
-        ("invalid type: ", "wrong type: "),
+    const WORDS: [(&str, &str); 9] = [
         ("floating point `", "number `"),
         ("expected f64", "expected a number"),
         ("expected usize", "expected a whole number, not negative"),
         ("expected u64", "expected a whole number, not negative"),
+        ("invalid type: map, ", "wrong type, "),
+        ("invalid type: ", "wrong type: "),
+        ("expected a sequence", "expected a list"),
+        ("expected a map", "expected a table"),
         ("wanted string or table", "expected one of the names"),
     ];
     let message = message.trim().replace('\n', ", ");

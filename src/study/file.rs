@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
+use crate::measure::errors::ErrorField;
 use crate::mesh::Point;
-use crate::model::expression::Formula;
-use crate::scene::{Scene, SceneError, SceneSource};
+use crate::model::expression::{ExpressionError, Formula};
+use crate::model::names;
+use crate::scene::{Place, Scene, SceneError, SceneSource};
 
 /// A sequence of runs of one scene, each level finer than the one before, for the observed orders of convergence.
 ///
@@ -75,69 +77,49 @@ impl OrderStudy {
     /// # Errors
     /// Whatever is wrong with either, with file, key, value, rule and hint.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
-        let mut source = SceneSource::read(path)?;
+        let mut source = read_source(path)?;
         let own = |key: &str| OWN.contains(&key.split('.').next().unwrap_or(""));
         for (key, value) in sets.iter().filter(|(key, _)| own(key)) {
             source.set_in::<OrderFile>(key, value)?;
         }
         let file: OrderFile = source.tables().map_err(|found| found.1)?;
-        let error = |key: &str, value: String, rule: &str, hint: &str| {
-            let place = source.place(key);
-            let (key, rule, hint) = (key.to_owned(), rule.to_owned(), hint.to_owned());
-            StudyError::from(SceneError::Value { place, key, value, rule, hint })
-        };
-        let levels = file.levels.clone();
-        let rising = levels.windows(2).all(|pair| pair[0] < pair[1]);
-        if levels.len() < 2 || !rising || levels.iter().any(|n| !(n.is_finite() && *n > 0.0)) {
-            let rule = "must be at least two positive numbers, each larger than the one before";
-            return Err(error("levels", format!("{levels:?}"), rule, "such as [8, 16, 32]"));
-        }
-        let scene_file: PathBuf = source.folder().join(&file.scene);
-        if !scene_file.is_file() {
-            let hint = format!("paths start in the study's folder; looked for {}", scene_file.display());
-            return Err(error("scene", format!("\"{}\"", file.scene), "there is no such file", &hint));
-        }
-        let mut scene = SceneSource::read(&scene_file)?;
+        check_levels(&source, &file.levels)?;
+        let mut scene = SceneSource::read(&scene_file(&source, &file.scene)?)?;
         for (key, value) in sets.iter().filter(|(key, _)| !own(key)) {
-            scene.set(key, value)?;
-        }
-        let mut variants: Vec<Variant> = Vec::new();
-        for (at, table) in file.variant.iter().enumerate() {
-            let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-            let used = variants.iter().any(|v| v.name == table.name);
-            if table.name.is_empty() || !table.name.chars().all(plain) || used {
-                let rule = "must be a name of its own of letters, digits, - and _: it becomes a folder";
-                return Err(error(
-                    &format!("variant.{at}.name"),
-                    format!("\"{}\"", table.name),
-                    rule,
-                    "such as \"newton\"",
-                ));
+            if file.vary.contains_key(key) {
+                let (place, key) =
+                    (Box::new(Place::Set { file: scene.origin().into(), path: key.clone() }), key.clone());
+                let (value, rule) = (value.clone(), "`vary` of the study sets it at every level".to_owned());
+                let hint = "set `vary` as a whole, as in --set 'vary={ \"mesh.n\" = \"n\" }'".to_owned();
+                return Err(SceneError::Value { place, key, value, rule, hint }.into());
             }
-            let set = table.set.iter().map(|(key, value)| (key.clone(), value.to_string())).collect();
-            variants.push(Variant { name: table.name.clone(), set });
+            scene.set(key, value).map_err(with_own_keys)?;
         }
-        if variants.is_empty() {
-            variants.push(Variant { name: String::new(), set: Vec::new() });
-        }
-        let known = crate::measure::errors::ErrorField::ALL.map(|f| f.name());
-        if let Some((key, value)) = file.expect.iter().find(|(key, _)| !known.contains(&key.as_str())) {
-            let rule = "there is no such field";
-            return Err(error(
-                &format!("expect.{key}"),
-                value.to_string(),
-                rule,
-                &format!("the fields are {}", known.join(", ")),
-            ));
-        }
+        let variants = check_variants(&source, &file)?;
+        check_expectations(&source, &file.expect)?;
         let (title, vary) = (file.title, file.vary.into_iter().collect());
-        let study = Self { title, scene, levels, vary, variants, expect: file.expect.into_iter().collect(), source };
+        let expect = file.expect.into_iter().collect();
+        let study = Self { title, scene, levels: file.levels, vary, variants, expect, source };
         for variant in &study.variants {
-            for &n in &study.levels {
-                study.scene_at(variant, n)?;
-            }
+            study.check_sizes(variant)?;
         }
         Ok(study)
+    }
+
+    /// Sets up the scene of every level: each must differ from the one before in the size that orders refer to.
+    fn check_sizes(&self, variant: &Variant) -> Result<(), StudyError> {
+        let scenes: Vec<Scene> = self.levels.iter().map(|&n| self.scene_at(variant, n)).collect::<Result<_, _>>()?;
+        let meshes: Vec<bool> = scenes.windows(2).map(|pair| pair[0].mesh != pair[1].mesh).collect();
+        let steps = scenes.windows(2).map(|pair| pair[0].time.control.step != pair[1].time.control.step);
+        let all_meshes = meshes.iter().all(|&differ| differ);
+        let steps_alone = !meshes.contains(&true) && steps.into_iter().all(|differ| differ);
+        if all_meshes || steps_alone {
+            return Ok(());
+        }
+        let keys: Vec<&str> = self.vary.iter().map(|(key, _)| key.as_str()).collect();
+        let rule = "must change [mesh] at every level, or [mesh] at none and `time.step` at every level";
+        let hint = "such as { \"mesh.n\" = \"n\", \"time.step\" = \"1/(3*n)\" }";
+        Err(refuse(&self.source, "vary", format!("{{ {} }}", keys.join(", ")), rule, hint))
     }
 
     /// The checked scene of a variant at level `n`.
@@ -145,34 +127,172 @@ impl OrderStudy {
     /// # Errors
     /// A formula that cannot be read or has no finite value; a value that the scene refuses; no exact fields.
     pub fn scene_at(&self, variant: &Variant, n: f64) -> Result<Scene, StudyError> {
+        let blame = |error: SceneError| self.blame(variant, n, error);
         let mut source = self.scene.clone();
         for (key, value) in &variant.set {
-            source.set(key, value)?;
+            source.set(key, value).map_err(blame)?;
         }
         for (key, formula) in &self.vary {
             let value = formula.parse(&[("n", n)]).and_then(|f| f.try_eval(Point::zeros(), 0.0));
             let value = value.map_err(|error| {
                 let message = error.to_string();
                 let (rule, hint) = message.split_once("; hint: ").unwrap_or((&message, "a formula of the level n"));
-                SceneError::Value {
-                    place: self.source.place(&format!("vary.{key}")),
-                    key: format!("vary.\"{key}\""),
-                    value: formula.to_string(),
-                    rule: rule.to_owned(),
-                    hint: hint.to_owned(),
-                }
+                let at = if matches!(error, ExpressionError::NotFinite { .. }) {
+                    format!(", at n = {n}")
+                } else {
+                    String::new()
+                };
+                let (rule, value) = (format!("{rule}{at}"), format!("\"{formula}\""));
+                refuse(&self.source, &format!("vary.{key}"), value, &rule, hint)
             })?;
-            source.set(key, &value.to_string())?;
+            source.set(key, &value.to_string()).map_err(blame)?;
         }
-        let scene = Scene::check(source)?;
+        let scene = Scene::check(source).map_err(blame)?;
         if scene.sources.exact.is_none() {
             return Err(StudyError::NoExact { place: scene.source().origin().to_owned() });
         }
         Ok(scene)
     }
 
-    /// The study as it was read, with its overrides.
-    pub fn text(&self) -> String {
-        self.source.text()
+    /// Names the place in the study that set what the scene refuses.
+    fn blame(&self, variant: &Variant, n: f64, error: SceneError) -> StudyError {
+        let path = match &error {
+            SceneError::UnknownKey { place, .. }
+            | SceneError::Value { place, .. }
+            | SceneError::Missing { place, .. } => match place.as_ref() {
+                Place::Set { path, .. } => path.clone(),
+                Place::Line { .. } => return error.into(),
+            },
+            SceneError::Unreadable { .. }
+            | SceneError::Study { .. }
+            | SceneError::Syntax { .. }
+            | SceneError::UnknownTag { .. }
+            | SceneError::TagWithoutCondition { .. } => return error.into(),
+        };
+        let (place, part) = if self.vary.iter().any(|(key, _)| *key == path) {
+            (self.source.place(&format!("vary.{path}")), format!("level n = {n}"))
+        } else if variant.set.iter().any(|(key, _)| *key == path) {
+            let at = self.variants.iter().position(|v| v.name == variant.name).unwrap_or(0);
+            (self.source.place(&format!("variant.{at}.set.{path}")), format!("variant `{}`", variant.name))
+        } else {
+            return error.into();
+        };
+        StudyError::Within { place, part, error: Box::new(error.into()) }
     }
+
+    /// Names the level that an error of its run belongs to.
+    pub(super) fn in_level(&self, variant: &Variant, n: f64, error: StudyError) -> StudyError {
+        let name = if variant.name.is_empty() { String::new() } else { format!("variant `{}`, ", variant.name) };
+        let (place, part) = (self.source.place("levels"), format!("{name}level n = {n}"));
+        StudyError::Within { place, part, error: Box::new(error) }
+    }
+
+    /// The study as it was read, with its overrides; the path of its scene is absolute.
+    pub fn text(&self) -> String {
+        let mut source = self.source.clone();
+        if let Ok(path) = std::path::absolute(self.scene.origin()) {
+            // a path without quotes might be read as something else
+            let value = toml::Value::from(path.to_string_lossy().into_owned()).to_string();
+            source.set_in::<OrderFile>("scene", &value).expect("the study was checked with a scene");
+        }
+        source.text()
+    }
+}
+
+fn refuse(source: &SceneSource, key: &str, value: String, rule: &str, hint: &str) -> StudyError {
+    let place = source.place(key);
+    let (key, rule, hint) = (key.to_owned(), rule.to_owned(), hint.to_owned());
+    SceneError::Value { place, key, value, rule, hint }.into()
+}
+
+fn read_source(path: &Path) -> Result<SceneSource, StudyError> {
+    let source = SceneSource::read(path).map_err(|error| match error {
+        SceneError::Unreadable { file, reason, .. } => {
+            let hint = "give the path of a study, a TOML text such as studies/mms/incompressible.toml";
+            SceneError::Unreadable { file, reason, hint }
+        }
+        other => other,
+    })?;
+    if source.value("model").is_some() && source.value("levels").is_none() {
+        return Err(StudyError::NoStudy { file: source.origin().to_owned() });
+    }
+    Ok(source)
+}
+
+fn check_levels(source: &SceneSource, levels: &[f64]) -> Result<(), StudyError> {
+    let rising = levels.windows(2).all(|pair| pair[0] < pair[1]);
+    if levels.len() < 2 || !rising || levels.iter().any(|n| !(n.is_finite() && *n > 0.0)) {
+        let rule = "must be at least two positive numbers, each larger than the one before";
+        return Err(refuse(source, "levels", format!("{levels:?}"), rule, "such as [8, 16, 32]"));
+    }
+    Ok(())
+}
+
+fn scene_file(source: &SceneSource, name: &str) -> Result<PathBuf, StudyError> {
+    let path = source.folder().join(name);
+    if path.is_file() {
+        return Ok(path);
+    }
+    let hint = format!("paths start in the study's folder; looked for {}", path.display());
+    Err(refuse(source, "scene", format!("\"{name}\""), "there is no such file", &hint))
+}
+
+/// A misspelt `--set` may have meant the study's own keys, too.
+fn with_own_keys(error: SceneError) -> SceneError {
+    match error {
+        SceneError::UnknownKey { place, key, known, .. } if !key.contains('.') => {
+            let all: Vec<&str> = known.split(", ").chain(OWN).collect();
+            let suggestion = names::did_you_mean(&key, &all);
+            let known = format!("{known}, and of the study {}", OWN.join(", "));
+            SceneError::UnknownKey { place, key, suggestion, known }
+        }
+        other => other,
+    }
+}
+
+fn check_variants(source: &SceneSource, file: &OrderFile) -> Result<Vec<Variant>, StudyError> {
+    let mut variants: Vec<Variant> = Vec::new();
+    for (at, table) in file.variant.iter().enumerate() {
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        let used = variants.iter().any(|v| v.name.eq_ignore_ascii_case(&table.name));
+        if table.name.is_empty() || !table.name.chars().all(plain) || used {
+            let rule = "must be a name of its own of letters, digits, - and _: it becomes a folder";
+            let (key, value) = (format!("variant.{at}.name"), format!("\"{}\"", table.name));
+            return Err(refuse(source, &key, value, rule, "such as \"newton\""));
+        }
+        for (key, value) in &table.set {
+            let refuse = |rule: &str, hint: &str| {
+                Err(refuse(source, &format!("variant.{at}.set.{key}"), value.to_string(), rule, hint))
+            };
+            if file.vary.contains_key(key) {
+                return refuse("`vary` sets it at every level", "take the key out of one of the two");
+            }
+            if value.is_table() && !key.contains('.') {
+                let rule = format!("would replace the whole table [{key}] of the scene");
+                return refuse(&rule, "quote a key that has dots, as in \"coupling.kind\" = \"newton\"");
+            }
+        }
+        let set = table.set.iter().map(|(key, value)| (key.clone(), value.to_string())).collect();
+        variants.push(Variant { name: table.name.clone(), set });
+    }
+    if variants.is_empty() {
+        variants.push(Variant { name: String::new(), set: Vec::new() });
+    }
+    Ok(variants)
+}
+
+fn check_expectations(source: &SceneSource, expect: &BTreeMap<String, f64>) -> Result<(), StudyError> {
+    let known = ErrorField::ALL.map(|f| f.name());
+    for (field, order) in expect {
+        let key = format!("expect.{field}");
+        if !known.contains(&field.as_str()) {
+            let rule = format!("there is no such field{}", names::did_you_mean(field, &known));
+            let hint = format!("the fields are {}", known.join(", "));
+            return Err(refuse(source, &key, order.to_string(), &rule, &hint));
+        }
+        if !order.is_finite() {
+            return Err(refuse(source, &key, order.to_string(), "must be finite", "the least order, such as 2.8"));
+        }
+    }
+    Ok(())
 }

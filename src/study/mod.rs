@@ -6,7 +6,7 @@ pub mod table;
 
 use crate::output::OutputError;
 use crate::run::RunError;
-use crate::scene::SceneError;
+use crate::scene::{Place, SceneError};
 
 pub use file::{OrderStudy, Variant};
 pub use order::{Level, Outcome, run};
@@ -24,7 +24,14 @@ pub enum StudyError {
         "{place}: the scene has no exact fields to compare with; hint: add [exact] with velocity, pressure and polarity"
     )]
     NoExact { place: String },
-    #[error("{folder}: holds the results of an earlier study; hint: choose another `--out`")]
+    /// Wrong in one level or variant only.
+    #[error("{place}, {part}: {error}")]
+    Within { place: Box<Place>, part: String, error: Box<StudyError> },
+    #[error(
+        "{file}: this is a scene, not a study; hint: `monolayer run {file}` runs it; a study names it by `scene` and has `levels`, as studies/mms/incompressible.toml"
+    )]
+    NoStudy { file: String },
+    #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },
 }
 

@@ -10,7 +10,7 @@ use crate::measure::errors::{ErrorField, History, Norm, errors};
 use crate::output::progress::{Progress, Status, Verbosity};
 use crate::run::{RunError, Setup};
 use crate::scene::Scene;
-use crate::time::{Counts, MarchError};
+use crate::time::{Counts, March, MarchError};
 
 /// One level of one variant.
 #[derive(Debug, Clone)]
@@ -88,22 +88,29 @@ pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
     Some(covariance / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>())
 }
 
-/// Runs every level of every variant; tables are written to `out` after each of them.
+/// Runs every level of every variant; tables are written to `out` after each of them. Nothing is written before the first
+/// level is set up.
 ///
 /// # Errors
-/// A scene that cannot be set up, results that cannot be written. A step that fails ends its level only.
+/// A scene that cannot be set up, results that cannot be written or would be overwritten. A step that fails ends its level
+/// only.
 pub fn run(
     study: &OrderStudy,
     out: &Path,
     verbosity: Verbosity,
     interrupt: &AtomicBool,
 ) -> Result<Vec<Outcome>, StudyError> {
-    table::prepare(study, out)?;
+    table::refuse_occupied(out)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
     for variant in &study.variants {
         outcomes.push(Outcome { variant: variant.name.clone(), levels: Vec::new(), interrupted: false });
         for &n in &study.levels {
-            let level = run_level(study, variant, n, verbosity, interrupt)?;
+            let first = outcomes.len() == 1 && outcomes[0].levels.is_empty();
+            let ready = || if first { table::prepare(study, out) } else { Ok(()) };
+            let level = run_level(study, variant, n, verbosity, interrupt, &ready)?;
+            if verbosity > Verbosity::Quiet {
+                eprintln!("{}", told(&variant.name, &level));
+            }
             let stopped = interrupt.load(Ordering::Relaxed);
             let last = outcomes.last_mut().expect("just pushed");
             last.interrupted = stopped;
@@ -117,58 +124,58 @@ pub fn run(
     Ok(outcomes)
 }
 
+/// `ready` is called when all is set up, before the first step.
 fn run_level(
     study: &OrderStudy,
     variant: &Variant,
     n: f64,
     verbosity: Verbosity,
     interrupt: &AtomicBool,
+    ready: &dyn Fn() -> Result<(), StudyError>,
 ) -> Result<Level, StudyError> {
+    let in_level = |error: RunError| study.in_level(variant, n, error.into());
     let scene = study.scene_at(variant, n)?;
     let begin = Instant::now();
     let before = crate::solve::sparse::counts()[0];
-    let setup = Setup::new(&scene)?;
-    let (history, counts, failure) = march(&scene, &setup, verbosity, interrupt)?;
+    let setup = Setup::new(&scene).map_err(in_level)?;
+    let mut steps = setup.start(&scene).map_err(in_level)?;
+    ready()?;
+    steps.interrupt = interrupt;
+    let (errors, failure) = march(&scene, &mut steps, verbosity);
     let model = &setup.model;
-    let longest = (0..2).map(|k| scene.march().length(scene.time.control.step, k)).fold(0.0, f64::max);
-    let level = Level {
+    Ok(Level {
         n,
         h: setup.quality.h_max,
-        dt: longest,
+        dt: (0..2).map(|k| scene.march().length(scene.time.control.step, k)).fold(0.0, f64::max),
         cells: setup.mesh.cells.len(),
         unknowns: model.momentum.unknowns() + model.polarity.space.dof_count(),
-        errors: history,
-        counts,
+        errors,
+        counts: steps.counts,
         factorisations: crate::solve::sparse::counts()[0] - before,
         seconds: begin.elapsed().as_secs_f64(),
         failure,
-    };
-    if verbosity > Verbosity::Quiet {
-        let name = if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) };
-        let ending = level.failure.as_ref().map_or_else(String::new, |reason| format!("; FAILED: {reason}"));
-        eprintln!(
-            "{name}n = {n}: {} cells, {} unknowns, {} steps, {:.1} iterations a step, {} rejected, {:.1} s{ending}",
-            level.cells,
-            level.unknowns,
-            level.counts.steps,
-            level.counts.nonlinear_iterations as f64 / level.counts.steps.max(1) as f64,
-            level.counts.rejected,
-            level.seconds
-        );
-    }
-    Ok(level)
+    })
 }
 
-/// Marches to the end of the scene and sums up the errors after each step.
-fn march(
-    scene: &Scene,
-    setup: &Setup,
-    verbosity: Verbosity,
-    interrupt: &AtomicBool,
-) -> Result<(History, Counts, Option<String>), RunError> {
+/// One line about a level.
+fn told(variant: &str, level: &Level) -> String {
+    let name = if variant.is_empty() { String::new() } else { format!("{variant}: ") };
+    let ending = if level.failure.is_some() { "; FAILED" } else { "" };
+    format!(
+        "{name}n = {}: {} cells, {} unknowns, {} steps, {:.1} iterations a step, {} rejected, {:.1} s{ending}",
+        level.n,
+        level.cells,
+        level.unknowns,
+        level.counts.steps,
+        level.counts.nonlinear_iterations as f64 / level.counts.steps.max(1) as f64,
+        level.counts.rejected,
+        level.seconds
+    )
+}
+
+/// Marches to the end of the scene and sums up the errors after each step; with the reason if it does not get there.
+fn march(scene: &Scene, march: &mut March, verbosity: Verbosity) -> (History, Option<String>) {
     let exact = scene.sources.exact.as_ref().expect("the study was checked for exact fields");
-    let mut march = setup.start(scene)?;
-    march.interrupt = interrupt;
     let mut history = History::default();
     let mut progress = Progress::new(verbosity, march.t);
     let end = scene.time.end;
@@ -187,11 +194,11 @@ fn march(
                 break;
             }
         }
-        if interrupt.load(Ordering::Relaxed) {
+        if march.interrupt.load(Ordering::Relaxed) {
             failure = Some(format!("stopped from outside at t = {}", march.t));
             break;
         }
     }
     progress.finish();
-    Ok((history, march.counts, failure))
+    (history, failure)
 }

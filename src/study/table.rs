@@ -1,7 +1,7 @@
 //! What a study of orders leaves: `orders.csv` and a plot for every variant, `runs.csv` for all, and a table to read.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::StudyError;
 use super::file::OrderStudy;
@@ -10,16 +10,24 @@ use crate::measure::errors::{ErrorField, Norm};
 use crate::output::plot::{Axis, Plot, Scale, Series, Slope};
 use crate::output::{OutputError, number, write_whole};
 
-/// Makes the folder and writes what is studied.
+/// Whether a folder holds something that a study would overwrite or mix with.
+pub fn is_occupied(out: &Path) -> bool {
+    ["runs.csv", "study.toml", "scene.toml", "summary.json"].iter().any(|name| out.join(name).exists())
+}
+
+/// # Errors
+/// A folder with results.
+pub fn refuse_occupied(out: &Path) -> Result<(), StudyError> {
+    if is_occupied(out) { Err(StudyError::Occupied { folder: out.display().to_string() }) } else { Ok(()) }
+}
+
+/// Makes the folders and writes what is studied.
 ///
 /// # Errors
-/// A folder with results, or that cannot be written.
+/// A folder that cannot be made or written.
 pub fn prepare(study: &OrderStudy, out: &Path) -> Result<(), StudyError> {
-    if out.join("runs.csv").exists() {
-        return Err(StudyError::Occupied { folder: out.display().to_string() });
-    }
     for variant in &study.variants {
-        let folder = out.join(&variant.name);
+        let folder = folder(out, variant.name.as_str());
         std::fs::create_dir_all(&folder).map_err(|e| OutputError::io(&folder, &e))?;
         let scene = study.scene_at(variant, study.levels[0])?.resolved_toml();
         write_whole(&folder.join("scene.toml"), |file| file.write_all(scene.as_bytes()))?;
@@ -29,13 +37,18 @@ pub fn prepare(study: &OrderStudy, out: &Path) -> Result<(), StudyError> {
     Ok(())
 }
 
+/// The folder of a variant's results.
+fn folder(out: &Path, variant: &str) -> PathBuf {
+    if variant.is_empty() { out.to_owned() } else { out.join(variant) }
+}
+
 /// Writes all tables and plots anew.
 ///
 /// # Errors
 /// Files that cannot be written.
 pub fn write(study: &OrderStudy, out: &Path, outcomes: &[Outcome]) -> Result<(), StudyError> {
     for outcome in outcomes {
-        let folder = out.join(&outcome.variant);
+        let folder = folder(out, &outcome.variant);
         write_rows(&folder.join("orders.csv"), &orders(outcome))?;
         if outcome.complete().len() > 1 {
             let plot = plot(study, outcome);
@@ -158,19 +171,21 @@ pub fn text(outcome: &Outcome) -> String {
     out
 }
 
-/// Fits that lie below what the study expects, one line each.
+/// Levels that failed and fits that lie below what the study expects, one line each.
 pub fn shortfalls(study: &OrderStudy, outcome: &Outcome) -> Vec<String> {
-    let mut lines = Vec::new();
-    for (name, least) in &study.expect {
-        let Some(field) = ErrorField::ALL.into_iter().find(|f| f.name() == name) else { continue };
+    let failed =
+        outcome.levels.iter().filter_map(|l| l.failure.as_ref().map(|reason| format!("n = {}: {reason}", l.n)));
+    let mut lines: Vec<String> = failed.collect();
+    let known = |name: &String| ErrorField::ALL.into_iter().find(|f| f.name() == name);
+    for (field, least) in study.expect.iter().filter_map(|(name, least)| known(name).zip(Some(*least))) {
         for norm in Norm::ALL {
-            match outcome.fit(field, norm) {
-                Some(fit) if fit >= *least => {}
-                Some(fit) => {
-                    lines.push(format!("{name} in {}: order {fit:.2}, expected at least {least}", norm.name()))
-                }
-                None => lines.push(format!("{name}: fewer than two levels are complete")),
-            }
+            let (name, norm_name) = (field.name(), norm.name());
+            let found = match outcome.fit(field, norm) {
+                Some(fit) if fit >= least => continue,
+                Some(fit) => format!("order {fit:.2}"),
+                None => "no order, fewer than two levels are complete".to_owned(),
+            };
+            lines.push(format!("{name} in {norm_name}: {found}, expected at least {least}"));
         }
     }
     lines

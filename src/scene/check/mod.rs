@@ -20,6 +20,10 @@ use crate::time::CouplingKind;
 
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
+    if let (Some(scene), Some(_)) = (source.value("scene"), source.value("levels")) {
+        let scene = scene.as_str().unwrap_or("named in it").to_owned();
+        return Err(SceneError::Study { file: source.origin().to_owned(), scene });
+    }
     let mut file = source.tables::<SceneFile>().map_err(|found| found.1)?;
     let checker = Checker { source: &source };
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;

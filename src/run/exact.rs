@@ -1,0 +1,112 @@
+//! Whether the exact fields of a scene can be a solution at all.
+
+use super::RunError;
+use crate::mesh::{Face, Mesh, Point};
+use crate::model::{Exact, VelocityCondition};
+use crate::scene::Scene;
+
+/// `div v` may be this share of `|∂₁v₁| + |∂₂v₂|`.
+const SOLENOIDAL: f64 = 1e-9;
+/// `v·n` on slip may be this share of the largest speed: nodes lie on curves to rounding or to the digits of a file.
+const THROUGH: f64 = 1e-6;
+
+/// Refuses exact fields that no sources can make a solution; looks at one point of every cell and boundary face at the
+/// start, the middle and the end of the run.
+///
+/// # Errors
+/// A field or a derivative that is not finite; a velocity that is not solenoidal, that runs through a slip boundary or
+/// along one that forbids it.
+pub fn check_exact(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
+    let Some(exact) = &scene.sources.exact else { return Ok(()) };
+    let boundary: Vec<(Point, Point, &str)> = mesh.faces.iter().filter_map(|face| boundary_point(mesh, face)).collect();
+    for t in [0.0, 0.5 * scene.time.end, scene.time.end] {
+        let mut fastest = 0.0;
+        for cell in 0..mesh.cells.len() {
+            let x = mesh.map(cell).at(Point::new(0.3, 0.25)).0;
+            check_finite(scene, exact, x, t)?;
+            check_solenoidal(scene, exact, x, t)?;
+            fastest = f64::max(fastest, velocity(exact, x, t).norm());
+        }
+        for &(x, n, tag) in &boundary {
+            check_finite(scene, exact, x, t)?;
+            check_boundary(scene, tag, velocity(exact, x, t), n, THROUGH * fastest)
+                .map_err(|(what, hint)| wrong(scene, "exact.velocity", what + &at(x, t), hint))?;
+        }
+    }
+    Ok(())
+}
+
+fn velocity(exact: &Exact, x: Point, t: f64) -> Point {
+    let [first, second] = exact.velocity();
+    Point::new(first.eval(x, t), second.eval(x, t))
+}
+
+fn at(x: Point, t: f64) -> String {
+    format!(" at x = {}, y = {}, t = {t}", x.x, x.y)
+}
+
+fn wrong(scene: &Scene, key: &str, what: String, hint: &str) -> RunError {
+    RunError::Start { file: scene.source().place(key).to_string(), what: format!("`{key}` {what}"), hint: hint.into() }
+}
+
+/// A point of a boundary face that lies on the exact boundary, the exact normal there, and the tag.
+fn boundary_point<'a>(mesh: &'a Mesh, face: &Face) -> Option<(Point, Point, &'a str)> {
+    let tag = face.tag?;
+    let [a, b] = mesh.face_vertices(face).map(|v| mesh.vertices[v]);
+    let chord = Point::new(b.y - a.y, a.x - b.x).normalize();
+    let (x, n) = match face.curve {
+        Some(curve) => (a, mesh.curves[curve].normal(a, chord)),
+        None if mesh.curved[face.minus.cell].is_none() => ((a + b) / 2.0, chord),
+        // curved by a file, with no curve that would be known exactly
+        None => return None,
+    };
+    Some((x, n, &mesh.tags[tag]))
+}
+
+fn check_finite(scene: &Scene, exact: &Exact, x: Point, t: f64) -> Result<(), RunError> {
+    let ([v1, v2], [p1, p2]) = (exact.velocity(), exact.polarity());
+    let fields = [
+        ("exact.velocity", v1),
+        ("exact.velocity", v2),
+        ("exact.pressure", exact.pressure()),
+        ("exact.polarity", p1),
+        ("exact.polarity", p2),
+    ];
+    for (key, formula) in fields {
+        if let Err(error) = formula.try_eval(x, t) {
+            let message = error.to_string();
+            let (what, _) = message.split_once("; hint: ").unwrap_or((&message, ""));
+            let hint = "exact fields must be finite on the whole domain, up to `time.end`";
+            return Err(wrong(scene, key, format!("= {what}"), hint));
+        }
+    }
+    Ok(())
+}
+
+fn check_solenoidal(scene: &Scene, exact: &Exact, x: Point, t: f64) -> Result<(), RunError> {
+    let (value, scale) = (exact.divergence(x, t), exact.stretching(x, t));
+    if value.abs() <= SOLENOIDAL * scale.max(1e-9) {
+        return Ok(());
+    }
+    let what = format!("has div v = {value:.3e}{}, and must have none", at(x, t));
+    Err(wrong(scene, "exact.velocity", what, "take the derivatives of a stream function, v = (∂ψ/∂y, −∂ψ/∂x)"))
+}
+
+/// What is wrong with the velocity `v` where the normal is `n`, and a hint.
+fn check_boundary(scene: &Scene, tag: &str, v: Point, n: Point, allowed: f64) -> Result<(), (String, &'static str)> {
+    let tangent = Point::new(-n.y, n.x);
+    match &scene.boundary[tag].velocity {
+        VelocityCondition::Slip if v.dot(&n).abs() > allowed => Err((
+            format!("has v·n = {:.3e} on `{tag}`, which is \"slip\" and lets nothing through,", v.dot(&n)),
+            "let the stream function be constant there, or take velocity = \"dirichlet\" on this tag",
+        )),
+        VelocityCondition::NoTangential if v.dot(&tangent).abs() > allowed => Err((
+            format!("has v·t = {:.3e} on `{tag}`, which is \"no-tangential\",", v.dot(&tangent)),
+            "take velocity = \"dirichlet\" on this tag",
+        )),
+        VelocityCondition::Dirichlet(_)
+        | VelocityCondition::Traction(_)
+        | VelocityCondition::Slip
+        | VelocityCondition::NoTangential => Ok(()),
+    }
+}
