@@ -36,7 +36,7 @@ fn the_reference_scene_is_the_reference_case() {
     assert_eq!(strip.space.slip, SlipTreatment::Rotated);
     assert_eq!((strip.time.order, strip.time.control.step, strip.time.end), (2, 0.1, 400.0));
     assert_eq!(strip.time.stop_residual, Some(1e-8));
-    assert_eq!(strip.coupling.kind, CouplingKind::FixedPoint);
+    assert_eq!(strip.coupling.kind, CouplingKind::Newton);
     assert_eq!(strip.coupling.accept, 1e-4);
     assert_eq!(strip.initial, Initial::AlignedAroundDisc);
     assert_eq!(strip.outputs.len(), 4);
@@ -178,7 +178,7 @@ fn the_resolved_scene_shows_every_default() {
         "step_min = 1e-7",
         "growth = 1.25",
         "[coupling]",
-        "kind = \"fixed-point\"",
+        "kind = \"newton\"",
         "accept = 1e-4",
         "max_iterations = 100",
         "[[output]]",

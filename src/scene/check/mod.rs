@@ -32,7 +32,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let space = checker.space(&mut file.space)?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
-    let boundary = checker.boundary(&mut file, &parameters, exact)?;
+    let boundary = checker.boundary(&mut file, &parameters, &sources)?;
     let initial = checker.initial(&mut file.initial.polarity, &parameters, exact)?;
     let time = checker.time(&mut file, &parameters)?;
     let coupling = checker.coupling(&mut file)?;
@@ -180,12 +180,19 @@ impl Checker<'_> {
         &self,
         file: &mut SceneFile,
         p: &Parameters,
-        exact: Option<&Exact>,
+        sources: &Sources,
     ) -> Result<BTreeMap<String, Conditions>, SceneError> {
+        let exact = sources.exact.as_deref();
         let mut checked = BTreeMap::new();
         for (tag, table) in &mut file.boundary {
             let conditions =
                 table.check(&p.symbols(), exact).map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
+            let from_exact = sources.boundary().is_some();
+            let given =
+                matches!(&conditions.velocity, VelocityCondition::Traction(f) if !f.iter().all(Expression::is_zero));
+            let rule = "the traction is that of the exact fields, so none can be given";
+            let hint = "write velocity = \"traction\", or set exact.boundary = \"scene\"";
+            self.require(!(from_exact && given), &format!("boundary.{tag}.velocity"), &table.velocity, rule, hint)?;
             *table = table.resolved();
             checked.insert(tag.clone(), conditions);
         }
