@@ -9,7 +9,7 @@
 //! So for `q ≥ 3` the unknowns inside a curved edge are components at its Lobatto points, from which the nodes take their
 //! values by interpolation along the edge.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3};
@@ -24,6 +24,17 @@ use crate::space::Space;
 
 /// Normals that differ by less than this angle (radians) at a node are averaged; beyond, the node is a corner.
 const CORNER: f64 = 0.6;
+
+/// Where the conditions of slip walls hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WallPoints {
+    /// At the nodes: every node has a frame of its own.
+    Nodes,
+    /// At the nodes, but from degree 3 on at the Lobatto points of curved edges.
+    Lobatto,
+    /// Nowhere: a form [10.3] takes care of `v·n = 0`.
+    Penalty,
+}
 
 /// Prescribed value of a node: zero along `direction`, or both components.
 enum Constraint {
@@ -52,9 +63,9 @@ pub struct Frames {
 type Nodal = Vec<(usize, Point)>;
 
 impl Frames {
-    /// Reads the conditions of every boundary tag; `penalty` leaves slip to the form [10.3].
-    pub fn new(space: &Space, conditions: &[Conditions], penalty: bool) -> Self {
-        let (constraints, bent) = collect(space, conditions, penalty);
+    /// Reads the conditions of every boundary tag.
+    pub fn new(space: &Space, conditions: &[Conditions], walls: WallPoints) -> Self {
+        let (constraints, bent) = collect(space, conditions, walls);
         let (mut nodal, mut owned, mut values, mut free) = (Vec::new(), Vec::new(), Vec::new(), 0);
         for (node, position) in space.node_positions().into_iter().enumerate() {
             let directions = match constraints.get(&node) {
@@ -154,7 +165,7 @@ impl Frames {
         Ok(out)
     }
 
-    /// Whether the conditions leave no rigid motion free: translations and the rotation, or a combination of them (the
+    /// Whether the conditions, at the [`WallPoints::Nodes`], leave no rigid motion free: translations and the rotation, or a combination of them (the
     /// rotation about the centre of a disc).
     pub fn hold_rigid_motions(&self, space: &Space) -> bool {
         let positions = space.node_positions();
@@ -162,9 +173,7 @@ impl Frames {
         let size = positions.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
         // G = Σ over nodes of Rᵀ(1 − T Tᵀ)R, R the three motions at the node: zero along a motion that meets no constraint
         let mut gram = Matrix3::zeros();
-        let inside: BTreeSet<usize> = self.inside.iter().map(|(node, _, _)| *node).collect();
-        // the ends of an edge say it all: what is inside follows
-        for (node, x) in positions.iter().enumerate().filter(|(node, _)| !inside.contains(node)) {
+        for (node, x) in positions.iter().enumerate() {
             let y = (x - centre) / size;
             let motions = Matrix2x3::new(1.0, 0.0, -y.y, 0.0, 1.0, y.x);
             let mut free = Matrix2::zeros();
@@ -203,7 +212,11 @@ fn spread(mut nodal: Vec<Nodal>, bent: &[Vec<usize>], degree: usize) -> (Vec<Nod
 
 /// What the boundary faces ask of each node, and the nodes of the curved edges whose inner unknowns lie at Lobatto points. A Dirichlet tag wins over others; of two Dirichlet tags, one with values that
 /// are not all zero wins over a wall at rest, else the first.
-fn collect(space: &Space, conditions: &[Conditions], penalty: bool) -> (BTreeMap<usize, Constraint>, Vec<Vec<usize>>) {
+fn collect(
+    space: &Space,
+    conditions: &[Conditions],
+    walls: WallPoints,
+) -> (BTreeMap<usize, Constraint>, Vec<Vec<usize>>) {
     let mesh = &space.mesh;
     let mut all: BTreeMap<usize, Constraint> = BTreeMap::new();
     let mut bent = Vec::new();
@@ -212,18 +225,21 @@ fn collect(space: &Space, conditions: &[Conditions], penalty: bool) -> (BTreeMap
         let curved = face.curve.is_some() || matches!(mesh.map(face.minus.cell), CellMap::Isoparametric(_));
         let locals = basis::face_nodes(space.degree, face.minus.face);
         let slips = match &conditions[tag].velocity {
-            VelocityCondition::Slip => !penalty,
+            VelocityCondition::Slip => walls != WallPoints::Penalty,
             VelocityCondition::NoTangential => true,
             VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) => false,
         };
-        if slips && curved && space.degree > 2 {
+        let at_lobatto = slips && curved && space.degree > 2 && walls == WallPoints::Lobatto;
+        if at_lobatto {
             bent.push(locals.iter().map(|&local| space.node(face.minus.cell, local)).collect());
         }
-        for (local, s) in locals.into_iter().zip(lobatto::points(space.degree)) {
+        let even = |k: usize| k as f64 / space.degree as f64;
+        let points = if at_lobatto { lobatto::points(space.degree) } else { (0..=space.degree).map(even).collect() };
+        for (local, s) in locals.into_iter().zip(points) {
             let node = space.node(face.minus.cell, local);
             match &conditions[tag].velocity {
                 VelocityCondition::Traction(_) => {}
-                VelocityCondition::Slip if penalty => {}
+                VelocityCondition::Slip if walls == WallPoints::Penalty => {}
                 VelocityCondition::Dirichlet(value) => {
                     let at_rest = value.iter().all(Expression::is_zero);
                     let taken = matches!(all.get(&node), Some(Constraint::Value(_)));

@@ -9,8 +9,8 @@ use super::{RunError, setup};
 use crate::element::basis::node_count;
 use crate::mesh::quality::Quality;
 use crate::model::Term;
-use crate::model::frames::Frames;
-use crate::model::momentum::{MomentumError, SlipTreatment};
+use crate::model::frames::{Frames, WallPoints};
+use crate::model::momentum::MomentumError;
 use crate::scene::Scene;
 use crate::space::{Continuity, Space};
 
@@ -40,9 +40,8 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
     let description = describe(scene, &mesh);
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
     let pressure = Space::new(&mesh, Continuity::Continuous, scene.space.pressure, 1);
-    let penalty = matches!(scene.space.slip, SlipTreatment::Penalty { .. });
-    let free = Frames::new(&velocity, &description.conditions, penalty).free;
-    let held = || Frames::new(&velocity, &description.conditions, false).hold_rigid_motions(&velocity);
+    let free = Frames::new(&velocity, &description.conditions, scene.space.slip.points()).free;
+    let held = || Frames::new(&velocity, &description.conditions, WallPoints::Nodes).hold_rigid_motions(&velocity);
     if scene.parameters.friction == 0.0 && !held() {
         let origin = scene.source().place("model.friction").to_string();
         return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
