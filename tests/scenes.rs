@@ -17,7 +17,10 @@ fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
         if path.is_dir() {
             scenes(&path, out);
         } else if path.extension().is_some_and(|e| e == "toml") {
-            out.push(path);
+            // studies of orders name a scene instead of being one
+            if std::fs::read_to_string(&path).unwrap().contains("[model]") {
+                out.push(path);
+            }
         }
     }
 }
