@@ -49,6 +49,13 @@ pub fn face_nodes(q: usize, f: usize) -> Vec<usize> {
     std::iter::once(a).chain(first..first + q - 1).chain(std::iter::once(b)).collect()
 }
 
+/// The point at the share `s` of the way along local face `f`, from vertex `f+1` to vertex `f+2`.
+pub fn face_point(f: usize, s: f64) -> Vector2<f64> {
+    let corners = [Vector2::new(0.0, 0.0), Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
+    let (a, b) = (corners[(f + 1) % 3], corners[(f + 2) % 3]);
+    a * (1.0 - s) + b * s
+}
+
 /// Direction of local face `f` on the reference triangle, from vertex `f+1` to vertex `f+2`.
 pub fn face_tangent(f: usize) -> Vector2<f64> {
     [Vector2::new(-1.0, 1.0), Vector2::new(0.0, -1.0), Vector2::new(1.0, 0.0)][f]

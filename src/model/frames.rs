@@ -2,20 +2,39 @@
 //!
 //! Slip prescribes the direction of the exact normal, `no-tangential` the tangent, Dirichlet both. The unknowns of a node
 //! are its components along the free directions, so that `v = T û + v_D` and the reduced matrix `Tᵀ K T` stays symmetric.
+//!
+//! On curved walls `w·n` is not zero between the nodes, and the consistency error is `∫ (n·σ·n)(w·n)`. To lowest order `w·n`
+//! on an edge is a polynomial of degree q+1 that vanishes where the condition is imposed. At Gauss–Lobatto points its
+//! integral is zero; at evenly spaced ones it is not from `q = 3` on, and the pressure would be of order one near the wall.
+//! So for `q ≥ 3` the unknowns inside a curved edge are components at its Lobatto points, from which the nodes take their
+//! values by interpolation along the edge.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3};
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
 use crate::element::basis;
-use crate::mesh::{Curve, Face, Mesh, Point};
+use crate::element::lobatto;
+use crate::mesh::{CellMap, Curve, Face, Mesh, Point};
 use crate::solve::sparse::Matrix;
 use crate::space::Space;
 
 /// Normals that differ by less than this angle (radians) at a node are averaged; beyond, the node is a corner.
 const CORNER: f64 = 0.6;
+
+/// Where the conditions of slip walls hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WallPoints {
+    /// At the nodes: every node has a frame of its own.
+    Nodes,
+    /// At the nodes, but from degree 3 on at the Lobatto points of curved edges.
+    Lobatto,
+    /// Nowhere: a form [10.3] takes care of `v·n = 0`.
+    Penalty,
+}
 
 /// Prescribed value of a node: zero along `direction`, or both components.
 enum Constraint {
@@ -28,50 +47,60 @@ enum Constraint {
 pub struct Frames {
     /// Number of free unknowns.
     pub free: usize,
-    /// Per velocity dof: up to two `(free unknown, coefficient)`.
-    entries: Vec<[Option<(usize, f64)>; 2]>,
+    /// `(free unknown, coefficient)` of all velocity dofs, one after the other.
+    entries: Vec<(usize, f64)>,
+    /// Where the entries of every dof begin, and where the last one's end.
+    starts: Vec<usize>,
+    /// Per node, the unknowns that are its own.
+    owned: Vec<Range<usize>>,
     /// Nodes with a Dirichlet value: node, position, tag.
     values: Vec<(usize, Point, usize)>,
+    /// Nodes inside curved edges, and what they take of the values at both ends: node, end, weight.
+    inside: Vec<(usize, usize, f64)>,
 }
 
+/// Components of a node along its free directions: unknown, direction.
+type Nodal = Vec<(usize, Point)>;
+
 impl Frames {
-    /// Reads the conditions of every boundary tag; `penalty` leaves slip to the form [10.3].
-    pub fn new(space: &Space, conditions: &[Conditions], penalty: bool) -> Self {
-        let constraints = collect(space, conditions, penalty);
-        let positions = space.node_positions();
-        let mut frames = Self { free: 0, entries: vec![[None, None]; space.dof_count()], values: Vec::new() };
-        for (node, &position) in positions.iter().enumerate() {
-            match constraints.get(&node) {
-                None => {
-                    frames.release(node, Point::x());
-                    frames.release(node, Point::y());
+    /// Reads the conditions of every boundary tag.
+    pub fn new(space: &Space, conditions: &[Conditions], walls: WallPoints) -> Self {
+        let (constraints, bent) = collect(space, conditions, walls);
+        let (mut nodal, mut owned, mut values, mut free) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        for (node, position) in space.node_positions().into_iter().enumerate() {
+            let directions = match constraints.get(&node) {
+                None => vec![Point::x(), Point::y()],
+                Some(Constraint::Value(tag)) => {
+                    values.push((node, position, *tag));
+                    Vec::new()
                 }
-                Some(Constraint::Value(tag)) => frames.values.push((node, position, *tag)),
-                Some(Constraint::Directions(directions)) => {
-                    if let Some(fixed) = single(directions) {
-                        frames.release(node, Point::new(-fixed.y, fixed.x));
-                    }
+                Some(Constraint::Directions(fixed)) => {
+                    single(fixed).map(|n| Point::new(-n.y, n.x)).into_iter().collect()
                 }
+            };
+            owned.push(free..free + directions.len());
+            nodal.push((free..).zip(directions).collect::<Nodal>());
+            free = owned[node].end;
+        }
+        let (nodal, inside) = spread(nodal, &bent, space.degree);
+        let (mut entries, mut starts) = (Vec::new(), vec![0]);
+        for node in &nodal {
+            for c in 0..2 {
+                entries.extend(node.iter().map(|(unknown, d)| (*unknown, d[c])).filter(|(_, a)| *a != 0.0));
+                starts.push(entries.len());
             }
         }
-        frames
+        Self { free, entries, starts, owned, values, inside }
     }
 
-    /// Gives `node` an unknown along `direction`.
-    fn release(&mut self, node: usize, direction: Point) {
-        for c in 0..2 {
-            let slots = &mut self.entries[2 * node + c];
-            let slot = usize::from(slots[0].is_some());
-            if direction[c] != 0.0 {
-                slots[slot] = Some((self.free, direction[c]));
-            }
-        }
-        self.free += 1;
+    /// The unknowns that belong to `node` alone: its own components, or those at its Lobatto point.
+    pub fn owned(&self, node: usize) -> Range<usize> {
+        self.owned[node].clone()
     }
 
     /// The free unknowns that a velocity dof is made of, with their coefficients.
     pub fn of(&self, dof: usize) -> impl Iterator<Item = (usize, f64)> {
-        self.entries[dof].iter().flatten().copied()
+        self.entries[self.starts[dof]..self.starts[dof + 1]].iter().copied()
     }
 
     /// `Tᵀ K T` as triplets.
@@ -121,17 +150,22 @@ impl Frames {
     /// # Errors
     /// A Dirichlet formula that is not finite at a node.
     pub fn prescribed(&self, conditions: &[Conditions], t: f64) -> Result<Vec<f64>, ExpressionError> {
-        let mut out = vec![0.0; self.entries.len()];
+        let mut out = vec![0.0; self.starts.len() - 1];
         for &(node, x, tag) in &self.values {
             if let VelocityCondition::Dirichlet(value) = &conditions[tag].velocity {
                 out[2 * node] = value[0].try_eval(x, t)?;
                 out[2 * node + 1] = value[1].try_eval(x, t)?;
             }
         }
+        for &(node, end, weight) in &self.inside {
+            for c in 0..2 {
+                out[2 * node + c] += weight * out[2 * end + c];
+            }
+        }
         Ok(out)
     }
 
-    /// Whether the conditions leave no rigid motion free: translations and the rotation, or a combination of them (the
+    /// Whether the conditions, at the [`WallPoints::Nodes`], leave no rigid motion free: translations and the rotation, or a combination of them (the
     /// rotation about the centre of a disc).
     pub fn hold_rigid_motions(&self, space: &Space) -> bool {
         let positions = space.node_positions();
@@ -156,18 +190,56 @@ impl Frames {
     }
 }
 
-/// What the boundary faces ask of each node. A Dirichlet tag wins over others; of two Dirichlet tags, one with values that
+/// Replaces the unknowns inside curved edges by those at the Lobatto points; also returns what these nodes take of the
+/// values at the ends.
+fn spread(mut nodal: Vec<Nodal>, bent: &[Vec<usize>], degree: usize) -> (Vec<Nodal>, Vec<(usize, usize, f64)>) {
+    let mut inside = Vec::new();
+    for edge in bent {
+        let rows: Vec<Nodal> = (1..degree)
+            .map(|k| {
+                let weights = lobatto::weights(degree, k as f64 / degree as f64);
+                inside.extend([0, degree].map(|end| (edge[k], edge[end], weights[end])));
+                let parts = edge.iter().zip(&weights);
+                parts.flat_map(|(&node, &w)| nodal[node].iter().map(move |(unknown, d)| (*unknown, d * w))).collect()
+            })
+            .collect();
+        for (row, &node) in rows.into_iter().zip(&edge[1..]) {
+            nodal[node] = row;
+        }
+    }
+    (nodal, inside)
+}
+
+/// What the boundary faces ask of each node, and the nodes of the curved edges whose inner unknowns lie at Lobatto points. A Dirichlet tag wins over others; of two Dirichlet tags, one with values that
 /// are not all zero wins over a wall at rest, else the first.
-fn collect(space: &Space, conditions: &[Conditions], penalty: bool) -> BTreeMap<usize, Constraint> {
+fn collect(
+    space: &Space,
+    conditions: &[Conditions],
+    walls: WallPoints,
+) -> (BTreeMap<usize, Constraint>, Vec<Vec<usize>>) {
     let mesh = &space.mesh;
     let mut all: BTreeMap<usize, Constraint> = BTreeMap::new();
+    let mut bent = Vec::new();
     for face in mesh.faces.iter() {
         let Some(tag) = face.tag else { continue };
-        for local in basis::face_nodes(space.degree, face.minus.face) {
+        let curved = face.curve.is_some() || matches!(mesh.map(face.minus.cell), CellMap::Isoparametric(_));
+        let locals = basis::face_nodes(space.degree, face.minus.face);
+        let slips = match &conditions[tag].velocity {
+            VelocityCondition::Slip => walls != WallPoints::Penalty,
+            VelocityCondition::NoTangential => true,
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) => false,
+        };
+        let at_lobatto = slips && curved && space.degree > 2 && walls == WallPoints::Lobatto;
+        if at_lobatto {
+            bent.push(locals.iter().map(|&local| space.node(face.minus.cell, local)).collect());
+        }
+        let even = |k: usize| k as f64 / space.degree as f64;
+        let points = if at_lobatto { lobatto::points(space.degree) } else { (0..=space.degree).map(even).collect() };
+        for (local, s) in locals.into_iter().zip(points) {
             let node = space.node(face.minus.cell, local);
             match &conditions[tag].velocity {
                 VelocityCondition::Traction(_) => {}
-                VelocityCondition::Slip if penalty => {}
+                VelocityCondition::Slip if walls == WallPoints::Penalty => {}
                 VelocityCondition::Dirichlet(value) => {
                     let at_rest = value.iter().all(Expression::is_zero);
                     let taken = matches!(all.get(&node), Some(Constraint::Value(_)));
@@ -183,7 +255,7 @@ fn collect(space: &Space, conditions: &[Conditions], penalty: bool) -> BTreeMap<
                     }
                 }
                 condition @ (VelocityCondition::Slip | VelocityCondition::NoTangential) => {
-                    let normal = node_normal(mesh, face, space.degree, local);
+                    let normal = node_normal(mesh, face, s);
                     let along = match condition {
                         VelocityCondition::NoTangential => Point::new(-normal.y, normal.x),
                         VelocityCondition::Slip | VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) => {
@@ -198,7 +270,7 @@ fn collect(space: &Space, conditions: &[Conditions], penalty: bool) -> BTreeMap<
             }
         }
     }
-    all
+    (all, bent)
 }
 
 /// Whether the Dirichlet value of `tag` is zero.
@@ -209,10 +281,10 @@ fn moves_less(conditions: &[Conditions], tag: usize) -> bool {
     }
 }
 
-/// Unit normal at a node of a boundary face: of the exact curve where there is one, else of the face.
-fn node_normal(mesh: &Mesh, face: &Face, degree: usize, local: usize) -> Point {
+/// Unit normal at the share `s` of the way along a boundary face: of the exact curve where there is one, else of the face.
+fn node_normal(mesh: &Mesh, face: &Face, s: f64) -> Point {
     let map = mesh.map(face.minus.cell);
-    let (x, jacobian) = map.at(basis::nodes(degree)[local]);
+    let (x, jacobian) = map.at(basis::face_point(face.minus.face, s));
     let tangent = jacobian * basis::face_tangent(face.minus.face);
     let normal = Point::new(tangent.y, -tangent.x).normalize();
     match face.curve.map(|c| mesh.curves[c]) {

@@ -157,10 +157,9 @@ impl Layout<'_> {
                 position: mesh.centroid(cell).into(),
             })
             .collect();
-        groups.extend(velocity.node_positions().iter().enumerate().map(|(node, x)| {
-            let free: BTreeSet<u32> =
-                (0..2).flat_map(|c| self.frames.of(2 * node + c)).map(|(free, _)| free as u32).collect();
-            Group { unknowns: free.into_iter().collect(), position: (*x).into() }
+        groups.extend(velocity.node_positions().iter().enumerate().map(|(node, x)| Group {
+            unknowns: self.frames.owned(node).map(|u| u as u32).collect(),
+            position: (*x).into(),
         }));
         let mut adjacency = vec![BTreeSet::new(); groups.len()];
         let mut around = vec![BTreeSet::new(); pressure.node_count];

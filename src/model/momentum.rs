@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::ExpressionError;
-use super::frames::Frames;
+use super::frames::{Frames, WallPoints};
 use crate::form::words::Vector;
 use crate::form::{Bilinear, CellPoint, Faces, Integrator, mass, stokes};
 use crate::solve::bordered::Bordered;
@@ -21,6 +21,16 @@ pub enum SlipTreatment {
     Rotated,
     /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3].
     Penalty { epsilon: f64 },
+}
+
+impl SlipTreatment {
+    /// Where the frames of the velocity meet the condition.
+    pub fn points(self) -> WallPoints {
+        match self {
+            SlipTreatment::Rotated => WallPoints::Lobatto,
+            SlipTreatment::Penalty { .. } => WallPoints::Penalty,
+        }
+    }
 }
 
 /// Why the momentum balance could not be set up or solved.
@@ -85,8 +95,8 @@ impl Momentum {
         friction: f64,
         slip: SlipTreatment,
     ) -> Result<Self, MomentumError> {
-        let frames = Frames::new(velocity, conditions, matches!(slip, SlipTreatment::Penalty { .. }));
-        if friction == 0.0 && !Frames::new(velocity, conditions, false).hold_rigid_motions(velocity) {
+        let frames = Frames::new(velocity, conditions, slip.points());
+        if friction == 0.0 && !Frames::new(velocity, conditions, WallPoints::Nodes).hold_rigid_motions(velocity) {
             return Err(MomentumError::Unheld);
         }
         let penalty = match slip {

@@ -8,7 +8,7 @@ use rand_distr::StandardNormal;
 
 use super::boundary::{Conditions, PolarityCondition, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
-use super::frames::Frames;
+use super::frames::{Frames, WallPoints};
 use super::momentum::MomentumError;
 use crate::form::{Integrator, gradient, mass};
 use crate::mesh::{Curve, Point};
@@ -41,7 +41,7 @@ pub fn aligned(
 ) -> Result<Field, MomentumError> {
     let continuous = Arc::new(Space::new(&space.mesh, Continuity::Continuous, space.degree, 2));
     let held: Vec<Conditions> = conditions.iter().map(hold).collect();
-    let frames = Frames::new(&continuous, &held, false);
+    let frames = Frames::new(&continuous, &held, WallPoints::Nodes);
     let form = length.powi(2) * gradient::vector_gradients(&continuous) + mass::vector_mass(&continuous);
     let n = continuous.dof_count();
     let matrix = Matrix::from_triplets(n, n, &loops.triplets(&form, &continuous, &continuous));

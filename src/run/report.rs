@@ -10,9 +10,9 @@ use super::{RunError, setup};
 use crate::element::basis::node_count;
 use crate::mesh::quality::Quality;
 use crate::model::Term;
-use crate::model::frames::Frames;
+use crate::model::frames::{Frames, WallPoints};
 use crate::model::lagged::{Layout, Structure};
-use crate::model::momentum::{MomentumError, SlipTreatment};
+use crate::model::momentum::MomentumError;
 use crate::scene::Scene;
 use crate::solve::blocks::neighbours;
 use crate::space::{Continuity, Space};
@@ -45,9 +45,8 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
     let description = describe(scene, &mesh);
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
     let pressure = Space::new(&mesh, Continuity::Continuous, scene.space.pressure, 1);
-    let penalty = matches!(scene.space.slip, SlipTreatment::Penalty { .. });
-    let frames = Frames::new(&velocity, &description.conditions, penalty);
-    let held = || Frames::new(&velocity, &description.conditions, false).hold_rigid_motions(&velocity);
+    let frames = Frames::new(&velocity, &description.conditions, scene.space.slip.points());
+    let held = || Frames::new(&velocity, &description.conditions, WallPoints::Nodes).hold_rigid_motions(&velocity);
     if scene.parameters.friction == 0.0 && !held() {
         let origin = scene.source().place("model.friction").to_string();
         return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });

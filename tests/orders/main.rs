@@ -1,8 +1,10 @@
 //! Observed orders of convergence: a least-squares slope over three meshes, with the table printed.
 
 mod common;
+mod curved;
 mod incompressible;
 mod slip;
+mod space;
 mod time;
 
 /// Least-squares slope of `log error` over `log h`.
