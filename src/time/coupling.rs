@@ -121,7 +121,9 @@ pub struct Step<'a> {
     pub model: &'a Incompressible,
     pub t: f64,
     pub past: &'a [(f64, &'a Field)],
-    /// Where iterations start.
+    /// The same and possibly one more, for a prediction.
+    pub known: &'a [(f64, &'a Field)],
+    /// The state at the last step.
     pub guess: &'a State,
     pub settings: &'a CouplingSettings,
     /// Set from outside to give up.

@@ -214,12 +214,14 @@ impl<'m> March<'m> {
             let lands = self.t + dt >= landing - 1e-9 * dt;
             let t = if lands { landing } else { self.t + dt };
             let order = self.order_for(dt);
-            let past: Vec<(f64, &Field)> = self.past.iter().take(order).map(|(t, p)| (*t, p)).collect();
+            let known: Vec<(f64, &Field)> =
+                self.past.iter().take(self.usable(dt).min(order + 1)).map(|(t, p)| (*t, p)).collect();
             let coupling = &self.settings.coupling;
             let attempt = Step {
                 model: self.model,
                 t,
-                past: &past,
+                past: &known[..order],
+                known: &known,
                 guess: &self.state,
                 settings: coupling,
                 interrupt: self.interrupt,
@@ -253,13 +255,17 @@ impl<'m> March<'m> {
         }
     }
 
-    /// The highest order up to the scheme's whose past steps are not much shorter than `dt`: a difference over a sliver is mostly
-    /// the tolerance of the coupling, and a formula that extrapolates it over a long step amplifies that.
+    /// The highest order up to the scheme's that the past allows.
     fn order_for(&self, dt: f64) -> usize {
+        self.settings.order.min(self.usable(dt))
+    }
+
+    /// Past levels, newest first, whose steps are not much shorter than `dt`: a difference over a sliver is mostly the tolerance
+    /// of the coupling, and a formula that extrapolates it over a long step amplifies that.
+    fn usable(&self, dt: f64) -> usize {
         const LONGEST_RATIO: f64 = 5.0;
         let steps = self.past.windows(2).map(|pair| pair[0].0 - pair[1].0);
-        let usable = 1 + steps.take_while(|&earlier| dt <= LONGEST_RATIO * earlier).count();
-        self.settings.order.min(usable)
+        1 + steps.take_while(|&earlier| dt <= LONGEST_RATIO * earlier).count()
     }
 
     fn accept(&mut self, outcome: StepOutcome, t: f64, order: usize, rejected: usize) -> StepReport {
@@ -282,7 +288,8 @@ impl<'m> March<'m> {
         self.state = outcome.state;
         self.rate_of_p = outcome.rate_of_p;
         self.past.insert(0, (t, self.state.p.clone()));
-        self.past.truncate(self.settings.order.min(bdf::MAX_ORDER));
+        // one level more than the formula needs, for predictions
+        self.past.truncate(self.settings.order.min(bdf::MAX_ORDER) + 1);
         // an iteration that begins next to its tolerance has no rate to show, and is as good as any
         let at_rest = outcome.first_increment < 10.0 * self.settings.coupling.tolerance;
         let rate = if at_rest { f64::INFINITY } else { outcome.rate };

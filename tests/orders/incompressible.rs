@@ -47,10 +47,13 @@ fn the_energy_consistent_force_keeps_the_orders_and_costs_accuracy() {
     let (stress, energy) = (of("stress"), of("energy-consistent"));
     // Ψ is part of the multiplier, which P1 resolves less well than Π
     let ratio = |field| energy.last(field, Norm::Square) / stress.last(field, Norm::Square);
-    assert!(energy.of(ErrorField::Pressure, Norm::Square) > 1.8);
-    assert!(energy.of(ErrorField::Velocity, Norm::Square) > 2.5);
-    assert!(energy.of(ErrorField::Polarity, Norm::Square) > 2.5);
+    energy.at_least([
+        (ErrorField::Velocity, 2.8),
+        (ErrorField::Pressure, 1.95),
+        (ErrorField::Polarity, 1.95),
+        (ErrorField::Laplacian, 1.95),
+    ]);
     let (v, pi, p) = (ratio(ErrorField::Velocity), ratio(ErrorField::Pressure), ratio(ErrorField::Polarity));
     println!("energy-consistent over stress: v {v:.1}, Π {pi:.0}, p {p:.2}");
-    assert!(v > 1.0 && v < 20.0 && pi > 2.0 && p < 3.0, "v {v}, Π {pi}, p {p}");
+    assert!((1.2..4.0).contains(&v) && (30.0..200.0).contains(&pi) && p < 1.2, "v {v}, Π {pi}, p {p}");
 }
