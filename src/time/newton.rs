@@ -109,7 +109,7 @@ const KRYLOV_LIMIT: usize = 60;
 const SURPLUS: usize = 40;
 
 /// Corrections by the lagged factors alone are tried below so many tolerances.
-const NEAR: f64 = 100.0;
+const NEAR: f64 = 1000.0;
 
 /// Most halvings of a correction.
 const HALVINGS: usize = 12;

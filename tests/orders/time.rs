@@ -5,47 +5,7 @@ use monolayer::measure::errors::{ErrorField, Norm};
 use super::common::{Orders, run};
 
 /// p is linear in space, so that |p|²p is cubic and L_h exact in P3; v is quadratic and Π linear.
-const SCENE: &str = r#"
-[model]
-kind = "incompressible"
-friction = 1.0
-traction = 0.8
-active_stress = 0.5
-peclet = 1.0
-coherence = 0.5
-elasticity = 0.3
-slip = 0.7
-[mesh]
-shape = "square"
-n = 2
-distortion = 0.2
-[boundary.left]
-velocity = "dirichlet"
-polarity = "dirichlet"
-[boundary.right]
-velocity = "dirichlet"
-polarity = "dirichlet"
-[boundary.bottom]
-velocity = "dirichlet"
-polarity = "dirichlet"
-[boundary.top]
-velocity = "traction"
-polarity = "neumann"
-[exact]
-velocity = ["sin(2*t)*y^2 + 0.3*x*cos(t)", "cos(2*t)*x^2 - 0.3*y*cos(t)"]
-pressure = "sin(t)*(x-y)"
-polarity = ["0.5 + 0.6*sin(4*t)*x - 0.2*y", "0.4*cos(3*t)*y + 0.3*exp(-2*t)*x"]
-[initial]
-polarity = "exact"
-[time]
-scheme = "bdf1"
-step = 0.1
-end = 1.0
-start = "exact"
-[coupling]
-kind = "newton"
-tolerance = 1e-13
-"#;
+const SCENE: &str = include_str!("../../studies/mms/polynomial.toml");
 
 fn orders(order: usize, alternate: f64) -> Orders {
     let level = |n: usize| {
