@@ -1,0 +1,167 @@
+//! The multifrontal factorisation on random unsymmetric matrices, against dense LU and in itself.
+
+use std::sync::Arc;
+
+use super::grid::{Problem, Random, product};
+use monolayer::solve::SolveError;
+use monolayer::solve::multifrontal::Multifrontal;
+use monolayer::solve::symbolic::Element;
+use nalgebra::{DMatrix, DVector};
+
+fn everywhere(_: usize, _: usize) -> bool {
+    true
+}
+
+fn same(p: [f64; 2]) -> [f64; 2] {
+    p
+}
+
+fn factorise(problem: &Problem, leaf: usize) -> Result<Multifrontal, SolveError> {
+    let symbolic = Arc::new(problem.symbolic(leaf)?);
+    Multifrontal::new(symbolic, |e, element| element.clone_from(&problem.elements[e]))
+}
+
+fn random_vector(n: usize) -> Vec<f64> {
+    let mut random = Random(3);
+    (0..n).map(|_| random.next()).collect()
+}
+
+fn largest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+fn assert_inverts(problem: &Problem, leaf: usize) {
+    let lu = factorise(problem, leaf).expect("a regular matrix");
+    let exact = random_vector(problem.unknowns);
+    let mut x = product(&problem.elements, &exact, false);
+    lu.solve_in_place(&mut x);
+    assert!(largest(&x, &exact) < 1e-9, "error {}", largest(&x, &exact));
+    let mut x = product(&problem.elements, &exact, true);
+    lu.solve_transposed_in_place(&mut x);
+    assert!(largest(&x, &exact) < 1e-9, "error {} (transposed)", largest(&x, &exact));
+}
+
+#[test]
+fn agrees_with_dense_lu() {
+    let problem = Problem::new([6, 5], 4, everywhere, same);
+    let n = problem.unknowns;
+    let mut dense = DMatrix::zeros(n, n);
+    for element in &problem.elements {
+        for (&r, values) in element.rows.iter().zip(element.values.chunks_exact(element.columns.len())) {
+            for (&c, v) in element.columns.iter().zip(values) {
+                dense[(r as usize, c as usize)] += v;
+            }
+        }
+    }
+    let b = random_vector(n);
+    let expected = dense.lu().solve(&DVector::from_vec(b.clone())).expect("regular");
+    for leaf in [1, 10, 40, 10_000] {
+        let mut x = b.clone();
+        factorise(&problem, leaf).expect("regular").solve_in_place(&mut x);
+        assert!(largest(&x, expected.as_slice()) < 1e-10, "leaf {leaf}: {}", largest(&x, expected.as_slice()));
+    }
+}
+
+#[test]
+fn inverts_on_rings_and_racetracks() {
+    let ring = |i: usize, j: usize| !(5..11).contains(&i) || !(5..11).contains(&j);
+    assert_inverts(&Problem::new([16, 16], 5, ring, same), 60);
+    let track = |i: usize, j: usize| !(2..28).contains(&i) || !(2..4).contains(&j);
+    assert_inverts(&Problem::new([30, 6], 5, track, |[x, y]| [0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y]), 60);
+}
+
+#[test]
+fn inverts_on_parts_that_do_not_touch() {
+    assert_inverts(&Problem::new([15, 6], 5, |i, _| i % 5 != 2, same), 60);
+}
+
+#[test]
+fn inverts_on_stretched_meshes_as_cheaply() {
+    let cost = |map: fn([f64; 2]) -> [f64; 2]| {
+        let problem = Problem::new([16, 16], 5, everywhere, map);
+        assert_inverts(&problem, 60);
+        problem.symbolic(60).expect("a tree").factor_entries()
+    };
+    let (even, stretched) = (cost(same), cost(|[x, y]| [1000.0 * x, y]));
+    assert!(stretched * 10 < even * 13, "{stretched} entries against {even}");
+}
+
+#[test]
+fn dissection_beats_a_band() {
+    let problem = Problem::new([24, 24], 6, everywhere, same);
+    let symbolic = problem.symbolic(60).expect("a tree");
+    // A banded elimination, row of squares by row of squares, holds two triangles of the front's width at every unknown.
+    let band = 2 * problem.unknowns * (24 * 2 * 6);
+    assert!(symbolic.factor_entries() * 2 < band, "{} entries, band {band}", symbolic.factor_entries());
+}
+
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let problem = Problem::new([24, 24], 10, everywhere, same);
+    let solve = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| {
+            let mut x = random_vector(problem.unknowns);
+            let lu = factorise(&problem, 80).expect("regular");
+            assert!(lu.symbolic().flops() > 5e8, "too small to be done in parallel: {}", lu.symbolic().flops());
+            lu.solve_in_place(&mut x);
+            lu.solve_transposed_in_place(&mut x);
+            x.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
+        })
+    };
+    let one = solve(1);
+    assert!(one == solve(2), "two threads");
+    assert!(one == solve(3), "three threads");
+}
+
+#[test]
+fn refactors_in_place() {
+    let problem = Problem::new([8, 8], 5, everywhere, same);
+    let mut lu = factorise(&problem, 60).expect("regular");
+    lu.refactor(|e, element: &mut Element| {
+        element.clone_from(&problem.elements[e]);
+        element.values.iter_mut().for_each(|v| *v *= 2.0);
+    })
+    .expect("regular");
+    let exact = random_vector(problem.unknowns);
+    let mut x = product(&problem.elements, &exact, false);
+    lu.solve_in_place(&mut x);
+    x.iter_mut().for_each(|v| *v *= 2.0);
+    assert!(largest(&x, &exact) < 1e-9);
+}
+
+#[test]
+fn a_singular_matrix_is_reported() {
+    let broken = |change: &dyn Fn(&mut Element)| {
+        let mut problem = Problem::new([6, 6], 4, everywhere, same);
+        problem.elements.iter_mut().for_each(change);
+        factorise(&problem, 30).expect_err("a singular matrix").to_string()
+    };
+    let no_row = broken(&|element| {
+        let width = element.columns.len();
+        let rows = element.rows.iter().zip(element.values.chunks_exact_mut(width));
+        rows.filter(|(r, _)| **r == 77).for_each(|(_, values)| values.fill(0.0));
+    });
+    assert!(no_row.contains("the test matrix") && no_row.contains("pivot"), "{no_row}");
+    let constant = broken(&|element| {
+        for (i, values) in element.values.chunks_exact_mut(element.columns.len()).enumerate() {
+            values[i] -= values.iter().sum::<f64>();
+        }
+    });
+    assert!(constant.contains("zero to rounding"), "{constant}");
+    let not_finite = broken(&|element| element.values[3] = f64::NAN);
+    assert!(not_finite.contains("not finite"), "{not_finite}");
+}
+
+#[test]
+fn a_tree_that_does_not_fit_is_refused() {
+    let mut problem = Problem::new([6, 6], 4, everywhere, same);
+    let far = [problem.elements[0].rows[0], problem.elements[70].rows[0]];
+    problem.elements.push(Element { rows: vec![far[0]], columns: vec![far[1]], values: vec![1.0] });
+    let message = problem.symbolic(10).expect_err("unrelated unknowns").to_string();
+    assert!(message.contains("couples"), "{message}");
+    problem.elements.pop();
+    problem.unknowns += 1;
+    let message = problem.symbolic(10).expect_err("a missing unknown").to_string();
+    assert!(message.contains("lacks unknown"), "{message}");
+}
