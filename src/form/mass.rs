@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix2;
 
-use super::integrate::CellPoint;
-use super::words::{Scalar, Vector};
+use super::integrate::{CellPoint, FacePoint, Faces};
+use super::words::{Scalar, Trace, Vector};
 use super::{Bilinear, Linear};
 use crate::mesh::Point;
 use crate::space::Space;
@@ -60,5 +60,18 @@ pub fn scalar_load<'a>(space: &Space, degree: usize, f: impl Fn(&CellPoint) -> f
     Linear::cells(space.degree + degree, move |x| {
         let f = f(x);
         move |chi: Scalar| f * chi.value
+    })
+}
+
+/// `∫_Γ g·w ds` for a vector `g` of degree `degree`: a prescribed traction [5.45], or a prescribed slope [6.25]
+pub fn face_load<'a>(
+    space: &Space,
+    faces: Faces,
+    degree: usize,
+    g: impl Fn(&FacePoint) -> Point + Sync + 'a,
+) -> Linear<'a, Vector> {
+    Linear::zero().faces(faces, space.degree + degree, move |s| {
+        let g = g(s);
+        move |w: Trace<Vector>| g.dot(&w.minus.value)
     })
 }

@@ -1,9 +1,8 @@
 //! Viscosity, incompressibility, and what boundaries do to the momentum balance.
 
-use super::integrate::{FacePoint, Faces};
+use super::Bilinear;
+use super::integrate::Faces;
 use super::words::{Scalar, Trace, Vector};
-use super::{Bilinear, Linear};
-use crate::mesh::Point;
 use crate::space::Space;
 
 /// `2(D(v)|D(w)) = ∫ 2 D(v):D(w)`   [7.11a]
@@ -21,18 +20,5 @@ pub fn slip_penalty<'a>(space: &Space, slip: Faces, epsilon: f64) -> Bilinear<'a
     Bilinear::zero().faces(slip, 2 * space.degree, move |s| {
         let n = s.exact_n;
         move |v: Trace<Vector>, w: Trace<Vector>| v.minus.value.dot(&n) * w.minus.value.dot(&n) / epsilon
-    })
-}
-
-/// `∫_Γ g·w ds`: a prescribed traction `n·σ = g` of degree `degree`   [5.45]
-pub fn traction<'a>(
-    space: &Space,
-    faces: Faces,
-    degree: usize,
-    g: impl Fn(&FacePoint) -> Point + Sync + 'a,
-) -> Linear<'a, Vector> {
-    Linear::zero().faces(faces, space.degree + degree, move |s| {
-        let g = g(s);
-        move |w: Trace<Vector>| g.dot(&w.minus.value)
     })
 }

@@ -35,16 +35,3 @@ pub fn l_swip<'a>(
         move |q: Trace<Vector>| penalty * g.dot(&q.minus.value) - g.dot(&(q.minus.grad * n))
     })
 }
-
-/// `∫_ΓN g·q` for a prescribed normal derivative `g` of degree `degree`   [6.25]
-pub fn slope_load<'a>(
-    space: &Space,
-    neumann: Faces,
-    degree: usize,
-    g: impl Fn(&FacePoint) -> Point + Sync + 'a,
-) -> Linear<'a, Vector> {
-    Linear::zero().faces(neumann, space.degree + degree, move |s| {
-        let g = g(s);
-        move |q: Trace<Vector>| g.dot(&q.minus.value)
-    })
-}

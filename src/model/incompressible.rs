@@ -12,7 +12,7 @@ use super::sources::Sources;
 use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
-use crate::form::{CellPoint, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, stokes};
+use crate::form::{CellPoint, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity};
 use crate::mesh::{Mesh, Point};
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
@@ -215,7 +215,7 @@ impl Incompressible {
         });
         if pulled != Faces::NONE {
             let value = move |s: &FacePoint| self.traction_at(s, t);
-            form = form + stokes::traction(velocity, pulled, FORMULA_DEGREE, value);
+            form = form + mass::face_load(velocity, pulled, FORMULA_DEGREE, value);
         }
         form + self.exact_traction(sources, t)
     }
@@ -230,8 +230,8 @@ impl Incompressible {
             let g = traction(s);
             g - s.exact_n * g.dot(&s.exact_n)
         };
-        stokes::traction(&self.momentum.velocity, whole, FORMULA_DEGREE, traction)
-            + stokes::traction(&self.momentum.velocity, slip, FORMULA_DEGREE, tangential)
+        mass::face_load(&self.momentum.velocity, whole, FORMULA_DEGREE, traction)
+            + mass::face_load(&self.momentum.velocity, slip, FORMULA_DEGREE, tangential)
     }
 
     /// `(f_p|q)` at time `t`.

@@ -117,7 +117,7 @@ impl Polarity {
         if let Some((faces, exact)) = &self.slopes {
             let exact = exact.at_time(t);
             let slope = move |s: &FacePoint| exact.polarity_slope(s.minus.x, t, s.n);
-            form = form + swip::slope_load(&self.space, *faces, FORMULA_DEGREE, slope);
+            form = form + mass::face_load(&self.space, *faces, FORMULA_DEGREE, slope);
         }
         loops.vector(&(kappa2 * form), &self.space)
     }

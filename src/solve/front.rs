@@ -9,6 +9,8 @@ use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
+use super::dot;
+
 /// Width of the panels that are worked on in parallel.
 const PANEL: usize = 128;
 /// Pivots that are factorised at once.
@@ -173,19 +175,6 @@ pub(super) fn subtract_transposed_product(a: &[f64], stride: usize, x: &[f64], y
     for (j, y) in y.iter_mut().enumerate() {
         *y -= dot(&a[j * stride..j * stride + x.len()], x);
     }
-}
-
-/// Scalar product in a fixed order of eight lanes.
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let (xs, ys) = (x.chunks_exact(8), y.chunks_exact(8));
-    let tail: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in xs.zip(ys) {
-        for ((lane, a), b) in lanes.iter_mut().zip(a).zip(b) {
-            *lane += a * b;
-        }
-    }
-    lanes.iter().sum::<f64>() + tail
 }
 
 /// Width of the diagonal blocks in triangular solves.
