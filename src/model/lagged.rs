@@ -54,10 +54,17 @@ impl Structure {
         let last: Vec<u32> = if layout.closed { vec![first as u32 - 2, first as u32 - 1] } else { Vec::new() };
         let (groups, adjacency, late) = layout.groups();
         let tree = dissect(&groups, &adjacency, &late, &last, LEAF);
-        let pattern = |cell: usize, element: &mut Element| {
-            layout.unknowns(cell, element);
+        let cells = layout.polarity.mesh.cells.len();
+        let pattern = |e: usize, element: &mut Element| {
+            if e < cells {
+                layout.unknowns(e, element);
+            } else {
+                layout.mean_unknowns(e - cells, element);
+            }
         };
-        let symbolic = Symbolic::new("coupled", size, &tree, layout.polarity.mesh.cells.len(), pattern)?;
+        // the multiplier's rows are elements of their own: it is eliminated last, and the cells' elements need not wait for it
+        let elements = if layout.closed { 2 * cells } else { cells };
+        let symbolic = Symbolic::new("coupled", size, &tree, elements, pattern)?;
         Ok(Self { symbolic: Arc::new(symbolic), first })
     }
 
@@ -115,8 +122,16 @@ impl Layout<'_> {
         self.frames.free + self.pressure.dof_count() + usize::from(self.closed)
     }
 
-    /// Rows and columns of a cell's element: its free velocities, pressures, multiplier and polarity; columns also the
-    /// polarity of its neighbours. Returns, for every velocity dof of the cell, its places among the rows with coefficients.
+    /// Rows and columns of the mean's element of a cell: its pressures and the multiplier.
+    fn mean_unknowns(&self, cell: usize, out: &mut Element) {
+        out.rows.clear();
+        out.rows.extend((0..self.pressure.n).map(|i| (self.frames.free + self.pressure.dof(cell, 0, i)) as u32));
+        out.rows.push(self.first() as u32 - 1);
+        out.columns.clone_from(&out.rows);
+    }
+
+    /// Rows and columns of a cell's element: its free velocities, pressures and polarity; columns also the polarity of its
+    /// neighbours. Returns, for every velocity dof of the cell, its places among the rows with coefficients.
     fn unknowns(&self, cell: usize, out: &mut Element) -> Vec<Vec<(usize, f64)>> {
         let (velocity, pressure) = (self.velocity, self.pressure);
         let n = self.polarity.cell_dof_count();
@@ -135,7 +150,6 @@ impl Layout<'_> {
         }
         rows.extend((0..pressure.n).map(|i| (self.frames.free + pressure.dof(cell, 0, i)) as u32));
         let first = self.first();
-        rows.extend(self.closed.then_some(first as u32 - 1));
         let block = |cell: usize| (cell * n + first) as u32..((cell + 1) * n + first) as u32;
         rows.extend(block(cell));
         out.columns.clear();
@@ -218,15 +232,36 @@ impl<'t> Parts<'t> {
         self.tangent.model
     }
 
-    /// The element of a cell: rows are its free velocities, pressures, multiplier and polarity; columns those and the
-    /// polarities of its neighbours.
-    fn fill(&self, cell: usize, out: &mut Element) {
+    /// The element of a cell, rows its free velocities, pressures and polarity, columns those and the polarities of its
+    /// neighbours; after those of all cells, what they give to the pressure's mean.
+    fn fill(&self, e: usize, out: &mut Element) {
+        let cells = self.model().loops.mesh.cells.len();
+        if e < cells {
+            self.fill_cell(e, out);
+        } else {
+            self.fill_mean(e - cells, out);
+        }
+    }
+
+    /// `λ ∫ ξ` and its transposed.
+    fn fill_mean(&self, cell: usize, out: &mut Element) {
+        self.model().layout().mean_unknowns(cell, out);
+        let np = out.rows.len() - 1;
+        out.values.clear();
+        out.values.resize((np + 1) * (np + 1), 0.0);
+        for (j, mean) in self.means[cell * np..(cell + 1) * np].iter().enumerate() {
+            out.values[j * (np + 1) + np] = *mean;
+            out.values[np * (np + 1) + j] = *mean;
+        }
+    }
+
+    fn fill_cell(&self, cell: usize, out: &mut Element) {
         let model = self.model();
         let (velocity, np) = (&*model.momentum.velocity, model.momentum.pressure.n);
         let (nv, n) = (velocity.cell_dof_count(), model.polarity.space.cell_dof_count());
         let maps = model.layout().unknowns(cell, out);
         let (columns, p0) = (out.columns.len(), out.rows.len() - n);
-        let nf = p0 - np - usize::from(model.momentum.is_closed());
+        let nf = p0 - np;
         out.values.clear();
         out.values.resize(out.rows.len() * columns, 0.0);
         let values = &mut out.values;
@@ -252,10 +287,6 @@ impl<'t> Parts<'t> {
                     values[(p0 + q) * columns + r] += a * drag[q * nv + i];
                 }
             }
-        }
-        for (j, mean) in self.means.iter().skip(cell * np).take(np).enumerate() {
-            values[(nf + j) * columns + nf + np] += mean;
-            values[(nf + np) * columns + nf + j] += mean;
         }
         self.fill_polarity(cell, p0, columns, values);
         self.fill_force(cell, &maps, p0, columns, values);

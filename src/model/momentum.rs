@@ -239,7 +239,7 @@ impl Momentum {
             if norm(r) == 0.0 {
                 return Ok(0.0);
             }
-            Ok(crate::solve::dot(r, &mass.solve(r)?).max(0.0).sqrt())
+            Ok(crate::solve::root(crate::solve::dot(r, &mass.solve(r)?)))
         };
         Ok([size(&self.residual_masses.0, &momentum)?, size(&self.residual_masses.1, &volume)?])
     }

@@ -47,6 +47,11 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + tail
 }
 
+/// Root of a sum that rounding may leave below zero; NaN stays NaN.
+pub fn root(sum: f64) -> f64 {
+    if sum.is_nan() { sum } else { sum.max(0.0).sqrt() }
+}
+
 /// `y += a x`.
 pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
     for (y, x) in y.iter_mut().zip(x) {

@@ -180,7 +180,7 @@ impl Network {
     fn saturate(&mut self) {
         while self.number_levels() {
             self.next.copy_from_slice(&self.latest);
-            while self.augment(self.source, UNLIMITED) > 0 {}
+            while self.augment() > 0 {}
         }
     }
 
@@ -202,25 +202,33 @@ impl Network {
         self.level[self.source + 1] != NONE
     }
 
-    fn augment(&mut self, v: usize, limit: u64) -> u64 {
-        if v == self.source + 1 {
-            return limit;
-        }
-        let mut sent = 0;
-        while self.next[v] != NONE && sent < limit {
+    /// Sends what one path from source to sink can take; 0 when there is none left. Not recursive: the paths of a long thin mesh
+    /// are long.
+    fn augment(&mut self) -> u64 {
+        let mut path: Vec<usize> = Vec::new();
+        let mut v = self.source;
+        while v != self.source + 1 {
+            if self.next[v] == NONE {
+                let Some(arc) = path.pop() else { return 0 };
+                v = self.target[arc ^ 1] as usize;
+                self.next[v] = self.previous[arc];
+                continue;
+            }
             let arc = self.next[v] as usize;
             let u = self.target[arc] as usize;
             if self.capacity[arc] > 0 && self.level[u] == self.level[v] + 1 {
-                let flow = self.augment(u, self.capacity[arc].min(limit - sent));
-                self.capacity[arc] -= flow;
-                self.capacity[arc ^ 1] += flow;
-                sent += flow;
-            }
-            if sent < limit {
+                path.push(arc);
+                v = u;
+            } else {
                 self.next[v] = self.previous[arc];
             }
         }
-        sent
+        let flow = path.iter().map(|&arc| self.capacity[arc]).min().unwrap_or(0);
+        for arc in path {
+            self.capacity[arc] -= flow;
+            self.capacity[arc ^ 1] += flow;
+        }
+        flow
     }
 
     /// Nodes that the source can still send to.

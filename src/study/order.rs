@@ -200,5 +200,8 @@ fn march(scene: &Scene, march: &mut March, verbosity: Verbosity) -> (History, Op
         }
     }
     progress.finish();
+    if failure.is_none() && march.t < end * (1.0 - 1e-12) {
+        failure = Some(format!("`time.max_steps` was reached at t = {}, before the end {end}", march.t));
+    }
     (history, failure)
 }

@@ -253,5 +253,5 @@ pub(super) fn increment(model: &Incompressible, last: &State, v: &Field, pi: &Fi
     let dv = model.momentum.velocity_mass.quadratic(&minus(&v.values, &last.v.values));
     let dpi = model.momentum.pressure_mass.quadratic(&minus(&pi.values, &last.pi.values));
     let dp = minus(p, &last.p.values);
-    (dv + dpi + dot(&dp, &model.polarity.mass_times(&dp))).max(0.0).sqrt()
+    crate::solve::root(dv + dpi + dot(&dp, &model.polarity.mass_times(&dp)))
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, ControlSettings};
-use super::coupling::{CouplingSettings, Memory, Step, StepFailure, StepOutcome, solve_step};
+use super::coupling::{CouplingKind, CouplingSettings, Memory, Step, StepFailure, StepOutcome, solve_step};
 use super::newton::Origin;
 use super::schedule::trim;
 use super::{Phases, bdf, newton};
@@ -138,7 +138,13 @@ impl<'m> March<'m> {
     ) -> Result<Self, MomentumError> {
         let (t, p) = past.first().cloned().expect("at least one polarity");
         let (v, pi) = model.flow(&p, t)?;
-        let rate_of_p = vec![0.0; p.values.len()];
+        let mut rate_of_p = vec![0.0; p.values.len()];
+        if past.len() > 1 {
+            let times: Vec<f64> = past.iter().map(|(t, _)| *t).collect();
+            for (weight, (_, p)) in bdf::derivative_weights(&times).into_iter().zip(&past) {
+                crate::solve::axpy(weight, &p.values, &mut rate_of_p);
+            }
+        }
         Ok(Self {
             model,
             settings,
@@ -178,7 +184,13 @@ impl<'m> March<'m> {
             past,
             rate_of_p: from.rate_of_p,
             abandoned: None,
-            memory: Memory { newton: from.origin.map(|o| newton::Memory::restore(model, o)).unwrap_or_default() },
+            memory: Memory {
+                newton: from
+                    .origin
+                    .filter(|_| settings.coupling.kind == CouplingKind::Newton)
+                    .map(|o| newton::Memory::restore(model, o))
+                    .unwrap_or_default(),
+            },
         }
     }
 
@@ -209,6 +221,7 @@ impl<'m> March<'m> {
     pub fn advance(&mut self, landing: f64) -> Result<StepReport, MarchError> {
         let step = self.counts.steps + 1;
         let (mut rejected, mut cap) = (0, f64::INFINITY);
+        let entry = (self.counts, self.control.clone(), self.memory.newton.origin().cloned());
         loop {
             let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
             let lands = self.t + dt >= landing - 1e-9 * dt;
@@ -226,12 +239,13 @@ impl<'m> March<'m> {
                 settings: coupling,
                 interrupt: self.interrupt,
             };
-            let before = self.memory.newton.origin().cloned();
             match solve_step(&attempt, &mut self.memory, &mut self.phases) {
                 Ok(outcome) => return Ok(self.accept(outcome, t, order, rejected)),
                 Err(StepFailure::Interrupted) => {
-                    // a resumed run begins this attempt anew, with the factors that it began with
-                    self.abandoned = Some(before);
+                    // a resumed run begins this step anew, with what it began with
+                    let origin;
+                    (self.counts, self.control, origin) = entry;
+                    self.abandoned = Some(origin);
                     return Err(MarchError::Interrupted { step, t: self.t });
                 }
                 Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
@@ -269,6 +283,7 @@ impl<'m> March<'m> {
     }
 
     fn accept(&mut self, outcome: StepOutcome, t: f64, order: usize, rejected: usize) -> StepReport {
+        self.abandoned = None;
         self.counts.steps += 1;
         self.counts.nonlinear_iterations += outcome.iterations;
         self.counts.polarity_linear_iterations += outcome.linear_iterations;

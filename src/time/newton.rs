@@ -17,7 +17,7 @@ use crate::model::lagged::{Lagged, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::tangent::Tangent;
 use crate::solve::krylov::gmres;
-use crate::solve::{SolveError, axpy, dot, norm};
+use crate::solve::{SolveError, axpy, dot, norm, root};
 use crate::space::Field;
 
 /// What is kept from step to step: factors of an earlier derivative.
@@ -68,6 +68,12 @@ impl Memory {
     /// Whether there are factors that still serve.
     fn serves(&self) -> bool {
         self.lagged.is_some() && self.origin.as_ref().is_some_and(|origin| origin.surplus <= SURPLUS)
+    }
+
+    /// Whether the factors are near enough to those of the weight `w = α₀/Δt` that their correction measures the error.
+    fn serves_at(&self, w: f64) -> bool {
+        let near = |origin: &Origin| w <= 2.0 * origin.weight && origin.weight <= 2.0 * w;
+        self.serves() && self.origin.as_ref().is_some_and(near)
     }
 
     /// Books a solve of so many iterations.
@@ -153,7 +159,10 @@ impl Equations<'_> {
             axpy(model.parameters.peclet, &model.polarity.mass_times(&rate), &mut r);
             r
         });
-        let size = dot(&residual, &model.polarity.mass_solve(&residual)).max(0.0).sqrt();
+        if let Some(index) = residual.iter().position(|r| !r.is_finite()) {
+            return Err(SolveError::NotFiniteInput { system: "polarity".to_owned(), index }.into());
+        }
+        let size = root(dot(&residual, &model.polarity.mass_solve(&residual)));
         Ok(Trial { state: State { v, pi, p }, residual, size })
     }
 }
@@ -261,30 +270,35 @@ fn quick_correction(
     tolerance: f64,
     phases: &mut Phases,
 ) -> Result<Option<(Trial, f64)>, StepFailure> {
-    let Some(lagged) = &memory.lagged else { return Ok(None) };
+    let Some(lagged) = memory.lagged.as_ref().filter(|_| memory.serves_at(equations.weight)) else { return Ok(None) };
     let model = equations.model();
     let mut delta: Vec<f64> = now.residual.iter().map(|r| -r).collect();
     phases.measure("factored solve", || lagged.solve(&mut delta));
-    let size = dot(&delta, &model.polarity.mass_times(&delta)).max(0.0).sqrt();
+    let size = root(dot(&delta, &model.polarity.mass_times(&delta)));
     if size.is_nan() || size >= NEAR * tolerance {
         return Ok(None);
     }
-    let next = moved(equations, now, &delta, 1.0, phases)?;
+    let Some(next) = moved(equations, now, &delta, 1.0, phases)? else { return Ok(None) };
     let change = increment(model, &now.state, &next.state.v, &next.state.pi, &next.state.p.values);
-    let pays = if change < tolerance { next.size <= now.size } else { next.size < 0.3 * now.size };
-    Ok(pays.then_some((next, change)))
+    // a residual that falls by less would mean that the correction is not the error
+    Ok((next.size < 0.3 * now.size).then_some((next, change)))
 }
 
+/// The state after the correction `scale · δ`; `None` where it is so far off that nothing can be evaluated.
 fn moved(
     equations: &Equations,
     now: &Trial,
     delta: &[f64],
     scale: f64,
     phases: &mut Phases,
-) -> Result<Trial, StepFailure> {
+) -> Result<Option<Trial>, StepFailure> {
     let mut p = now.state.p.clone();
     axpy(scale, delta, &mut p.values);
-    equations.evaluate(p, phases)
+    match equations.evaluate(p, phases) {
+        Ok(trial) => Ok(Some(trial)),
+        Err(failure) if failure.may_be_cured_by_a_smaller_step() => Ok(None),
+        Err(failure) => Err(failure),
+    }
 }
 
 /// Solves with the exact derivative; makes factors anew where there are none or GMRES has become slow.
@@ -355,10 +369,13 @@ fn search(
 ) -> Result<Option<(Trial, f64)>, StepFailure> {
     let mut scale = 1.0;
     for _ in 0..=HALVINGS {
-        let next = moved(equations, now, delta, scale, phases)?;
-        let change = increment(equations.model(), &now.state, &next.state.v, &next.state.pi, &next.state.p.values);
-        if next.size <= (1.0 - 1e-4 * scale) * now.size || (scale == 1.0 && change < tolerance) {
-            return Ok(Some((next, change / scale)));
+        if let Some(next) = moved(equations, now, delta, scale, phases)? {
+            let change = increment(equations.model(), &now.state, &next.state.v, &next.state.pi, &next.state.p.values);
+            // at the end rounding hides whether the residual still falls
+            let last = scale == 1.0 && change < tolerance && next.size <= 2.0 * now.size;
+            if next.size <= (1.0 - 1e-4 * scale) * now.size || last {
+                return Ok(Some((next, change / scale)));
+            }
         }
         scale *= 0.5;
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::grid::{Problem, Random, product};
 use monolayer::solve::SolveError;
+use monolayer::solve::dissection::{Group, dissect};
 use monolayer::solve::multifrontal::Multifrontal;
 use monolayer::solve::symbolic::Element;
 use nalgebra::{DMatrix, DVector};
@@ -164,4 +165,17 @@ fn a_tree_that_does_not_fit_is_refused() {
     problem.unknowns += 1;
     let message = problem.symbolic(10).expect_err("a missing unknown").to_string();
     assert!(message.contains("lacks unknown"), "{message}");
+}
+
+#[test]
+fn long_thin_meshes_do_not_overflow_the_stack() {
+    // a ladder that is cut along its length as well: augmenting paths run from end to end
+    let n = 60_000;
+    let group = |k: usize| Group { unknowns: vec![k as u32], position: [(k / 2) as f64, (k % 2) as f64] };
+    let groups: Vec<Group> = (0..n).map(group).collect();
+    let near = |k: usize| [k.checked_sub(2), Some(k ^ 1), Some(k + 2)];
+    let adjacency: Vec<Vec<u32>> =
+        (0..n).map(|k| near(k).into_iter().flatten().filter(|&j| j < n).map(|j| j as u32).collect()).collect();
+    let tree = dissect(&groups, &adjacency, &[], &[], 40);
+    assert_eq!(tree.nodes.iter().map(|node| node.pivots.len()).sum::<usize>(), n);
 }

@@ -301,6 +301,11 @@ impl Checker<'_> {
         let rule = "must lie between 1 and 5: beyond, a step takes a lower order";
         let hint = "1 keeps the steps equal; 2 makes every other step twice as long";
         self.require((1.0..=5.0).contains(&alternate), "time.alternate", alternate, rule, hint)?;
+        let skipped = if exact_start { table.scheme.order() - 1 } else { 0 };
+        let rule = format!("the exact start takes {skipped} steps, and no step is left to solve");
+        let longest = 2.0 * alternate / (1.0 + alternate) * step;
+        let left = skipped as f64 * longest < end && table.max_steps.is_none_or(|most| most > skipped);
+        self.require(left, "time.start", "\"exact\"", &rule, "take shorter or more steps, or a lower order")?;
         let (growth, growth_wait, growth_rate) = (table.growth, table.growth_wait, table.growth_rate);
         Ok(Time {
             order: table.scheme.order(),
