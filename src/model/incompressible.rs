@@ -106,7 +106,9 @@ impl Incompressible {
         };
         let open = both(&|c| c.velocity.fixes_pressure());
         let moving = |c: &Conditions| c.velocity.fixes_pressure() || matches!(c.velocity, VelocityCondition::Slip);
-        let natural_faces = [open, both(&|c| moving(c) && data_of(c).is_some())];
+        // elsewhere the polarity has no slope, unless exact fields give it one
+        let sloped = |c: &Conditions| data_of(c).is_some() || sources.boundary().is_some();
+        let natural_faces = [open, both(&|c| moving(c) && sloped(c))];
         Ok(Self {
             natural_faces,
             parameters: *parameters,

@@ -213,29 +213,38 @@ fn iterate_from(
             return Err(StepFailure::Diverged { scheme, iterations: k, increment: now.size });
         }
         let quick = quick_correction(&equations, memory, &now, settings.tolerance, phases)?;
-        let (next, change) = match quick {
-            Some(found) => found,
+        // no correction lowers the residual any more, usually because of rounding
+        let mut stuck = false;
+        let change = match quick {
+            Some((next, change)) => {
+                last_size = std::mem::replace(&mut now, next).size;
+                change
+            }
             None => {
                 let reduction = forcing(now.size, last_size);
                 let (delta, products) = correction(&equations, memory, &now, reduction, phases)?;
                 linear_iterations += products;
-                search(&equations, &now, &delta, settings.tolerance, phases)?.ok_or(StepFailure::Slow {
-                    scheme,
-                    iterations: k,
-                    increment: norm(&delta),
-                })?
+                match search(&equations, &now, &delta, settings.tolerance, phases)? {
+                    Search::Found(next, change) => {
+                        last_size = std::mem::replace(&mut now, *next).size;
+                        change
+                    }
+                    Search::Stuck(change) => {
+                        stuck = true;
+                        change
+                    }
+                }
             }
         };
         if k == 1 {
             first = change;
         }
-        last_size = now.size;
-        now = next;
         if change >= settings.diverged || change.is_nan() {
             return Err(StepFailure::Diverged { scheme, iterations: k, increment: change });
         }
         let converged = change < settings.tolerance;
-        if converged || (k == settings.max_iterations && change < settings.accept) {
+        let ends = stuck || k == settings.max_iterations;
+        if converged || (ends && change < settings.accept) {
             let mut rate_of_p = equations.history;
             axpy(weight, &now.state.p.values, &mut rate_of_p);
             return Ok(StepOutcome {
@@ -249,7 +258,7 @@ fn iterate_from(
                 converged,
             });
         }
-        if k == settings.max_iterations {
+        if ends {
             return Err(StepFailure::Slow { scheme, iterations: k, increment: change });
         }
     }
@@ -359,25 +368,33 @@ fn correction(
     unreachable!("the second attempt returns")
 }
 
-/// The longest of the corrections δ, δ/2, δ/4, … that lowers the residual, and the increment that it makes.
+/// What a line search found.
+enum Search {
+    /// The longest of the corrections δ, δ/2, δ/4, … that lowers the residual, and the increment that δ stands for.
+    Found(Box<Trial>, f64),
+    /// None does; the increment of δ itself.
+    Stuck(f64),
+}
+
 fn search(
     equations: &Equations,
     now: &Trial,
     delta: &[f64],
     tolerance: f64,
     phases: &mut Phases,
-) -> Result<Option<(Trial, f64)>, StepFailure> {
-    let mut scale = 1.0;
+) -> Result<Search, StepFailure> {
+    let (mut scale, mut whole) = (1.0, f64::INFINITY);
     for _ in 0..=HALVINGS {
         if let Some(next) = moved(equations, now, delta, scale, phases)? {
             let change = increment(equations.model(), &now.state, &next.state.v, &next.state.pi, &next.state.p.values);
+            whole = whole.min(change / scale);
             // at the end rounding hides whether the residual still falls
             let last = scale == 1.0 && change < tolerance && next.size <= 2.0 * now.size;
             if next.size <= (1.0 - 1e-4 * scale) * now.size || last {
-                return Ok(Some((next, change / scale)));
+                return Ok(Search::Found(Box::new(next), change / scale));
             }
         }
         scale *= 0.5;
     }
-    Ok(None)
+    Ok(Search::Stuck(whole))
 }
