@@ -2,6 +2,7 @@
 //! what curved cells are worth.
 
 use monolayer::measure::errors::ErrorField::{Laplacian, Polarity, Pressure, Velocity};
+use monolayer::measure::errors::Norm;
 use monolayer::mesh::Point;
 use monolayer::scene::{Scene, SceneSource};
 
@@ -68,5 +69,24 @@ fn straight_cells_are_of_second_order_and_curved_cells_optimal() {
 fn curved_cells_are_optimal_for_cubic_velocities() {
     for curved in [2, 3] {
         orders(2, curved).at_least([(Velocity, 3.8), (Pressure, 2.6), (Polarity, 4.8), (Laplacian, 2.4)]);
+    }
+}
+
+#[test]
+fn curved_cells_are_optimal_on_an_annulus_and_straight_ones_are_not() {
+    let of = |curved: usize| {
+        let level = |n: usize| {
+            let sets = [("mesh.h", (1.0 / n as f64).to_string()), ("mesh.curved", curved.to_string())];
+            run(include_str!("../../studies/mms/annulus.toml"), &sets)
+        };
+        Orders::new(&format!("annulus, curved = {curved}"), [6, 12].map(level).to_vec())
+    };
+    let (straight, curved) = (of(1), of(2));
+    let order = |field| curved.of(field, Norm::Square);
+    assert!(order(Velocity) > 2.8 && order(Pressure) > 2.0);
+    assert!(order(Polarity) > 3.8 && order(Laplacian) > 1.95);
+    for field in [Velocity, Polarity] {
+        assert!(straight.of(field, Norm::Square) < 2.3, "{}", field.name());
+        assert!(straight.last(field, Norm::Square) > 20.0 * curved.last(field, Norm::Square), "{}", field.name());
     }
 }
