@@ -352,9 +352,22 @@ impl Incompressible {
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
         let molecular = self.polarity.molecular_functional(&self.loops, &state.p, t);
-        let mut r = self.polarity.carried(&self.loops, Carrier::from(&state.v), &state.p, t);
-        axpy(1.0, &molecular, &mut r);
-        axpy(-1.0, &self.polarity_source(&self.sources.at_time(t), t), &mut r);
+        let source = self.polarity_source(&self.sources.at_time(t), t);
+        self.polarity_residual_of(Carrier::from(&state.v), &state.p, &molecular, &source, t)
+    }
+
+    /// As [`Incompressible::polarity_residual`] with `(1/B)(L_h|q)` and `(f_p|q)` at hand, and directions of its own for upwinding.
+    pub fn polarity_residual_of(
+        &self,
+        carrier: Carrier,
+        p: &Field,
+        molecular: &[f64],
+        source: &[f64],
+        t: f64,
+    ) -> Vec<f64> {
+        let mut r = self.polarity.carried(&self.loops, carrier, p, t);
+        axpy(1.0, molecular, &mut r);
+        axpy(-1.0, source, &mut r);
         r
     }
 

@@ -51,8 +51,8 @@ pub struct Tangent<'m> {
 }
 
 impl<'m> Tangent<'m> {
-    /// Linearises at `state` and time `t`; `before` is the flow whose directions the energy-consistent force keeps, and `w = α₀/Δt` is the weight of the new polarity in the time derivative (0 for the
-    /// stationary equations).
+    /// Linearises at `state` and time `t`; `before` is the flow whose directions the energy-consistent force keeps, and
+    /// `w = α₀/Δt` the weight of the new polarity in the time derivative (0 for the stationary equations).
     pub fn new(model: &'m Incompressible, state: &'m State, before: &'m Field, w: f64, t: f64) -> Self {
         let carrier = model.carrier(&state.v, before);
         let (loops, p) = (&model.loops, &state.p);

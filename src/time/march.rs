@@ -5,10 +5,10 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, ControlSettings};
-use super::coupling::{CouplingKind, CouplingSettings, Memory, Step, StepFailure, StepOutcome, solve_step};
-use super::newton::Origin;
+use super::coupling::{CouplingKind, CouplingSettings, Step, StepFailure, StepOutcome, solve_step};
+use super::newton::{Memory, Origin};
 use super::schedule::trim;
-use super::{Phases, bdf, newton};
+use super::{Phases, bdf};
 use crate::measure::Budget;
 use crate::model::incompressible::{Incompressible, Residuals, State};
 use crate::model::momentum::MomentumError;
@@ -111,8 +111,6 @@ pub struct March<'m> {
     past: Vec<(f64, Field)>,
     rate_of_p: Vec<f64>,
     memory: Memory,
-    /// The factors' origin before an attempt that was interrupted.
-    abandoned: Option<Option<Origin>>,
 }
 
 impl<'m> March<'m> {
@@ -158,7 +156,6 @@ impl<'m> March<'m> {
             past,
             rate_of_p,
             memory: Memory::default(),
-            abandoned: None,
         })
     }
 
@@ -183,14 +180,11 @@ impl<'m> March<'m> {
             control: from.control.within(&settings.control),
             past,
             rate_of_p: from.rate_of_p,
-            abandoned: None,
-            memory: Memory {
-                newton: from
-                    .origin
-                    .filter(|_| settings.coupling.kind == CouplingKind::Newton)
-                    .map(|o| newton::Memory::restore(model, o))
-                    .unwrap_or_default(),
-            },
+            memory: from
+                .origin
+                .filter(|_| settings.coupling.kind == CouplingKind::Newton)
+                .map(|origin| Memory::restore(model, origin))
+                .unwrap_or_default(),
         }
     }
 
@@ -210,7 +204,7 @@ impl<'m> March<'m> {
             pressure: self.state.pi.values.clone(),
             rate_of_p: self.rate_of_p.clone(),
             quiet: self.quiet,
-            origin: self.abandoned.clone().unwrap_or_else(|| self.memory.newton.origin().cloned()),
+            origin: self.memory.origin().cloned(),
         }
     }
 
@@ -221,7 +215,7 @@ impl<'m> March<'m> {
     pub fn advance(&mut self, landing: f64) -> Result<StepReport, MarchError> {
         let step = self.counts.steps + 1;
         let (mut rejected, mut cap) = (0, f64::INFINITY);
-        let entry = (self.counts, self.control.clone(), self.memory.newton.origin().cloned());
+        let entry = (self.counts, self.control.clone(), self.memory.origin().cloned());
         loop {
             let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
             let lands = self.t + dt >= landing - 1e-9 * dt;
@@ -245,7 +239,7 @@ impl<'m> March<'m> {
                     // a resumed run begins this step anew, with what it began with
                     let origin;
                     (self.counts, self.control, origin) = entry;
-                    self.abandoned = Some(origin);
+                    self.memory.rewind(origin);
                     return Err(MarchError::Interrupted { step, t: self.t });
                 }
                 Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
@@ -283,7 +277,6 @@ impl<'m> March<'m> {
     }
 
     fn accept(&mut self, outcome: StepOutcome, t: f64, order: usize, rejected: usize) -> StepReport {
-        self.abandoned = None;
         self.counts.steps += 1;
         self.counts.nonlinear_iterations += outcome.iterations;
         self.counts.polarity_linear_iterations += outcome.linear_iterations;

@@ -3,8 +3,8 @@
 //! The Stokes problem is linear and its factors are at hand, so velocity and pressure are solved exactly for every polarity,
 //! and Newton's method acts on what remains, `R(p) = R_p(p, v(p)) = 0`. Each correction comes from GMRES with the exact
 //! derivative `J_pp + D S⁻¹ F′` and, as preconditioner, the factors of the whole coupled matrix at an earlier state. They
-//! are made anew only when GMRES has become slow. A line search guards the first corrections; the last one is taken from the
-//! lagged factors alone when it is below the tolerance.
+//! are made anew only when GMRES has become slow. A line search guards the first corrections; near the tolerance they come from the
+//! lagged factors alone, as long as each of them lowers the residual enough.
 
 use std::cell::RefCell;
 
@@ -86,6 +86,11 @@ impl Memory {
         }
     }
 
+    /// Goes back to factors of an earlier origin; they are made anew when they are needed.
+    pub fn rewind(&mut self, origin: Option<Origin>) {
+        (self.lagged, self.origin) = (None, origin);
+    }
+
     /// What a checkpoint has to keep.
     pub fn origin(&self) -> Option<&Origin> {
         self.origin.as_ref()
@@ -153,9 +158,8 @@ impl Equations<'_> {
         let residual = phases.measure("residual", || {
             let mut rate = self.history.clone();
             axpy(self.weight, &p.values, &mut rate);
-            let mut r = model.polarity.carried(&model.loops, model.carrier(&v, before), &p, inputs.t);
-            axpy(1.0, &well, &mut r);
-            axpy(-1.0, &inputs.source, &mut r);
+            let carrier = model.carrier(&v, before);
+            let mut r = model.polarity_residual_of(carrier, &p, &well, &inputs.source, inputs.t);
             axpy(model.parameters.peclet, &model.polarity.mass_times(&rate), &mut r);
             r
         });
