@@ -24,3 +24,4 @@ pub mod solve;
 pub mod space;
 pub mod study;
 pub mod time;
+pub mod steady;

@@ -3,6 +3,7 @@
 //! Every solve is checked: the solution must be finite and its relative residual small, or the error names the system.
 
 pub mod anderson;
+pub mod arnoldi;
 pub mod blocks;
 pub mod bordered;
 pub mod dissection;

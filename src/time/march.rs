@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::control::{Control, ControlSettings};
 use super::coupling::{CouplingKind, CouplingSettings, Step, StepFailure, StepOutcome, solve_step};
-use super::newton::{Memory, Origin};
+use super::memory::{Memory, Origin};
 use super::schedule::trim;
 use super::{Phases, bdf};
 use crate::measure::Budget;

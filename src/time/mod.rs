@@ -3,7 +3,9 @@
 pub mod bdf;
 pub mod control;
 pub mod coupling;
+pub mod equations;
 pub mod march;
+pub mod memory;
 pub mod newton;
 pub mod phases;
 pub mod schedule;

@@ -1,0 +1,189 @@
+//! Pseudo-transient continuation: implicit Euler steps whose length grows as the residual falls, until they are Newton's.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::model::incompressible::{Incompressible, Residuals};
+use crate::model::parameters::ElasticForce;
+use crate::solve::{dot, root};
+use crate::space::Field;
+use crate::time::equations::{Equations, Trial};
+use crate::time::memory::{Memory, correction};
+use crate::time::{Phases, StepFailure};
+
+/// How pseudo-time is stepped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pseudo {
+    /// Bound on the total residual of the stationary equations [9.8–9.10].
+    pub residual: f64,
+    /// First pseudo-step, in units of time.
+    pub step: f64,
+    /// Longest pseudo-step as long as the residual is above `release` times its largest value so far; up to it a growing residual does not
+    /// shorten the step, so that instabilities can unfold.
+    pub most: f64,
+    pub release: f64,
+    /// A residual that grows by more than this factor rejects a pseudo-step.
+    pub growth: f64,
+    /// Most pseudo-steps, rejected ones included.
+    pub max_steps: usize,
+}
+
+/// One accepted pseudo-step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PseudoStep {
+    /// Its number, from 1.
+    pub step: usize,
+    /// Pseudo-time passed.
+    pub t: f64,
+    pub dt: f64,
+    /// Total residual after it.
+    pub residual: f64,
+    /// `‖δp‖`, L².
+    pub change: f64,
+    /// GMRES products.
+    pub products: usize,
+    /// Pseudo-steps that were tried longer before it.
+    pub rejected: usize,
+}
+
+/// Why no steady state was reached; the last polarity is kept.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum Stall {
+    #[error("{steps} pseudo-steps were not enough: the residual is {residual:.1e}")]
+    Steps { steps: usize, residual: f64 },
+    #[error("the pseudo-step fell to {dt:.1e} at residual {residual:.1e}: {cause}")]
+    Step { dt: f64, residual: f64, cause: String },
+    #[error("stopped from outside")]
+    Interrupted,
+    #[error(transparent)]
+    Failed(#[from] StepFailure),
+}
+
+/// A pseudo-step that changes the polarity by more than this (root mean square) is rejected.
+const LARGEST_CHANGE: f64 = 0.5;
+
+/// Pseudo-steps grow at most by this factor.
+const LARGEST_RATIO: f64 = 4.0;
+
+/// Below this share of the first pseudo-step, the continuation has failed.
+const SHORTEST: f64 = 1e-4;
+
+/// What is at work: the model, the linear systems, and the clock.
+#[derive(Debug)]
+pub struct Work<'w> {
+    pub memory: &'w mut Memory,
+    pub phases: &'w mut Phases,
+    /// Set from outside to stop.
+    pub interrupt: &'w AtomicBool,
+}
+
+impl Work<'_> {
+    pub(super) fn check_interrupt(&self) -> Result<(), Stall> {
+        if self.interrupt.load(Ordering::Relaxed) { Err(Stall::Interrupted) } else { Ok(()) }
+    }
+}
+
+/// Steps from `start` until the residual is below its bound. `seen` is told of every accepted step.
+///
+/// Pseudo-step n solves `Pe (p − pⁿ)/Δτ + R(p) = 0` by one Newton correction, and `Δτ` follows the residual: `Δτⁿ⁺¹ = Δτⁿ ‖Rⁿ⁻¹‖/‖Rⁿ‖`
+/// (switched evolution relaxation, Mulder and van Leer 1985; Kelley and Keyes 1998).
+///
+/// # Errors
+/// [`Stall`]; in `start` is then the last polarity.
+pub fn relax(
+    model: &Incompressible,
+    start: &mut Field,
+    settings: &Pseudo,
+    work: &mut Work,
+    seen: &mut dyn FnMut(&PseudoStep, &Trial),
+) -> Result<Trial, Stall> {
+    let scale = model.area.sqrt();
+    let (flow, _) = model.flow(start, 0.0).map_err(StepFailure::from)?;
+    let mut equations = Equations::stationary(model, &flow, 0.0)?;
+    let mut now = equations.evaluate(start.clone(), work.phases)?;
+    let (mut dt, mut t, mut rejected, mut taken, mut accepted) = (settings.step, 0.0, 0, 0, 0);
+    let (mut cause, mut peak) = (String::new(), 0.0_f64);
+    loop {
+        let residual = now.size / scale;
+        peak = peak.max(residual);
+        if residual < settings.residual {
+            *start = now.state.p.clone();
+            return Ok(now);
+        }
+        if let Err(stall) = work.check_interrupt() {
+            *start = now.state.p.clone();
+            return Err(stall);
+        }
+        if taken == settings.max_steps {
+            *start = now.state.p.clone();
+            return Err(Stall::Steps { steps: taken, residual });
+        }
+        if dt < SHORTEST * settings.step {
+            *start = now.state.p.clone();
+            return Err(Stall::Step { dt, residual, cause });
+        }
+        taken += 1;
+        match attempt(&equations, &now, dt, residual / peak, settings, work) {
+            Ok((next, change, products)) => {
+                accepted += 1;
+                t += dt;
+                let ratio = now.size / next.size;
+                now = next;
+                let residual = now.size / scale;
+                seen(&PseudoStep { step: accepted, t, dt, residual, change, products, rejected }, &now);
+                rejected = 0;
+                let free = dt * ratio.clamp(0.5, LARGEST_RATIO);
+                let bound = residual > settings.release * peak;
+                dt = if bound { free.clamp(dt.min(settings.most), settings.most) } else { free };
+                if model.parameters.elastic_force == ElasticForce::Energy {
+                    equations.before = now.state.v.clone();
+                    now = equations.evaluate(now.state.p, work.phases)?;
+                }
+            }
+            Err(why) => {
+                if !why.may_be_cured_by_a_smaller_step() {
+                    return Err(why.into());
+                }
+                cause = why.to_string();
+                rejected += 1;
+                dt *= 0.25;
+            }
+        }
+    }
+}
+
+/// One correction of length `dt`: the new state, `‖δp‖`, and the products it took.
+fn attempt(
+    equations: &Equations,
+    now: &Trial,
+    dt: f64,
+    progress: f64,
+    settings: &Pseudo,
+    work: &mut Work,
+) -> Result<(Trial, f64, usize), StepFailure> {
+    let model = equations.model;
+    let scale = model.area.sqrt();
+    // quadratic convergence at the end, but no more than the bound needs
+    let reduction = progress.clamp(1e-6, 1e-2).max(0.1 * settings.residual * scale / now.size).min(0.1);
+    let weight = if dt < 1e10 { 1.0 / dt } else { 0.0 };
+    let (delta, products) = correction(equations, work.memory, (now, weight), reduction, work.phases)?;
+    let change = root(dot(&delta, &model.polarity.mass_times(&delta)));
+    let too_much = StepFailure::Diverged { scheme: "pseudo-transient", iterations: 1, increment: change };
+    if change.is_nan() || change > LARGEST_CHANGE * scale {
+        return Err(too_much);
+    }
+    let mut p = now.state.p.clone();
+    crate::solve::axpy(1.0, &delta, &mut p.values);
+    let next = equations.evaluate(p, work.phases)?;
+    if next.size.is_nan() || next.size > settings.growth * now.size {
+        return Err(too_much);
+    }
+    Ok((next, change, products))
+}
+
+/// The residuals of a trial as [`Incompressible::residuals`] has them.
+///
+/// # Errors
+/// As there.
+pub fn residuals(model: &Incompressible, trial: &Trial) -> Result<Residuals, StepFailure> {
+    Ok(model.residuals(&trial.state, 0.0)?)
+}

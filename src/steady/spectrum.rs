@@ -1,0 +1,236 @@
+//! Eigenvalues of the linearisation about a steady state: how small disturbances grow or decay.
+//!
+//! A disturbance `δp e^{λt}` of a steady state obeys `λ Pe M δp + R′ δp = 0` with `R′ = J_pp + D S⁻¹ F′`. Arnoldi's method is applied to
+//! `T = (R′ + σ Pe M)⁻¹ Pe M`, whose eigenvalues are `1/(σ − λ)`: it finds those λ first that are nearest to the real shift σ. A small
+//! shift finds the slow modes, a large one fast oscillations that grow.
+
+use std::cell::RefCell;
+
+use nalgebra::Complex;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::pseudo::{Stall, Work};
+use crate::model::incompressible::{Incompressible, State};
+use crate::model::lagged::Lagged;
+use crate::model::momentum::MomentumError;
+use crate::model::parameters::ElasticForce;
+use crate::model::tangent::Tangent;
+use crate::solve::arnoldi::Arnoldi;
+use crate::solve::krylov::gmres;
+use crate::solve::{SolveError, axpy, dot, norm};
+use crate::time::StepFailure;
+
+/// An eigenvalue with its mode; of a complex pair the one with positive imaginary part.
+#[derive(Debug, Clone)]
+pub struct Mode {
+    /// `λ`: growth rate and angular frequency.
+    pub value: Complex<f64>,
+    /// Real and imaginary part of `δp`.
+    pub vector: [Vec<f64>; 2],
+    /// `‖λ Pe δp + M⁻¹R′ δp‖/(|λ| + |σ|) Pe ‖δp‖`
+    pub residual: f64,
+}
+
+/// A disc of the complex plane in which all eigenvalues were found.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Disc {
+    /// Its centre σ.
+    pub shift: f64,
+    pub radius: f64,
+    /// Dimension of the Krylov space.
+    pub dimension: usize,
+    /// Ritz values with positive real part that have not converged.
+    pub doubtful: usize,
+}
+
+/// What a disturbance does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stability {
+    /// All eigenvalues that were found have negative real parts, and the search reached past the imaginary axis.
+    Stable,
+    /// Some eigenvalue has a positive real part.
+    Unstable,
+    /// Eigenvalues did not converge, or one is zero to rounding.
+    NotKnown,
+}
+
+/// The leading eigenvalues about a state.
+#[derive(Debug, Clone)]
+pub struct Spectrum {
+    /// Largest real part first.
+    pub modes: Vec<Mode>,
+    pub searched: Vec<Disc>,
+}
+
+/// Shifts σ: about slow modes, and about fast ones.
+pub const SHIFTS: [f64; 2] = [0.2, 2.0];
+
+/// Smallest and largest dimension of a Krylov space.
+pub const DIMENSION: [usize; 2] = [60, 160];
+
+/// Vectors that are added before Ritz values are looked at again.
+const BATCH: usize = 20;
+
+/// Ritz values with smaller relative residuals have converged.
+const CONVERGED: f64 = 1e-8;
+
+/// Real parts nearer to zero decide nothing.
+const NEUTRAL: f64 = 1e-7;
+
+impl Spectrum {
+    /// What the eigenvalues say.
+    pub fn stability(&self) -> Stability {
+        let near = self.searched.first().is_some_and(|disc| disc.radius >= disc.shift);
+        let searched = near && self.searched.iter().all(|disc| disc.doubtful == 0);
+        match self.modes.first() {
+            Some(mode) if mode.value.re > NEUTRAL => Stability::Unstable,
+            Some(mode) if mode.value.re < -NEUTRAL && searched => Stability::Stable,
+            None if searched => Stability::Stable,
+            Some(_) | None => Stability::NotKnown,
+        }
+    }
+
+    /// Modes that grow.
+    pub fn growing(&self) -> impl Iterator<Item = &Mode> {
+        self.modes.iter().filter(|mode| mode.value.re > NEUTRAL)
+    }
+
+    /// Dimension of the space of growing disturbances.
+    pub fn unstable_dimension(&self) -> usize {
+        self.growing().map(|mode| if mode.value.im == 0.0 { 1 } else { 2 }).sum()
+    }
+}
+
+/// Finds the eigenvalues about a steady state, at least `wanted` around the smallest shift.
+///
+/// # Errors
+/// A factorisation that fails; an interrupt.
+pub fn spectrum(
+    model: &Incompressible,
+    state: &State,
+    shifts: &[f64],
+    wanted: usize,
+    work: &mut Work,
+) -> Result<Spectrum, Stall> {
+    let mut found = Spectrum { modes: Vec::new(), searched: Vec::new() };
+    for (k, &shift) in shifts.iter().enumerate() {
+        // the later ones are to show that nothing fast grows, not to find more of what decays
+        let (modes, disc) = near(model, state, shift, if k == 0 { Some(wanted) } else { None }, work)?;
+        for mode in modes {
+            let known = |m: &Mode| (m.value - mode.value).norm() < 1e-5 * (1.0 + mode.value.norm());
+            if !found.modes.iter().any(known) {
+                found.modes.push(mode);
+            }
+        }
+        found.searched.push(disc);
+    }
+    found.modes.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(a.value.im.total_cmp(&b.value.im)));
+    Ok(found)
+}
+
+/// The converged eigenvalues nearest to a shift.
+fn near(
+    model: &Incompressible,
+    state: &State,
+    shift: f64,
+    wanted: Option<usize>,
+    work: &mut Work,
+) -> Result<(Vec<Mode>, Disc), Stall> {
+    let pe = model.parameters.peclet;
+    let tangent = work.phases.measure("tangent", || Tangent::new(model, state, &state.v, shift, 0.0));
+    work.memory.borrow_for(model, &tangent, work.phases)?;
+    let lagged = work.memory.factors().expect("just made");
+    let gram = |x: &[f64]| model.polarity.mass_times(x);
+    let mut arnoldi = Arnoldi::new(&any_direction(model.polarity.space.dof_count()), &gram);
+    let mut apply = |x: &[f64]| -> Result<Vec<f64>, StepFailure> {
+        let right: Vec<f64> = model.polarity.mass_times(x).into_iter().map(|v| pe * v).collect();
+        solve(&tangent, lagged, right)
+    };
+    let interrupt = work.interrupt;
+    let (count, outer, doubtful) = loop {
+        Work { memory: &mut Default::default(), phases: &mut Default::default(), interrupt }.check_interrupt()?;
+        let len = arnoldi.len() + BATCH;
+        work.phases.measure("eigenvalues", || arnoldi.extend(len, &mut apply, &gram))?;
+        let values = arnoldi.values().map_err(StepFailure::from)?;
+        // the eigenvalues nearest to the shift, as far as every one of them has converged
+        let count = values.iter().take_while(|(theta, residual)| *residual < CONVERGED * theta.norm()).count();
+        let outer = values.get(count).map_or(f64::INFINITY, |(theta, _)| 1.0 / theta.norm());
+        let grows = |theta: &Complex<f64>| shift - theta.inv().re > NEUTRAL;
+        let doubtful = values[count..].iter().filter(|(theta, _)| grows(theta)).count();
+        let enough = match wanted {
+            Some(wanted) => count >= wanted && outer >= shift,
+            None => len >= DIMENSION[0],
+        };
+        let enough = enough && doubtful == 0;
+        if enough || len >= DIMENSION[1] || arnoldi.is_closed() {
+            break (count, outer, doubtful);
+        }
+    };
+    let mut modes = Vec::new();
+    for ritz in arnoldi.pairs(count).map_err(StepFailure::from)? {
+        let value = Complex::new(shift, 0.0) - ritz.value.inv();
+        // of a pair, T and A exchange the signs of the imaginary parts
+        if value.im >= 0.0 {
+            let residual = defect(&tangent, shift, value, &ritz.vector)?;
+            modes.push(Mode { value, vector: ritz.vector, residual });
+        }
+    }
+    Ok((modes, Disc { shift, radius: outer, dimension: arnoldi.len(), doubtful }))
+}
+
+/// `(R′ + σ Pe M)⁻¹ b`: the factors invert it exactly, but for the energy-consistent force.
+fn solve(tangent: &Tangent, lagged: &Lagged, right: Vec<f64>) -> Result<Vec<f64>, StepFailure> {
+    if tangent.model.parameters.elastic_force == ElasticForce::Stress {
+        let mut x = right;
+        lagged.solve(&mut x);
+        return match x.iter().all(|v| v.is_finite()) {
+            true => Ok(x),
+            false => Err(SolveError::NotFinite { system: "coupled".into(), hint: "shift it".into() }.into()),
+        };
+    }
+    let failure: RefCell<Option<MomentumError>> = RefCell::new(None);
+    let product = |x: &[f64], y: &mut [f64]| {
+        if let Err(error) = tangent.times(x, y) {
+            failure.borrow_mut().get_or_insert(error);
+            y.fill(f64::NAN);
+        }
+    };
+    let (mut x, target) = (vec![0.0; right.len()], 1e-10 * norm(&right));
+    let outcome = gmres(&product, &|x: &mut [f64]| lagged.solve(x), &right, &mut x, target, 100);
+    match failure.into_inner() {
+        Some(error) => Err(error.into()),
+        None if outcome.converged => Ok(x),
+        None => {
+            let residual = outcome.residual / norm(&right);
+            let hint = "the energy-consistent force is far from the factors' there".to_owned();
+            Err(SolveError::Inaccurate { system: "eigenvalue".into(), residual, hint }.into())
+        }
+    }
+}
+
+/// The relative residual of an eigenpair.
+fn defect(tangent: &Tangent, shift: f64, value: Complex<f64>, vector: &[Vec<f64>; 2]) -> Result<f64, Stall> {
+    let model = tangent.model;
+    let pe = model.parameters.peclet;
+    let (mut square, mut size) = (0.0, 0.0);
+    // the tangent has the weight σ: (R′ + σ Pe M) φ = (σ − λ) Pe M φ
+    let factor = Complex::new(shift, 0.0) - value;
+    let mass: Vec<Vec<f64>> = vector.iter().map(|x| model.polarity.mass_times(x)).collect();
+    for part in 0..2 {
+        let mut r = vec![0.0; vector[part].len()];
+        tangent.times(&vector[part], &mut r).map_err(StepFailure::from)?;
+        axpy(-pe * factor.re, &mass[part], &mut r);
+        axpy(if part == 0 { pe * factor.im } else { -pe * factor.im }, &mass[1 - part], &mut r);
+        square += dot(&r, &model.polarity.mass_solve(&r));
+        size += dot(&vector[part], &mass[part]);
+    }
+    Ok(square.max(0.0).sqrt() / (pe * (value.norm() + shift) * size.sqrt()))
+}
+
+/// A start that favours no symmetry; the same in every run.
+fn any_direction(len: usize) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    (0..len).map(|_| random.random_range(-1.0..1.0)).collect()
+}
