@@ -22,6 +22,6 @@ pub mod run;
 pub mod scene;
 pub mod solve;
 pub mod space;
+pub mod steady;
 pub mod study;
 pub mod time;
-pub mod steady;

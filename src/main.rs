@@ -45,6 +45,9 @@ enum Command {
         /// Continue from the checkpoint in the folder of the results.
         #[arg(long)]
         resume: bool,
+        /// Search for a steady state instead of marching in time, as if the scene had the table [steady].
+        #[arg(long)]
+        steady: bool,
     },
     /// Read a scene and say what will be solved, or what is wrong; solve nothing.
     Check {
@@ -53,6 +56,9 @@ enum Command {
         /// Print the report as JSON.
         #[arg(long)]
         json: bool,
+        /// As in `run`.
+        #[arg(long)]
+        steady: bool,
     },
     /// Errors and observed orders of convergence on a sequence of meshes and steps.
     Order {
@@ -115,9 +121,11 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads).min(cores)).build_global()?;
     }
     match &cli.command {
-        Command::Run { scene, out, resume } => run_scene(cli, scene, out.as_deref(), *resume),
-        Command::Check { scene, json } => {
-            let report = run::report::report(&scene.read()?)?;
+        Command::Run { scene, out, resume, steady } => {
+            run_scene(cli, &scene.read(*steady)?, scene, out.as_deref(), *resume)
+        }
+        Command::Check { scene, json, steady } => {
+            let report = run::report::report(&scene.read(*steady)?)?;
             let text = if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() };
             say(&text)?;
             Ok(ExitCode::SUCCESS)
@@ -138,18 +146,26 @@ impl Cli {
 }
 
 impl SceneArgs {
-    fn read(&self) -> Result<Scene, Failure> {
-        self.sets.apply(&self.scene)
+    fn read(&self, steady: bool) -> Result<Scene, Failure> {
+        let mut source = self.sets.source(&self.scene)?;
+        if steady && !source.has("steady") {
+            source.set("steady", "{}")?;
+        }
+        Ok(Scene::check(source)?)
     }
 }
 
 impl Sets {
     fn apply(&self, file: &Path) -> Result<Scene, Failure> {
+        Ok(Scene::check(self.source(file)?)?)
+    }
+
+    fn source(&self, file: &Path) -> Result<SceneSource, Failure> {
         let mut source = SceneSource::read(file)?;
         for (key, value) in self.pairs()? {
             source.set(&key, &value)?;
         }
-        Ok(Scene::check(source)?)
+        Ok(source)
     }
 
     fn pairs(&self) -> Result<Vec<(String, String)>, Failure> {
@@ -171,8 +187,13 @@ fn say(text: &str) -> std::io::Result<()> {
     }
 }
 
-fn run_scene(cli: &Cli, args: &SceneArgs, out: Option<&Path>, resume: bool) -> Result<ExitCode, Failure> {
-    let scene = args.read()?;
+fn run_scene(
+    cli: &Cli,
+    scene: &Scene,
+    args: &SceneArgs,
+    out: Option<&Path>,
+    resume: bool,
+) -> Result<ExitCode, Failure> {
     let out = match out {
         Some(out) => out.to_owned(),
         None => default_folder(&args.scene, resume),
@@ -180,7 +201,7 @@ fn run_scene(cli: &Cli, args: &SceneArgs, out: Option<&Path>, resume: bool) -> R
     catch_interrupts("finishing this step and writing a checkpoint")?;
     let verbosity = cli.verbosity();
     let options = Options { out: out.clone(), resume, verbosity, interrupt: &INTERRUPT };
-    let summary = run::run(&scene, &options)?;
+    let summary = run::run(scene, &options)?;
     if verbosity > Verbosity::Quiet {
         say(&format!("{summary}\nresults in {}", out.display()))?;
     }
@@ -191,6 +212,7 @@ fn run_scene(cli: &Cli, args: &SceneArgs, out: Option<&Path>, resume: bool) -> R
         }
         Ending::Interrupted => ExitCode::from(130),
         Ending::EndTime | Ending::MaxSteps | Ending::Stationary | Ending::EnergyAtRest => ExitCode::SUCCESS,
+        Ending::Steady | Ending::Oscillating => ExitCode::SUCCESS,
     })
 }
 

@@ -48,6 +48,22 @@ pub struct Conditions {
     pub polarity: PolarityCondition,
 }
 
+impl Conditions {
+    /// Which of the two conditions have formulas of `t`.
+    pub fn depend_on_time(&self) -> [(&'static str, bool); 2] {
+        let moving = |pair: &[Expression; 2]| pair.iter().any(Expression::depends_on_time);
+        let velocity = match &self.velocity {
+            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => moving(pair),
+            VelocityCondition::Slip | VelocityCondition::NoTangential => false,
+        };
+        let polarity = match &self.polarity {
+            PolarityCondition::Dirichlet(pair) => moving(pair),
+            PolarityCondition::Neumann => false,
+        };
+        [("velocity", velocity), ("polarity", polarity)]
+    }
+}
+
 /// The table `[boundary.TAG]` of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

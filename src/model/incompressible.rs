@@ -78,7 +78,7 @@ pub struct Incompressible {
     pub conditions: Vec<Conditions>,
     pub sources: Sources,
     pub loops: Integrator,
-    pub momentum: Momentum,
+    pub momentum: Arc<Momentum>,
     pub polarity: Polarity,
     /// `|Ω|`
     pub area: f64,
@@ -99,7 +99,40 @@ impl Incompressible {
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
         let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, parameters.friction, *slip)?;
-        let polarity = Polarity::new(&loops, &space, conditions, parameters, sources.boundary().cloned())?;
+        Self::assemble(loops, Arc::new(momentum), &space, parameters, conditions, sources)
+    }
+
+    /// The same tissue with other parameters, and conditions and sources that may depend on them: keeps the mesh, the spaces and, where
+    /// friction and conditions stay, the Stokes factors.
+    ///
+    /// # Errors
+    /// As [`Incompressible::new`].
+    pub fn changed(
+        &self,
+        parameters: &Parameters,
+        conditions: &[Conditions],
+        sources: &Sources,
+    ) -> Result<Self, MomentumError> {
+        let old = &self.momentum;
+        let same = parameters.friction == self.parameters.friction && conditions == self.conditions;
+        let momentum = if same {
+            old.clone()
+        } else {
+            let (velocity, pressure) = (&old.velocity, &old.pressure);
+            Arc::new(Momentum::new(&self.loops, velocity, pressure, conditions, parameters.friction, old.slip)?)
+        };
+        Self::assemble(self.loops.clone(), momentum, &self.polarity.space, parameters, conditions, sources)
+    }
+
+    fn assemble(
+        loops: Integrator,
+        momentum: Arc<Momentum>,
+        space: &Arc<Space>,
+        parameters: &Parameters,
+        conditions: &[Conditions],
+        sources: &Sources,
+    ) -> Result<Self, MomentumError> {
+        let polarity = Polarity::new(&loops, space, conditions, parameters, sources.boundary().cloned())?;
         let both = |free: &dyn Fn(&Conditions) -> bool| {
             let of_kind = conditions.iter().enumerate().filter(|(_, c)| free(c));
             of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
@@ -112,12 +145,12 @@ impl Incompressible {
         Ok(Self {
             natural_faces,
             parameters: *parameters,
-            conditions: conditions.clone(),
+            conditions: conditions.to_vec(),
             sources: sources.clone(),
+            area: loops.mesh.area(),
             loops,
             momentum,
             polarity,
-            area: mesh.area(),
         })
     }
 

@@ -73,6 +73,12 @@ impl Exact {
         }
     }
 
+    /// Whether `t` occurs in a field.
+    pub fn depends_on_time(&self) -> bool {
+        let all = self.velocity.iter().chain(&self.polarity).chain([&self.pressure]);
+        all.into_iter().any(Expression::depends_on_time)
+    }
+
     /// `v`, the two formulas.
     pub fn velocity(&self) -> &[Expression; 2] {
         &self.velocity

@@ -65,6 +65,7 @@ enum System {
 pub struct Momentum {
     pub velocity: Arc<Space>,
     pub pressure: Arc<Space>,
+    pub slip: SlipTreatment,
     pub frames: Frames,
     /// `2(D(v)|D(w)) + C_F(v|w)`, and the slip penalty.
     stiffness: Matrix,
@@ -124,6 +125,7 @@ impl Momentum {
         Ok(Self {
             velocity: velocity.clone(),
             pressure: pressure.clone(),
+            slip,
             frames,
             stiffness,
             gradient,

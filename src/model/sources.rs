@@ -31,6 +31,13 @@ impl Sources {
         self.polarity.is_some() || self.exact.is_some()
     }
 
+    /// Which keys of a scene give formulas of `t`.
+    pub fn depend_on_time(&self) -> [(&'static str, bool); 3] {
+        let given = |pair: &Option<[Expression; 2]>| pair.iter().flatten().any(Expression::depends_on_time);
+        let exact = self.exact.as_ref().is_some_and(|exact| exact.depends_on_time());
+        [("source.force", given(&self.force)), ("source.polarity", given(&self.polarity)), ("exact", exact)]
+    }
+
     /// The same for use at the time `t` alone: what depends on time only is computed now.
     #[must_use]
     pub fn at_time(&self, t: f64) -> Self {

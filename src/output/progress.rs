@@ -73,9 +73,26 @@ impl Progress {
         if let Some(bar) = &self.bar {
             bar.set_position((TICKS * status.t / status.end) as u64);
             bar.set_message(text);
-        } else if self.verbosity == Verbosity::Verbose
-            || (self.verbosity == Verbosity::Normal && self.last_line.elapsed() >= PAUSE)
-        {
+        } else {
+            self.line(&text);
+        }
+    }
+
+    /// Shows where a search for a steady state is, whose residual has to fall to `bound`.
+    pub fn show_search(&mut self, step: usize, dt: f64, residual: f64, bound: f64) {
+        let text = format!("pseudo-step {step}  dt {dt:.2e}  residual {residual:.2e} (to reach {bound:.0e})");
+        if let Some(bar) = &self.bar {
+            let digits = -residual.log10() / -bound.log10();
+            bar.set_position((TICKS * digits.clamp(0.0, 1.0)) as u64);
+            bar.set_message(text);
+        } else {
+            self.line(&text);
+        }
+    }
+
+    fn line(&mut self, text: &str) {
+        let due = self.verbosity == Verbosity::Normal && self.last_line.elapsed() >= PAUSE;
+        if self.verbosity == Verbosity::Verbose || due {
             self.last_line = Instant::now();
             eprintln!("{text}");
         }

@@ -168,7 +168,7 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
     let (energy, overshoot, asymmetry) =
         (named(Measure::FreeEnergy), named(Measure::Overshoot), named(Measure::Asymmetry));
     let budget = named(Measure::EnergyBudget);
-    if energy || overshoot || asymmetry || budget || scene.time.stop_residual.is_some() {
+    if energy || overshoot || asymmetry || budget || scene.time.stop_residual.is_some() || scene.steady.is_some() {
         columns.extend(["residual", "residual_velocity", "residual_pressure", "residual_polarity"]);
     }
     if energy || scene.time.stop_energy_rate.is_some() {
@@ -187,11 +187,16 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
 }
 
 impl Readings {
+    /// Of a state of which only the total residual is known.
+    pub fn of_residual(residual: f64) -> Self {
+        Self { values: BTreeMap::from([("residual", residual)]), ..Self::default() }
+    }
+
     /// The entry of a column, if it was measured.
     pub fn value(&self, column: &str) -> Option<f64> {
         let residual = |part: fn(&Residuals) -> f64| self.residuals.as_ref().map(part);
         match column {
-            "residual" => residual(Residuals::total),
+            "residual" if self.residuals.is_some() => residual(Residuals::total),
             "residual_velocity" => residual(|r| r.velocity),
             "residual_pressure" => residual(|r| r.pressure),
             "residual_polarity" => residual(|r| r.polarity),

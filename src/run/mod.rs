@@ -4,6 +4,7 @@ pub mod exact;
 pub mod measures;
 pub mod report;
 pub mod setup;
+pub mod steady;
 pub mod summary;
 pub mod writer;
 
@@ -59,6 +60,8 @@ pub enum RunError {
         "{file}: belongs to another problem: `{key}` differs; hint: resume with the scene of the run (`scene.toml` in its folder); only `title`, `output`, `coupling`, and of `time` all but `scheme` may change"
     )]
     OtherProblem { file: String, key: String },
+    #[error("{origin}: the search for a steady state failed: {reason}")]
+    Steady { origin: String, reason: String },
     #[error("{file}: {what}; hint: {hint}")]
     Start { file: String, what: String, hint: String },
 }
@@ -134,7 +137,13 @@ fn run_in_folder(scene: &Scene, options: &Options) -> Result<Summary, RunError> 
         // a run that is killed early can be resumed, too
         writer.write_checkpoint(&march)?;
     }
-    let ending = step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress)?;
+    let (ending, steady) = match &scene.steady {
+        Some(settings) => {
+            let search = steady::search(scene, settings, options, &mut march, &gauges, &mut writer, &mut progress)?;
+            (search.0, Some(search.1))
+        }
+        None => (step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress)?, None),
+    };
     progress.finish();
     let residuals = march.residuals().ok();
     let (mut ending, mut measures) = (ending, gauges.finite(&march));
@@ -145,8 +154,9 @@ fn run_in_folder(scene: &Scene, options: &Options) -> Result<Summary, RunError> 
         }
     }
     writer.write_last(&mut march, &setup, ending.is_failure())?;
-    let summary =
+    let mut summary =
         Summary::new(scene, &setup, &march, &writer, ending, residuals, measures, begin.elapsed(), counts_before);
+    summary.steady = steady;
     summary.write(&options.out.join("summary.json"))?;
     Ok(summary)
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::Setup;
+use super::steady::SteadyReport;
 use super::writer::Writer;
 use crate::mesh::quality::Quality;
 use crate::model::Term;
@@ -28,6 +29,10 @@ pub enum Ending {
     Stationary,
     /// `|dF/dt|` stayed below `time.stop.energy_rate`.
     EnergyAtRest,
+    /// A steady state was found.
+    Steady,
+    /// No stable steady state, but a flow that repeats itself.
+    Oscillating,
     /// Stopped from outside; the checkpoint continues it.
     Interrupted,
     /// A step failed; the last good state was written.
@@ -43,6 +48,7 @@ impl Ending {
     fn status(&self) -> &'static str {
         match self {
             Ending::EndTime | Ending::MaxSteps | Ending::Stationary | Ending::EnergyAtRest => "finished",
+            Ending::Steady | Ending::Oscillating => "finished",
             Ending::Interrupted => "interrupted",
             Ending::Failed { .. } => "failed",
         }
@@ -84,6 +90,9 @@ pub struct Summary {
     pub residuals: Option<Residuals>,
     pub residual: Option<f64>,
     pub measures: BTreeMap<&'static str, f64>,
+    /// What a search for a steady state found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steady: Option<SteadyReport>,
     /// Wall seconds by phase.
     pub seconds: BTreeMap<&'static str, f64>,
     pub seconds_total: f64,
@@ -138,6 +147,7 @@ impl Summary {
             residuals,
             residual: residuals.as_ref().map(Residuals::total),
             measures,
+            steady: None,
             seconds,
             seconds_total: total.as_secs_f64(),
             seconds_per_iteration: (here > 0).then(|| inner / here as f64),
@@ -173,6 +183,8 @@ impl std::fmt::Display for Summary {
             Ending::MaxSteps => "the largest number of steps was taken",
             Ending::Stationary => "the residual fell below its bound: the state is stationary",
             Ending::EnergyAtRest => "the free energy came to rest",
+            Ending::Steady => "a steady state was found",
+            Ending::Oscillating => "the flow oscillates",
             Ending::Interrupted => "interrupted; `--resume` continues",
             Ending::Failed { .. } => "a step failed",
         };
@@ -186,6 +198,9 @@ impl std::fmt::Display for Summary {
         writeln!(out, "{mean:.1} iterations a step{each}; {:.1} s in all", self.seconds_total)?;
         if let Some(residual) = self.residual {
             writeln!(out, "residual of the stationary equations {residual:.3e}")?;
+        }
+        if let Some(steady) = &self.steady {
+            writeln!(out, "{steady}")?;
         }
         for (name, value) in &self.measures {
             writeln!(out, "{name} = {value:.6}")?;

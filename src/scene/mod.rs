@@ -22,6 +22,7 @@ use crate::model::{Conditions, Parameters, names};
 
 pub use crate::model::Sources;
 pub use crate::model::momentum::SlipTreatment;
+pub use crate::steady::{SteadySettings, Want};
 pub use crate::time::{ControlSettings, CouplingSettings, MarchSettings, Schedule};
 pub use error::{Place, SceneError};
 pub use output::{Axis, AxisLine, Cut, Field, Measure, Output, What};
@@ -40,6 +41,8 @@ pub struct Scene {
     pub initial: Initial,
     pub sources: Sources,
     pub time: Time,
+    /// How a steady state is searched for, where the scene asks for one.
+    pub steady: Option<SteadySettings>,
     pub coupling: CouplingSettings,
     pub outputs: Vec<Output>,
     resolved: tables::SceneFile,

@@ -112,6 +112,11 @@ impl SceneSource {
         Box::new(Place::Line { file, line })
     }
 
+    /// Whether there is a top-level `key`.
+    pub fn has(&self, key: &str) -> bool {
+        self.value(key).is_some()
+    }
+
     /// The top-level value `key`, if it is there.
     pub(crate) fn value(&self, key: &str) -> Option<&Item> {
         self.document.get(key)

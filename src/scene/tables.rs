@@ -11,6 +11,7 @@ use crate::mesh::generate::MeshScene;
 use crate::model::boundary::BoundaryScene;
 use crate::model::expression::{Formula, VectorFormula};
 use crate::model::parameters::ModelScene;
+use crate::steady::Want;
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,6 +33,9 @@ pub struct SceneFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exact: Option<ExactTable>,
     pub time: TimeTable,
+    /// A steady state is searched for instead of marching.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steady: Option<SteadyTable>,
     #[serde(default)]
     pub coupling: CouplingTable,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -269,6 +273,31 @@ pub struct StopTable {
 impl StopTable {
     fn is_empty(&self) -> bool {
         self.residual.is_none() && self.energy_rate.is_none()
+    }
+}
+
+/// `[steady]`: how a steady state is searched for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SteadyTable {
+    /// Bound on the total residual of the stationary equations [9.8–9.10] (default 1e-9).
+    pub residual: f64,
+    /// First pseudo-step, in units of time (default 1).
+    pub step: f64,
+    /// Most pseudo-steps of each try (default 300).
+    pub max_steps: usize,
+    /// `"stable"` (default): an unstable state is left along the mode that grows; `"any"`: the first that is found.
+    pub want: Want,
+    /// Leading eigenvalues to find (default 6); 0 asks for none, and then nothing is known of the stability.
+    pub eigenvalues: usize,
+    /// Time that the last resort, marching with `time.step`, may cover (default `time.end`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub march: Option<f64>,
+}
+
+impl Default for SteadyTable {
+    fn default() -> Self {
+        Self { residual: 1e-9, step: 1.0, max_steps: 300, want: Want::Stable, eigenvalues: 6, march: None }
     }
 }
 

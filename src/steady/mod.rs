@@ -1,4 +1,11 @@
 //! Steady states: found by pseudo-transient continuation into Newton's method, judged by the eigenvalues of their linearisation.
 
+pub mod find;
+pub mod oscillation;
 pub mod pseudo;
 pub mod spectrum;
+
+pub use find::{Event, Found, Search, Steady, SteadySettings, Try, Want, Way, find};
+pub use oscillation::Oscillation;
+pub use pseudo::{PseudoStep, Stall};
+pub use spectrum::{Spectrum, Stability};

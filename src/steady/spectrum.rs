@@ -5,6 +5,7 @@
 //! shift finds the slow modes, a large one fast oscillations that grow.
 
 use std::cell::RefCell;
+use std::sync::atomic::Ordering;
 
 use nalgebra::Complex;
 use rand::{RngExt, SeedableRng};
@@ -76,16 +77,20 @@ const BATCH: usize = 20;
 /// Ritz values with smaller relative residuals have converged.
 const CONVERGED: f64 = 1e-8;
 
+/// Eigenpairs whose own residual is larger decide nothing.
+const EXACT: f64 = 1e-4;
+
 /// Real parts nearer to zero decide nothing.
 const NEUTRAL: f64 = 1e-7;
 
 impl Spectrum {
     /// What the eigenvalues say.
     pub fn stability(&self) -> Stability {
+        let exact = self.modes.iter().all(|mode| mode.residual < EXACT);
         let near = self.searched.first().is_some_and(|disc| disc.radius >= disc.shift);
-        let searched = near && self.searched.iter().all(|disc| disc.doubtful == 0);
+        let searched = near && exact && self.searched.iter().all(|disc| disc.doubtful == 0);
         match self.modes.first() {
-            Some(mode) if mode.value.re > NEUTRAL => Stability::Unstable,
+            Some(mode) if mode.value.re > NEUTRAL && mode.residual < EXACT => Stability::Unstable,
             Some(mode) if mode.value.re < -NEUTRAL && searched => Stability::Stable,
             None if searched => Stability::Stable,
             Some(_) | None => Stability::NotKnown,
@@ -94,7 +99,7 @@ impl Spectrum {
 
     /// Modes that grow.
     pub fn growing(&self) -> impl Iterator<Item = &Mode> {
-        self.modes.iter().filter(|mode| mode.value.re > NEUTRAL)
+        self.modes.iter().filter(|mode| mode.value.re > NEUTRAL && mode.residual < EXACT)
     }
 
     /// Dimension of the space of growing disturbances.
@@ -103,21 +108,25 @@ impl Spectrum {
     }
 }
 
-/// Finds the eigenvalues about a steady state, at least `wanted` around the smallest shift.
+/// What a search for eigenvalues has to bring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ask {
+    /// Eigenvalues, a pair counted twice, that must converge about the first shift.
+    pub wanted: usize,
+    /// Whether a mode that grows is all that is asked for.
+    pub growing_suffices: bool,
+}
+
+/// Finds the eigenvalues about a steady state that are nearest to the [`SHIFTS`].
 ///
 /// # Errors
 /// A factorisation that fails; an interrupt.
-pub fn spectrum(
-    model: &Incompressible,
-    state: &State,
-    shifts: &[f64],
-    wanted: usize,
-    work: &mut Work,
-) -> Result<Spectrum, Stall> {
+pub fn spectrum(model: &Incompressible, state: &State, ask: Ask, work: &mut Work) -> Result<Spectrum, Stall> {
     let mut found = Spectrum { modes: Vec::new(), searched: Vec::new() };
-    for (k, &shift) in shifts.iter().enumerate() {
+    for shift in SHIFTS {
         // the later ones are to show that nothing fast grows, not to find more of what decays
-        let (modes, disc) = near(model, state, shift, if k == 0 { Some(wanted) } else { None }, work)?;
+        let wanted = if shift == SHIFTS[0] { Some(ask.wanted) } else { None };
+        let (modes, disc) = near(model, state, shift, wanted, ask.growing_suffices, work)?;
         for mode in modes {
             let known = |m: &Mode| (m.value - mode.value).norm() < 1e-5 * (1.0 + mode.value.norm());
             if !found.modes.iter().any(known) {
@@ -125,6 +134,9 @@ pub fn spectrum(
             }
         }
         found.searched.push(disc);
+        if ask.growing_suffices && found.modes.iter().any(|mode| mode.value.re > NEUTRAL) {
+            break;
+        }
     }
     found.modes.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(a.value.im.total_cmp(&b.value.im)));
     Ok(found)
@@ -136,6 +148,7 @@ fn near(
     state: &State,
     shift: f64,
     wanted: Option<usize>,
+    growing_suffices: bool,
     work: &mut Work,
 ) -> Result<(Vec<Mode>, Disc), Stall> {
     let pe = model.parameters.peclet;
@@ -148,9 +161,10 @@ fn near(
         let right: Vec<f64> = model.polarity.mass_times(x).into_iter().map(|v| pe * v).collect();
         solve(&tangent, lagged, right)
     };
-    let interrupt = work.interrupt;
     let (count, outer, doubtful) = loop {
-        Work { memory: &mut Default::default(), phases: &mut Default::default(), interrupt }.check_interrupt()?;
+        if work.interrupt.load(Ordering::Relaxed) {
+            return Err(Stall::Interrupted);
+        }
         let len = arnoldi.len() + BATCH;
         work.phases.measure("eigenvalues", || arnoldi.extend(len, &mut apply, &gram))?;
         let values = arnoldi.values().map_err(StepFailure::from)?;
@@ -163,7 +177,8 @@ fn near(
             Some(wanted) => count >= wanted && outer >= shift,
             None => len >= DIMENSION[0],
         };
-        let enough = enough && doubtful == 0;
+        let grown = growing_suffices && values[..count].iter().any(|(theta, _)| grows(theta));
+        let enough = grown || (enough && doubtful == 0);
         if enough || len >= DIMENSION[1] || arnoldi.is_closed() {
             break (count, outer, doubtful);
         }

@@ -152,7 +152,11 @@ impl Step<'_> {
 ///
 /// # Errors
 /// Too slow, diverged, a linear solve that failed, or a formula of the scene that is not finite at `t`.
-pub fn solve_step(step: &Step, memory: &mut super::memory::Memory, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
+pub fn solve_step(
+    step: &Step,
+    memory: &mut super::memory::Memory,
+    phases: &mut Phases,
+) -> Result<StepOutcome, StepFailure> {
     let solved = match step.settings.kind {
         CouplingKind::FixedPoint => fixed_point(step, 0, phases),
         CouplingKind::Anderson { depth } => fixed_point(step, depth, phases),

@@ -188,6 +188,14 @@ impl<'m> March<'m> {
         }
     }
 
+    /// Stands at a state that was found in another way, at rest, after so many steps.
+    pub fn adopt(&mut self, state: State, steps: usize) {
+        self.counts.steps = steps;
+        self.rate_of_p.fill(0.0);
+        self.past = vec![(self.t, state.p.clone())];
+        self.state = state;
+    }
+
     /// Δt as the step control has it, before it is trimmed to land on an output.
     pub fn nominal_step(&self) -> f64 {
         self.control.step

@@ -48,7 +48,12 @@ impl Origin {
 }
 
 impl Memory {
-    pub(crate) fn factorise(&mut self, model: &Incompressible, tangent: &Tangent, phases: &mut Phases) -> Result<(), StepFailure> {
+    pub(crate) fn factorise(
+        &mut self,
+        model: &Incompressible,
+        tangent: &Tangent,
+        phases: &mut Phases,
+    ) -> Result<(), StepFailure> {
         if self.structure.is_none() {
             self.structure = Some(phases.measure("dissection", || Structure::new(&model.layout()))?);
         }
@@ -140,9 +145,8 @@ pub(crate) fn correction(
     phases: &mut Phases,
 ) -> Result<(Vec<f64>, usize), StepFailure> {
     let model = equations.model;
-    let tangent = phases.measure("tangent", || {
-        Tangent::new(model, &now.state, &equations.before, weight, equations.inputs.t)
-    });
+    let tangent =
+        phases.measure("tangent", || Tangent::new(model, &now.state, &equations.before, weight, equations.inputs.t));
     let right: Vec<f64> = now.residual.iter().map(|r| -r).collect();
     let mut products = 0;
     for attempt in 0..2 {

@@ -20,6 +20,14 @@ impl Phases {
         result
     }
 
+    /// Adds what another clock has measured.
+    pub fn add(&mut self, other: &Phases) {
+        for (name, (spent, calls)) in &other.spent {
+            let entry = self.spent.entry(name).or_default();
+            *entry = (entry.0 + *spent, entry.1 + calls);
+        }
+    }
+
     /// How often a phase ran.
     pub fn calls(&self, name: &str) -> usize {
         self.spent.get(name).map_or(0, |(_, calls)| *calls)

@@ -11,7 +11,9 @@ use super::error::SceneError;
 use super::tables::{
     CouplingName, ExactBoundary, PolarityStart, SceneFile, SlipName, SpaceTable, StartTable, TimeStart,
 };
-use super::{ControlSettings, CouplingSettings, Initial, Scene, SceneSource, SlipTreatment, Sources, Space, Time};
+use super::{
+    ControlSettings, CouplingSettings, Initial, Scene, SceneSource, SlipTreatment, Sources, Space, SteadySettings, Time,
+};
 use crate::element::MAX_DEGREE;
 use crate::mesh::generate::MeshScene;
 use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
@@ -35,6 +37,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let boundary = checker.boundary(&mut file, &parameters, &sources)?;
     let initial = checker.initial(&mut file.initial.polarity, &parameters, exact)?;
     let time = checker.time(&mut file, &parameters)?;
+    let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
     let outputs = checker.outputs(&file.output, &parameters)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
@@ -47,6 +50,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         initial,
         sources,
         time,
+        steady,
         coupling,
         outputs,
         resolved: file,
@@ -317,6 +321,35 @@ impl Checker<'_> {
             stop_residual,
             stop_energy_rate,
         })
+    }
+
+    fn steady(
+        &self,
+        file: &mut SceneFile,
+        boundary: &BTreeMap<String, Conditions>,
+        sources: &Sources,
+    ) -> Result<Option<SteadySettings>, SceneError> {
+        let end = file.time.end;
+        let Some(table) = &mut file.steady else { return Ok(None) };
+        let residual = self.positive("steady.residual", table.residual, "1e-9 is the usual value")?;
+        let step =
+            self.positive("steady.step", table.step, "in units of time; 1 is usual, smaller for rough starts")?;
+        let (most, count) = (table.max_steps, table.eigenvalues);
+        self.require(most >= 1, "steady.max_steps", most, "must be at least 1", "300 is usual")?;
+        self.require(count <= 60, "steady.eigenvalues", count, "must be at most 60", "6 is usual, 0 finds none")?;
+        let march = self.positive("steady.march", *table.march.get_or_insert(end), "time.end is usual")?;
+        let rule = "must not depend on t where a steady state is searched for";
+        let hint = "take `t` out of the formula, or the table [steady] (the flag --steady) away";
+        for (tag, conditions) in boundary {
+            for (key, moving) in conditions.depend_on_time() {
+                self.require(!moving, &format!("boundary.{tag}.{key}"), "a formula of t", rule, hint)?;
+            }
+        }
+        for (key, moving) in sources.depend_on_time() {
+            self.require(!moving, key, "a formula of t", rule, hint)?;
+        }
+        let want = table.want;
+        Ok(Some(SteadySettings { residual, step, max_steps: most, want, eigenvalues: count, march }))
     }
 
     fn coupling(&self, file: &mut SceneFile) -> Result<CouplingSettings, SceneError> {

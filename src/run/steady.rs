@@ -1,0 +1,200 @@
+//! A scene's search for a steady state: its rows in the history, and what the summary says of it.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::measures::{Gauges, Readings};
+use super::summary::Ending;
+use super::writer::Writer;
+use super::{Options, RunError};
+use crate::output::progress::{Progress, Status};
+use crate::scene::Scene;
+use crate::steady::spectrum::Disc;
+use crate::steady::{
+    Event, Found, Oscillation, PseudoStep, Search, Spectrum, Stability, Stall, Steady, SteadySettings, Try, Want, find,
+};
+use crate::time::{March, StepReport};
+
+/// What the summary says of a search.
+#[derive(Debug, Clone, Serialize)]
+pub struct SteadyReport {
+    /// Of the steady state that was found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stability: Option<Stability>,
+    /// Leading eigenvalues of its linearisation, largest growth rate first; of a pair the one above the real axis.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub eigenvalues: Vec<Eigenvalue>,
+    /// Where all eigenvalues were found.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub searched: Vec<Disc>,
+    /// Dimension of the space of growing disturbances.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unstable_dimension: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub oscillation: Option<Oscillation>,
+    /// What was tried, in order.
+    pub tries: Vec<Try>,
+}
+
+/// An eigenvalue `λ` of the linearisation: disturbances behave like `e^{λt}`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Eigenvalue {
+    /// Growth rate.
+    pub re: f64,
+    /// Angular frequency.
+    pub im: f64,
+    /// Relative residual of the eigenpair.
+    pub residual: f64,
+}
+
+/// A failure to write that a search has to carry through.
+type Broken = Option<RunError>;
+
+/// Searches from the state of `march` and leaves what was found there.
+///
+/// # Errors
+/// Rows that cannot be written; a momentum balance or a formula that fails.
+pub(super) fn search(
+    scene: &Scene,
+    settings: &SteadySettings,
+    options: &Options,
+    march: &mut March,
+    gauges: &Gauges,
+    writer: &mut Writer,
+    progress: &mut Progress,
+) -> Result<(Ending, SteadyReport), RunError> {
+    let model = march.model;
+    let (start, mut rows) = (march.state.p.clone(), march.counts.steps);
+    let mut phases = std::mem::take(&mut march.phases);
+    let mut broken: Broken = None;
+    let mut seen = |event: Event| {
+        let row = match event {
+            Event::Note(text) => {
+                progress.say(&format!("note: {text}"));
+                return Ok(());
+            }
+            Event::Pseudo(step, _) => {
+                progress.show_search(step.step, step.dt, step.residual, settings.residual);
+                (report_of(step), Ok(Readings::of_residual(step.residual)))
+            }
+            Event::Step(report, other) => {
+                let readings = gauges.read(other, report.t - report.dt);
+                let residual = readings.as_ref().ok().and_then(|r| r.value("residual"));
+                let (step, iterations) = (report.step, report.iterations);
+                let status = Status { step, t: report.t, end: settings.march, dt: report.dt, iterations, residual };
+                progress.show(&status);
+                (report.clone(), readings)
+            }
+        };
+        rows += 1;
+        let report = StepReport { step: rows, ..row.0 };
+        row.1.and_then(|readings| writer.append_history(&report, &readings)).map_err(|error| {
+            broken = Some(error);
+            Stall::Interrupted
+        })
+    };
+    let outcome = find(model, start, settings, scene.march(), options.interrupt, &mut phases, &mut seen);
+    march.phases.add(&phases);
+    if let Some(error) = broken {
+        return Err(error);
+    }
+    let search = outcome
+        .map_err(|stall| RunError::Steady { origin: scene.source().origin().to_owned(), reason: stall.to_string() })?;
+    let report = SteadyReport::new(&search);
+    let ending = match &search.found {
+        Found::Steady(_) => Ending::Steady,
+        Found::Oscillating { .. } => Ending::Oscillating,
+        Found::Interrupted => Ending::Interrupted,
+        Found::Nothing => {
+            let tries: Vec<String> = report.tries.iter().map(|t| format!("{}: {}", t.way.name(), t.outcome)).collect();
+            Ending::Failed { reason: format!("no steady state was found; {}", tries.join("; ")) }
+        }
+    };
+    let state = match search.found {
+        Found::Steady(steady) => steady.state,
+        Found::Oscillating { .. } | Found::Nothing | Found::Interrupted => {
+            let (v, pi) = model.flow(&search.last, march.t)?;
+            crate::model::incompressible::State { v, pi, p: search.last }
+        }
+    };
+    march.adopt(state, rows);
+    if let (Some(Stability::Unstable), Want::Stable) = (report.stability, settings.want) {
+        progress.say("note: the state is unstable; no stable one was found");
+    }
+    Ok((ending, report))
+}
+
+/// A pseudo-step as a row of the history.
+fn report_of(step: &PseudoStep) -> StepReport {
+    StepReport {
+        step: step.step,
+        t: step.t,
+        dt: step.dt,
+        order: 1,
+        iterations: step.products,
+        increment: step.change,
+        rate: f64::INFINITY,
+        converged: true,
+        rejected: step.rejected,
+    }
+}
+
+impl SteadyReport {
+    fn new(search: &Search) -> Self {
+        let (steady, oscillation): (Option<&Steady>, _) = match &search.found {
+            Found::Steady(steady) => (Some(steady), None),
+            Found::Oscillating { oscillation, about } => (about.as_deref(), Some(*oscillation)),
+            Found::Nothing | Found::Interrupted => (None, None),
+        };
+        let spectrum = steady.and_then(|s| s.spectrum.as_ref());
+        let stability = steady.map(|_| spectrum.map_or(Stability::NotKnown, Spectrum::stability));
+        let eigenvalue =
+            |m: &crate::steady::spectrum::Mode| Eigenvalue { re: m.value.re, im: m.value.im, residual: m.residual };
+        Self {
+            stability,
+            eigenvalues: spectrum.map(|s| s.modes.iter().map(eigenvalue).collect()).unwrap_or_default(),
+            searched: spectrum.map(|s| s.searched.clone()).unwrap_or_default(),
+            unstable_dimension: spectrum.map(Spectrum::unstable_dimension),
+            oscillation,
+            tries: search.tries.clone(),
+        }
+    }
+}
+
+impl fmt::Display for SteadyReport {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, attempt) in self.tries.iter().enumerate() {
+            let end = if k + 1 == self.tries.len() { "" } else { "\n" };
+            write!(out, "{}: {} after {} steps{end}", attempt.way.name(), attempt.outcome, attempt.steps)?;
+        }
+        if let Some(o) = &self.oscillation {
+            write!(
+                out,
+                "\nperiod {:.4}, amplitude {:.3e} of the polarity and {:.3e} of the velocity (root mean square; cycles agree to {:.1} \
+                 percent)",
+                o.period,
+                o.amplitude,
+                o.amplitude_velocity,
+                100.0 * o.spread
+            )?;
+        }
+        match self.stability {
+            None => {}
+            Some(Stability::Stable) => write!(out, "\nstable: every disturbance decays")?,
+            Some(Stability::Unstable) => {
+                write!(out, "\nunstable: {} independent disturbances grow", self.unstable_dimension.unwrap_or(0))?;
+            }
+            Some(Stability::NotKnown) => write!(out, "\nstability not known")?,
+        }
+        for (k, e) in self.eigenvalues.iter().take(SHOWN).enumerate() {
+            let head = if k == 0 { "\nleading eigenvalues" } else { "," };
+            let im = if e.im == 0.0 { String::new() } else { format!(" ± {:.5} i", e.im) };
+            write!(out, "{head} {:.5}{im}", e.re)?;
+        }
+        Ok(())
+    }
+}
+
+/// Eigenvalues that are printed; all are in the summary's file.
+const SHOWN: usize = 3;
