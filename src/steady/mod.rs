@@ -1,5 +1,7 @@
 //! Steady states: found by pseudo-transient continuation into Newton's method, judged by the eigenvalues of their linearisation.
 
+pub mod arclength;
+pub mod branch;
 pub mod find;
 pub mod oscillation;
 pub mod pseudo;

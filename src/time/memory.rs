@@ -136,7 +136,7 @@ const KRYLOV_LIMIT: usize = 60;
 /// Factors are made anew when the iterations in excess of those that fresh factors need reach this number.
 const SURPLUS: usize = 40;
 
-/// Solves `(R′ + Pe (w − w₀) M) δ = −R` with the exact derivative of the equations of weight w₀; makes factors anew where there are none or GMRES has become slow.
+/// Solves `(R′ + Pe (w − w₀) M) δ = −R` with the exact derivative of the equations of weight w₀.
 pub(crate) fn correction(
     equations: &Equations,
     memory: &mut Memory,
@@ -144,15 +144,38 @@ pub(crate) fn correction(
     reduction: f64,
     phases: &mut Phases,
 ) -> Result<(Vec<f64>, usize), StepFailure> {
-    let model = equations.model;
-    let tangent =
-        phases.measure("tangent", || Tangent::new(model, &now.state, &equations.before, weight, equations.inputs.t));
+    let tangent = derivative(equations, now, weight, phases);
     let right: Vec<f64> = now.residual.iter().map(|r| -r).collect();
+    solve(equations, &tangent, memory, (now, weight), &right, reduction, phases)
+}
+
+/// The exact derivative at a trial, with the weight `w` of the new polarity.
+pub(crate) fn derivative<'e>(
+    equations: &'e Equations,
+    now: &'e Trial,
+    weight: f64,
+    phases: &mut Phases,
+) -> Tangent<'e> {
+    let t = equations.inputs.t;
+    phases.measure("tangent", || Tangent::new(equations.model, &now.state, &equations.before, weight, t))
+}
+
+/// Solves with a derivative; makes factors anew where there are none or GMRES has become slow.
+pub(crate) fn solve(
+    equations: &Equations,
+    tangent: &Tangent,
+    memory: &mut Memory,
+    (now, weight): (&Trial, f64),
+    right: &[f64],
+    reduction: f64,
+    phases: &mut Phases,
+) -> Result<(Vec<f64>, usize), StepFailure> {
+    let model = equations.model;
     let mut products = 0;
     for attempt in 0..2 {
         if !memory.serves() || attempt == 1 {
             memory.origin = None;
-            memory.factorise(model, &tangent, phases)?;
+            memory.factorise(model, tangent, phases)?;
             memory.origin = Some(Origin {
                 p: now.state.p.values.clone(),
                 v: now.state.v.values.clone(),
@@ -172,9 +195,9 @@ pub(crate) fn correction(
             }
         };
         let mut delta = vec![0.0; right.len()];
-        let target = reduction * norm(&right);
+        let target = reduction * norm(right);
         let outcome = phases.measure("newton solve", || {
-            gmres(&apply, &|x: &mut [f64]| lagged.solve(x), &right, &mut delta, target, KRYLOV_LIMIT)
+            gmres(&apply, &|x: &mut [f64]| lagged.solve(x), right, &mut delta, target, KRYLOV_LIMIT)
         });
         products += outcome.iterations;
         if let Some(error) = failure.into_inner() {
@@ -185,7 +208,7 @@ pub(crate) fn correction(
             return Ok((delta, products));
         }
         if attempt == 1 {
-            let residual = outcome.residual / norm(&right);
+            let residual = outcome.residual / norm(right);
             let (system, hint) = ("Newton".to_owned(), "take a smaller time step".to_owned());
             return Err(SolveError::Inaccurate { system, residual, hint }.into());
         }

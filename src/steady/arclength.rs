@@ -1,0 +1,199 @@
+//! Pseudo-arclength continuation: steady states `R(p, μ) = 0` along a curve that may turn back in μ (Keller 1977).
+
+use super::pseudo::{Stall, Work};
+use crate::model::incompressible::{Incompressible, State};
+use crate::solve::{axpy, dot, root};
+use crate::time::StepFailure;
+use crate::time::equations::{Equations, Trial};
+use crate::time::memory::{correction, derivative, solve};
+
+/// One tissue for every value of a parameter.
+pub struct Family<'f> {
+    /// The model at a value of the parameter.
+    pub model: &'f dyn Fn(f64) -> Result<Incompressible, Stall>,
+    /// The values between which the parameter moves: `ξ = 0` and `ξ = 1`.
+    pub range: [f64; 2],
+    /// Whether ξ is linear in the logarithm of the parameter, not in the parameter.
+    pub logarithmic: bool,
+}
+
+impl std::fmt::Debug for Family<'_> {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("Family").field("range", &self.range).finish_non_exhaustive()
+    }
+}
+
+impl Family<'_> {
+    /// The parameter at ξ.
+    pub fn parameter(&self, xi: f64) -> f64 {
+        let [a, b] = self.range;
+        if self.logarithmic { a * (b / a).powf(xi) } else { a + xi * (b - a) }
+    }
+
+    /// ξ of a parameter.
+    pub fn position(&self, parameter: f64) -> f64 {
+        let [a, b] = self.range;
+        if self.logarithmic { (parameter / a).ln() / (b / a).ln() } else { (parameter - a) / (b - a) }
+    }
+
+    fn at(&self, xi: f64) -> Result<Incompressible, Stall> {
+        (self.model)(self.parameter(xi))
+    }
+}
+
+/// A direction `(ṗ, ξ̇)` in the space of polarities and parameters, of length 1 in `‖ṗ‖²/P² + ξ̇²`.
+#[derive(Debug, Clone)]
+pub struct Direction {
+    pub p: Vec<f64>,
+    pub xi: f64,
+}
+
+/// A steady state on a branch.
+#[derive(Debug, Clone)]
+pub struct Place {
+    pub xi: f64,
+    pub state: State,
+}
+
+/// The measure of lengths along a branch.
+#[derive(Debug, Clone, Copy)]
+pub struct Metric {
+    /// `P`: the change of the polarity, L², that counts as much as the whole range of the parameter.
+    pub scale: f64,
+    /// Bound on the residual of the stationary equations.
+    pub residual: f64,
+}
+
+/// Most corrections of a point.
+const CORRECTIONS: usize = 12;
+
+/// Half of the difference of ξ that gives `∂R/∂ξ`.
+const DIFFERENCE: f64 = 1e-4;
+
+/// How accurately the linear systems are solved.
+const REDUCTION: f64 = 1e-4;
+
+impl Metric {
+    /// `(a|b)_M/P² + ξ_a ξ_b`
+    pub fn product(&self, model: &Incompressible, a: &Direction, b: &Direction) -> f64 {
+        dot(&a.p, &model.polarity.mass_times(&b.p)) / self.scale.powi(2) + a.xi * b.xi
+    }
+
+    /// The direction of length 1.
+    pub fn unit(&self, model: &Incompressible, mut d: Direction) -> Direction {
+        let length = root(self.product(model, &d, &d));
+        d.p.iter_mut().for_each(|v| *v /= length);
+        d.xi /= length;
+        d
+    }
+
+    /// From one place to another.
+    pub fn between(&self, a: &Place, b: &Place) -> Direction {
+        let p = b.state.p.values.iter().zip(&a.state.p.values).map(|(b, a)| b - a).collect();
+        Direction { p, xi: b.xi - a.xi }
+    }
+}
+
+/// The place on the branch at distance `s` from `base` along `ahead`, and the corrections it took.
+///
+/// Solves `R(p, ξ) = 0`, `⟨ahead, (p, ξ) − base⟩ = s` by Newton's method with bordering; `slope` is `∂R/∂ξ` nearby.
+///
+/// # Errors
+/// [`Stall::Step`] where the corrections do not converge.
+pub fn correct(
+    family: &Family,
+    metric: &Metric,
+    base: &Place,
+    ahead: &Direction,
+    s: f64,
+    slope: &[f64],
+    work: &mut Work,
+) -> Result<(Place, usize), Stall> {
+    let mut p = base.state.p.clone();
+    axpy(s, &ahead.p, &mut p.values);
+    let mut xi = base.xi + s * ahead.xi;
+    let mut before = base.state.v.clone();
+    let (mut last, mut worse) = (f64::INFINITY, 0);
+    for corrections in 0..=CORRECTIONS {
+        work.check_interrupt()?;
+        let model = family.at(xi)?;
+        let scale = model.area.sqrt();
+        let equations = Equations::stationary(&model, &before, 0.0)?;
+        let trial = equations.evaluate(p.clone(), work.phases)?;
+        if trial.size < metric.residual * scale {
+            return Ok((Place { xi, state: trial.state }, corrections));
+        }
+        worse += usize::from(trial.size > 0.5 * last);
+        if corrections == CORRECTIONS || worse > 3 || trial.size.is_nan() || trial.size > scale {
+            let residual = trial.size / scale;
+            return Err(Stall::Step { dt: s, residual, cause: "the corrections did not converge".into() });
+        }
+        last = trial.size;
+        let (a, b) = bordered(&equations, &trial, slope, work)?;
+        // the step along b makes up for what a and the guess miss in the constraint
+        let weigh = |x: &[f64]| dot(&ahead.p, &model.polarity.mass_times(x)) / metric.scale.powi(2);
+        let moved: Vec<f64> = p.values.iter().zip(&base.state.p.values).map(|(p, q)| p - q).collect();
+        let missing = s - weigh(&moved) - ahead.xi * (xi - base.xi);
+        let dxi = (missing - weigh(&a)) / (weigh(&b) + ahead.xi);
+        axpy(1.0, &a, &mut p.values);
+        axpy(dxi, &b, &mut p.values);
+        xi += dxi;
+        before = trial.state.v;
+    }
+    unreachable!("the last correction returns")
+}
+
+/// `−J⁻¹R` and `−J⁻¹ ∂R/∂ξ`.
+fn bordered(
+    equations: &Equations,
+    trial: &Trial,
+    slope: &[f64],
+    work: &mut Work,
+) -> Result<(Vec<f64>, Vec<f64>), StepFailure> {
+    let (a, _) = correction(equations, work.memory, (trial, 0.0), REDUCTION, work.phases)?;
+    let b = along(equations, trial, slope, work)?;
+    Ok((a, b))
+}
+
+/// `−J⁻¹ ∂R/∂ξ`
+fn along(equations: &Equations, trial: &Trial, slope: &[f64], work: &mut Work) -> Result<Vec<f64>, StepFailure> {
+    let tangent = derivative(equations, trial, 0.0, work.phases);
+    let right: Vec<f64> = slope.iter().map(|r| -r).collect();
+    if right.iter().all(|r| *r == 0.0) {
+        return Ok(right);
+    }
+    Ok(solve(equations, &tangent, work.memory, (trial, 0.0), &right, REDUCTION, work.phases)?.0)
+}
+
+/// `∂R/∂ξ` at a place, by a central difference.
+///
+/// # Errors
+/// A model that cannot be set up there.
+pub fn slope(family: &Family, at: &Place, work: &mut Work) -> Result<Vec<f64>, Stall> {
+    let mut residual = |xi: f64| -> Result<Vec<f64>, Stall> {
+        let model = family.at(xi)?;
+        let equations = Equations::stationary(&model, &at.state.v, 0.0)?;
+        Ok(equations.evaluate(at.state.p.clone(), work.phases)?.residual)
+    };
+    let (up, down) = (residual(at.xi + DIFFERENCE)?, residual(at.xi - DIFFERENCE)?);
+    Ok(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * DIFFERENCE)).collect())
+}
+
+/// The direction of the branch at a place, on the side of `ahead` or of growing ξ, not yet of length 1.
+///
+/// # Errors
+/// As [`slope`]; a linear system that cannot be solved.
+pub fn direction(
+    family: &Family,
+    at: &Place,
+    slope: &[f64],
+    work: &mut Work,
+) -> Result<(Direction, Incompressible), Stall> {
+    let model = family.at(at.xi)?;
+    let p = {
+        let equations = Equations::stationary(&model, &at.state.v, 0.0)?;
+        let trial = equations.evaluate(at.state.p.clone(), work.phases)?;
+        along(&equations, &trial, slope, work)?
+    };
+    Ok((Direction { p, xi: 1.0 }, model))
+}
