@@ -40,6 +40,18 @@ impl Ending {
         matches!(self, Ending::Failed { .. })
     }
 
+    /// As in `summary.json`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Ending::EndTime => "end-time",
+            Ending::MaxSteps => "max-steps",
+            Ending::Stationary => "stationary",
+            Ending::EnergyAtRest => "energy-at-rest",
+            Ending::Interrupted => "interrupted",
+            Ending::Failed { .. } => "failed",
+        }
+    }
+
     fn status(&self) -> &'static str {
         match self {
             Ending::EndTime | Ending::MaxSteps | Ending::Stationary | Ending::EnergyAtRest => "finished",
