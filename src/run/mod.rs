@@ -154,6 +154,13 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         writer.write_checkpoint(&march)?;
     }
     let ending = step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress)?;
+    let late = march.counts.accepted_late;
+    if late > 0 {
+        progress.say(&format!(
+            "note: {late} of {} steps did not reach `coupling.tolerance` = {:e}, and were accepted below `coupling.accept` = {:e}",
+            march.counts.steps, scene.coupling.tolerance, scene.coupling.accept
+        ));
+    }
     progress.finish();
     (record.said, record.errors) = (progress.said(), gauges.errors.take());
     let residuals = march.residuals().ok();
