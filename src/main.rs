@@ -11,7 +11,7 @@ use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::{Scene, SceneSource};
-use monolayer::study::{self, OrderStudy};
+use monolayer::study::{self, OrderStudy, SweepStudy};
 
 /// Set by Ctrl-C.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
@@ -62,6 +62,16 @@ enum Command {
     },
     /// Errors and observed orders of convergence on a sequence of meshes and steps.
     Order {
+        /// Study file.
+        study: PathBuf,
+        #[command(flatten)]
+        sets: Sets,
+        /// Folder of the results [default: out/NAME, numbered if it is taken].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// One scene with many values: a run for each, and one table.
+    Study {
         /// Study file.
         study: PathBuf,
         #[command(flatten)]
@@ -131,6 +141,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             Ok(ExitCode::SUCCESS)
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
+        Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }
@@ -229,10 +240,7 @@ fn catch_interrupts(doing: &'static str) -> Result<(), Failure> {
 
 fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
     let study = OrderStudy::read(file, &sets.pairs()?)?;
-    let out = match out {
-        Some(out) => out.to_owned(),
-        None => numbered_folders(file).find(|folder| !study::table::is_occupied(folder)).unwrap_or_default(),
-    };
+    let out = study_folder(file, out);
     catch_interrupts("writing the tables of what is complete")?;
     let outcomes = study::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
     let interrupted = outcomes.iter().any(|outcome| outcome.interrupted);
@@ -255,6 +263,30 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
         (false, true) => ExitCode::SUCCESS,
         (false, false) => ExitCode::FAILURE,
     })
+}
+
+fn sweep(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
+    let study = SweepStudy::read(file, &sets.pairs()?)?;
+    let out = study_folder(file, out);
+    catch_interrupts("finishing this step and writing the table")?;
+    let sweep = study::sweep::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
+    for row in sweep.rows.iter().filter(|row| !row.found.is_good()) {
+        eprintln!("error: run {}: {}", row.case.folder, row.found.reason().unwrap_or_default());
+    }
+    if cli.verbosity() > Verbosity::Quiet {
+        say(&format!("{} of {} runs, results in {}", sweep.rows.len(), study.cases.len(), out.display()))?;
+    }
+    Ok(match (sweep.interrupted, sweep.rows.iter().all(|row| row.found.is_good())) {
+        (true, _) => ExitCode::from(130),
+        (false, true) => ExitCode::SUCCESS,
+        (false, false) => ExitCode::FAILURE,
+    })
+}
+
+/// The folder that was asked for, or the first of the numbered ones that holds no results.
+fn study_folder(file: &Path, out: Option<&Path>) -> PathBuf {
+    let free = || numbered_folders(file).find(|folder| !study::table::is_occupied(folder)).unwrap_or_default();
+    out.map_or_else(free, Path::to_owned)
 }
 
 /// `out/NAME`, `out/NAME-2`, … for a file NAME.

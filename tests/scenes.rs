@@ -26,19 +26,13 @@ fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
 fn every_scene_runs_coarse() {
     let mut all = Vec::new();
     scenes(&root().join("studies"), &mut all);
-    all.retain(|path| !is_study(path));
+    all.retain(|path| !names_a_scene(path));
     assert!(all.len() >= 4, "{all:?}");
     let temporary = tempfile::tempdir().unwrap();
     for (k, scene) in all.iter().enumerate() {
         let text = std::fs::read_to_string(scene).unwrap();
         let mut arguments = vec!["run", scene.to_str().unwrap(), "-q", "--set", "time.max_steps=2"];
-        if text.contains("shape = \"square\"") {
-            arguments.extend(["--set", "mesh.n=4"]);
-        } else if text.contains("h_disc =") {
-            arguments.extend(["--set", "mesh.h_disc=0.5", "--set", "mesh.h=2.0"]);
-        } else if text.contains("shape = \"disc\"") {
-            arguments.extend(["--set", "mesh.h=0.3"]);
-        }
+        coarse_mesh(&text).iter().for_each(|set| arguments.extend(["--set", set]));
         let out = temporary.path().join(k.to_string());
         arguments.extend(["--out", out.to_str().unwrap()]);
         let output = program(&arguments, temporary.path());
@@ -51,10 +45,31 @@ fn every_scene_runs_coarse() {
     }
 }
 
+/// `--set`s that make the mesh of a scene coarse.
+fn coarse_mesh(scene: &str) -> &'static [&'static str] {
+    if scene.contains("shape = \"square\"") {
+        &["mesh.n=4"]
+    } else if scene.contains("h_disc =") {
+        &["mesh.h_disc=0.5", "mesh.h=2.0"]
+    } else if scene.contains("shape = \"disc\"") {
+        &["mesh.h=0.3"]
+    } else {
+        &[]
+    }
+}
+
+fn table_of(path: &Path) -> toml::Table {
+    std::fs::read_to_string(path).unwrap().parse().unwrap()
+}
+
 /// Studies name their scene; scenes have none.
+fn names_a_scene(path: &Path) -> bool {
+    table_of(path).contains_key("scene")
+}
+
+/// A study of orders; other studies are sweeps.
 fn is_study(path: &Path) -> bool {
-    let table: toml::Table = std::fs::read_to_string(path).unwrap().parse().unwrap();
-    table.contains_key("scene") && table.contains_key("levels")
+    names_a_scene(path) && table_of(path).contains_key("levels")
 }
 
 /// `--set`s that make the first two levels of a study small: few steps, and a coarse mesh where the study does not vary it.
@@ -90,6 +105,68 @@ fn every_study_runs_coarse() {
         assert!(rows.len() >= 2 && rows.iter().all(went), "{}: {rows:?}", study.display());
         assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{}", study.display());
     }
+}
+
+/// `--set`s that make a sweep short: two steps, a coarse mesh, and of every list the first and the last value.
+fn short(sweep: &Path) -> Vec<String> {
+    let table = table_of(sweep);
+    let scene = sweep.parent().unwrap().join(table["scene"].as_str().unwrap());
+    let empty = toml::Table::new();
+    let keys_of = |table: &toml::Table, key: &str| {
+        table.get(key).and_then(toml::Value::as_table).unwrap_or(&empty).keys().cloned().collect::<Vec<_>>()
+    };
+    let mut taken = keys_of(&table, "vary");
+    for case in table.get("case").and_then(toml::Value::as_array).into_iter().flatten() {
+        taken.extend(keys_of(case.as_table().unwrap(), "set"));
+    }
+    let mut sets = vec!["time.max_steps=2".to_owned()];
+    let mesh = coarse_mesh(&std::fs::read_to_string(scene).unwrap());
+    sets.extend(mesh.iter().filter(|set| !taken.iter().any(|key| set.starts_with(key))).map(|set| (*set).to_owned()));
+    if let Some(vary) = table.get("vary").and_then(toml::Value::as_table) {
+        let ends = |(key, list): (&String, &toml::Value)| {
+            let list = list.as_array().unwrap();
+            // the last mesh is the finest
+            let last = if key.starts_with("mesh.") { &[] } else { &list[list.len() - 1..] };
+            let kept: toml::Value = list[..1].iter().chain(last).cloned().collect::<Vec<_>>().into();
+            format!("\"{key}\" = {kept}")
+        };
+        sets.push(format!("vary={{ {} }}", vary.iter().map(ends).collect::<Vec<_>>().join(", ")));
+    }
+    sets
+}
+
+#[test]
+fn every_sweep_runs_coarse() {
+    let mut all = Vec::new();
+    scenes(&root().join("studies"), &mut all);
+    all.retain(|path| names_a_scene(path) && !is_study(path));
+    assert!(all.len() >= 20, "{all:?}");
+    let temporary = tempfile::tempdir().unwrap();
+    for (k, sweep) in all.iter().enumerate() {
+        let (out, sets) = (k.to_string(), short(sweep));
+        let mut arguments = vec!["study", sweep.to_str().unwrap(), "-q", "--out", &out];
+        sets.iter().for_each(|set| arguments.extend(["--set", set]));
+        let output = program(&arguments, temporary.path());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(!error.contains("panicked"), "{}: {error}", sweep.display());
+        let results = temporary.path().join(out).join("results.csv");
+        let text = std::fs::read_to_string(&results).unwrap_or_else(|_| panic!("{}: {error}", sweep.display()));
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        let mut table = csv::Reader::from_reader(text.as_bytes());
+        let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+        // a penalty that rounding defeats is refused, and blamed
+        let went =
+            |row: &csv::StringRecord| row.iter().any(|c| c == "finished" || c.contains("`space.penalty` = 1e-1"));
+        assert!(!rows.is_empty() && rows.iter().all(went), "{}: {text}", sweep.display());
+    }
+}
+
+#[test]
+fn a_penalty_that_rounding_defeats_is_named() {
+    let scene = root().join("studies/mms/disc.toml");
+    let sets = ["--set", "space.slip=penalty", "--set", "space.penalty=1e-14", "--set", "mesh.h=0.3"];
+    let named = ["the Stokes system was solved with relative residual", "`space.penalty` = 1e-14", "space.slip"];
+    fails(&[&["run", scene.to_str().unwrap()], &sets[..]].concat(), &named);
 }
 
 #[test]

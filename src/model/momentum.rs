@@ -121,7 +121,8 @@ impl Momentum {
         let residual_masses =
             (Factored::new("velocity mass", reduced_mass)?, Factored::new("pressure mass", pressure_mass.clone())?);
         let closed = !conditions.iter().any(|c| c.velocity.fixes_pressure());
-        let system = factorise(&frames, &stiffness, &gradient, &pressure_mass, closed)?;
+        let system = factorise(&frames, &stiffness, &gradient, &pressure_mass, closed);
+        let system = system.map_err(|error| blame_penalty(penalty, error))?;
         Ok(Self {
             velocity: velocity.clone(),
             pressure: pressure.clone(),
@@ -197,7 +198,7 @@ impl Momentum {
         let (free, pressure) = match &self.system {
             System::Open(factored) => {
                 right.extend(&volume);
-                let mut x = factored.solve(&right)?;
+                let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.penalty, error))?;
                 let pressure = x.split_off(self.frames.free);
                 (x, pressure)
             }
@@ -209,7 +210,8 @@ impl Momentum {
                 }
                 let last = volume.len() - 1;
                 right.extend(&volume[..last]);
-                let (mut x, border) = bordered.solve(&right, &[volume[last], 0.0])?;
+                let solved = bordered.solve(&right, &[volume[last], 0.0]);
+                let (mut x, border) = solved.map_err(|error| blame_penalty(self.penalty, error))?;
                 let mut pressure = x.split_off(self.frames.free);
                 pressure.push(border[0]);
                 (x, pressure)
@@ -257,6 +259,17 @@ fn stiffness_form<'a>(velocity: &Space, friction: f64, penalty: Option<(Faces, f
         form = form + stokes::slip_penalty(velocity, faces, epsilon);
     }
     form
+}
+
+/// Rounding weighs a penalty against the rest of the balance: a system that is not solved well is blamed on it.
+fn blame_penalty(penalty: Option<(Faces, f64)>, mut error: SolveError) -> SolveError {
+    if let (Some((_, epsilon)), SolveError::Inaccurate { hint, .. }) = (penalty, &mut error) {
+        *hint = format!(
+            "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
+             take `space.slip = \"rotated\"`"
+        );
+    }
+    error
 }
 
 /// The boundary faces whose velocity condition is of a kind.

@@ -1,5 +1,6 @@
 //! What a person sees while a computation runs.
 
+use std::cell::RefCell;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -32,6 +33,7 @@ pub struct Progress {
     verbosity: Verbosity,
     start: (Instant, f64),
     last_line: Instant,
+    said: RefCell<Vec<String>>,
 }
 
 /// Plain lines are this far apart.
@@ -50,16 +52,22 @@ impl Progress {
             ProgressBar::new(TICKS as u64).with_style(style)
         });
         let now = Instant::now();
-        Self { bar, verbosity, start: (now, t), last_line: now }
+        Self { bar, verbosity, start: (now, t), last_line: now, said: RefCell::default() }
     }
 
     /// A remark on a line of its own.
     pub fn say(&self, text: &str) {
+        self.said.borrow_mut().push(text.to_owned());
         match (&self.bar, self.verbosity) {
             (_, Verbosity::Quiet) => {}
             (Some(bar), Verbosity::Normal | Verbosity::Verbose) => bar.println(text),
             (None, Verbosity::Normal | Verbosity::Verbose) => eprintln!("{text}"),
         }
+    }
+
+    /// All remarks so far, whether they were shown or not.
+    pub fn said(&self) -> Vec<String> {
+        self.said.borrow().clone()
     }
 
     /// Shows where the run is.

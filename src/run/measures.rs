@@ -1,9 +1,12 @@
 //! Which numbers a scene asks for, and their values at a state.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::{RunError, Setup};
+use crate::measure::errors::{History, errors};
 use crate::measure::{Budget, Mirror, Overshoot};
+use crate::model::Exact;
 use crate::model::incompressible::Residuals;
 use crate::scene::{Measure, Scene, What};
 use crate::time::{March, Schedule};
@@ -30,6 +33,9 @@ pub struct Gauges<'s> {
     radius: f64,
     centre: [f64; 2],
     end: f64,
+    exact: Option<Arc<Exact>>,
+    /// Errors against the exact fields, step by step, where somebody asks for them.
+    pub errors: Option<History>,
 }
 
 impl<'s> Gauges<'s> {
@@ -62,15 +68,28 @@ impl<'s> Gauges<'s> {
             radius: scene.mesh.radius.unwrap_or(1.0),
             centre,
             end: setup.mesh.vertices.iter().fold(f64::MIN, |m, x| m.max(x.x)),
+            exact: scene.sources.exact.clone(),
+            errors: None,
         })
+    }
+
+    /// Forgets the errors of earlier states: those of the current one count alone.
+    pub fn only_now(&mut self, march: &March) {
+        if let (Some(history), Some(exact)) = (&mut self.errors, &self.exact) {
+            *history = History::default();
+            history.add(&errors(march.model, exact, &march.state, march.t), 1.0);
+        }
     }
 
     /// Measures what is due after the step that began at `before`.
     ///
     /// # Errors
     /// A measure that cannot be taken.
-    pub fn read(&self, march: &mut March, before: f64) -> Result<Readings, RunError> {
+    pub fn read(&mut self, march: &mut March, before: f64) -> Result<Readings, RunError> {
         let (t, step) = (march.t, march.counts.steps);
+        if let (Some(history), Some(exact)) = (&mut self.errors, &self.exact) {
+            history.add(&errors(march.model, exact, &march.state, t), t - before);
+        }
         let mut due: Vec<Measure> =
             self.due.iter().filter(|(_, s)| s.is_due(before, t, step)).map(|(m, _)| *m).collect();
         due.sort_by_key(|m| m.name());

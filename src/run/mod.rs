@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::measure::MeasureError;
+use crate::measure::errors::History;
 use crate::mesh::MeshError;
 use crate::model::ExpressionError;
 use crate::model::incompressible::Residuals;
@@ -84,6 +85,15 @@ pub struct Options<'a> {
     pub interrupt: &'a AtomicBool,
 }
 
+/// What a caller learns of a run beside its files.
+#[derive(Debug, Default)]
+pub struct Record {
+    /// Notes and remarks, in order.
+    pub said: Vec<String>,
+    /// Errors against the scene's exact fields over the steps of this process, for a caller who puts an empty history here.
+    pub errors: Option<History>,
+}
+
 /// `|dF/dt|` must stay below its bound for so many steps: it vanishes at every extremum of an oscillation, too.
 const QUIET_STEPS: usize = 10;
 
@@ -93,8 +103,16 @@ const QUIET_STEPS: usize = 10;
 /// Anything that is wrong before the first step, and results that cannot be written. A step that fails ends the run with
 /// [`Ending::Failed`]: its last good state is written like any other.
 pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
+    run_recorded(scene, options, &mut Record::default())
+}
+
+/// As [`run`]; `record` is filled as far as the run comes.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_recorded(scene: &Scene, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
     let made = !options.out.exists();
-    let result = run_in_folder(scene, options);
+    let result = run_in_folder(scene, options, record);
     if result.is_err() && made {
         // takes away an empty folder only: nothing was found
         let _ = std::fs::remove_dir(&options.out);
@@ -102,7 +120,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     result
 }
 
-fn run_in_folder(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
+fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
     let begin = Instant::now();
     let counts_before = crate::solve::sparse::counts();
     let saved = prepare_folder(scene, options)?;
@@ -125,6 +143,7 @@ fn run_in_folder(scene: &Scene, options: &Options) -> Result<Summary, RunError> 
     };
     march.interrupt = options.interrupt;
     let mut gauges = Gauges::new(scene, &setup)?;
+    gauges.errors = record.errors.take();
     let text = scene.resolved_toml();
     crate::output::write_whole(&options.out.join("scene.toml"), |file| file.write_all(text.as_bytes()))?;
     let mut writer = Writer::new(scene, &setup, &options.out, &march, resumed_at.is_some())?;
@@ -139,12 +158,21 @@ fn run_in_folder(scene: &Scene, options: &Options) -> Result<Summary, RunError> 
     }
     let (ending, steady) = match &scene.steady {
         Some(settings) => {
-            let search = steady::search(scene, settings, options, &mut march, &gauges, &mut writer, &mut progress)?;
+            let search = steady::search(scene, settings, options, &mut march, &mut gauges, &mut writer, &mut progress)?;
+            gauges.only_now(&march);
             (search.0, Some(search.1))
         }
         None => (step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress)?, None),
     };
+    let late = march.counts.accepted_late;
+    if late > 0 {
+        progress.say(&format!(
+            "note: {late} of {} steps did not reach `coupling.tolerance` = {:e}, and were accepted below `coupling.accept` = {:e}",
+            march.counts.steps, scene.coupling.tolerance, scene.coupling.accept
+        ));
+    }
     progress.finish();
+    (record.said, record.errors) = (progress.said(), gauges.errors.take());
     let residuals = march.residuals().ok();
     let (mut ending, mut measures) = (ending, gauges.finite(&march));
     if !ending.is_failure() {

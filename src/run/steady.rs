@@ -60,7 +60,7 @@ pub(super) fn search(
     settings: &SteadySettings,
     options: &Options,
     march: &mut March,
-    gauges: &Gauges,
+    gauges: &mut Gauges,
     writer: &mut Writer,
     progress: &mut Progress,
 ) -> Result<(Ending, SteadyReport), RunError> {

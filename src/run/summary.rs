@@ -45,6 +45,20 @@ impl Ending {
         matches!(self, Ending::Failed { .. })
     }
 
+    /// As in `summary.json`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Ending::EndTime => "end-time",
+            Ending::MaxSteps => "max-steps",
+            Ending::Stationary => "stationary",
+            Ending::EnergyAtRest => "energy-at-rest",
+            Ending::Steady => "steady",
+            Ending::Oscillating => "oscillating",
+            Ending::Interrupted => "interrupted",
+            Ending::Failed { .. } => "failed",
+        }
+    }
+
     fn status(&self) -> &'static str {
         match self {
             Ending::EndTime | Ending::MaxSteps | Ending::Stationary | Ending::EnergyAtRest => "finished",
@@ -181,7 +195,7 @@ impl std::fmt::Display for Summary {
         let end = match &self.ending {
             Ending::EndTime => "the end time was reached",
             Ending::MaxSteps => "the largest number of steps was taken",
-            Ending::Stationary => "the residual fell below its bound: the state is stationary",
+            Ending::Stationary => "the residual fell below its bound: the state is stationary; whether it is stable, `--steady` finds out",
             Ending::EnergyAtRest => "the free energy came to rest",
             Ending::Steady => "a steady state was found",
             Ending::Oscillating => "the flow oscillates",

@@ -26,8 +26,8 @@ impl fmt::Display for Place {
 pub enum SceneError {
     #[error("{file}: cannot be read ({reason}); hint: {hint}")]
     Unreadable { file: String, reason: String, hint: &'static str },
-    #[error("{file}: this is a study, not a scene; hint: `monolayer order {file}` runs it, its scene is {scene}")]
-    Study { file: String, scene: String },
+    #[error("{file}: this is a study, not a scene; hint: `monolayer {command} {file}` runs it, its scene is {scene}")]
+    Study { file: String, command: &'static str, scene: String },
     #[error("{place}: not TOML: {what}; hint: {hint}")]
     Syntax { place: Box<Place>, what: String, hint: String },
     #[error("{place}: there is no key `{key}`{suggestion}; hint: the keys that exist there are {known}")]

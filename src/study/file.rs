@@ -1,16 +1,17 @@
 //! The file of a study of orders.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
+use super::source::{self, Kind, check_name, check_values, override_of, refuse};
 use crate::measure::errors::ErrorField;
 use crate::mesh::Point;
 use crate::model::expression::{ExpressionError, Formula};
 use crate::model::names;
-use crate::scene::{Place, Scene, SceneError, SceneSource};
+use crate::scene::{Scene, SceneError, SceneSource};
 
 /// A sequence of runs of one scene, each level finer than the one before, for the observed orders of convergence.
 ///
@@ -49,7 +50,7 @@ pub struct Variant {
     /// Folder of its results.
     pub name: String,
     /// Keys of the scene and their values.
-    pub set: Vec<(String, String)>,
+    pub set: source::Values,
 }
 
 /// A study of orders, read and checked as far as possible without running.
@@ -68,33 +69,21 @@ pub struct OrderStudy {
     source: SceneSource,
 }
 
-/// Keys of the study itself; all others are the scene's.
-const OWN: [&str; 6] = ["title", "scene", "levels", "vary", "variant", "expect"];
-
 impl OrderStudy {
     /// Reads a study and the scene it names; `sets` change keys of the study or else of the scene.
     ///
     /// # Errors
     /// Whatever is wrong with either, with file, key, value, rule and hint.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
-        let mut source = read_source(path)?;
-        let own = |key: &str| OWN.contains(&key.split('.').next().unwrap_or(""));
-        for (key, value) in sets.iter().filter(|(key, _)| own(key)) {
-            source.set_in::<OrderFile>(key, value)?;
-        }
+        let source = source::read::<OrderFile>(path, Kind::Order, sets)?;
         let file: OrderFile = source.tables().map_err(|found| found.1)?;
         check_levels(&source, &file.levels)?;
-        let mut scene = SceneSource::read(&scene_file(&source, &file.scene)?)?;
-        for (key, value) in sets.iter().filter(|(key, _)| !own(key)) {
-            if file.vary.contains_key(key) {
-                let (place, key) =
-                    (Box::new(Place::Set { file: scene.origin().into(), path: key.clone() }), key.clone());
-                let (value, rule) = (value.clone(), "`vary` of the study sets it at every level".to_owned());
-                let hint = "set `vary` as a whole, as in --set 'vary={ \"mesh.n\" = \"n\" }'".to_owned();
-                return Err(SceneError::Value { place, key, value, rule, hint }.into());
-            }
-            scene.set(key, value).map_err(with_own_keys)?;
-        }
+        let fixed = |key: &str| {
+            let hint = "set `vary` as a whole, as in --set 'vary={ \"mesh.n\" = \"n\" }'".to_owned();
+            file.vary.contains_key(key).then(|| ("`vary` of the study sets it at every level".to_owned(), hint))
+        };
+        let mut scene = source::read_scene(&source, &file.scene)?;
+        source::apply(&mut scene, Kind::Order, sets, &fixed)?;
         let variants = check_variants(&source, &file)?;
         check_expectations(&source, &file.expect)?;
         let (title, vary) = (file.title, file.vary.into_iter().collect());
@@ -156,19 +145,7 @@ impl OrderStudy {
 
     /// Names the place in the study that set what the scene refuses.
     fn blame(&self, variant: &Variant, n: f64, error: SceneError) -> StudyError {
-        let path = match &error {
-            SceneError::UnknownKey { place, .. }
-            | SceneError::Value { place, .. }
-            | SceneError::Missing { place, .. } => match place.as_ref() {
-                Place::Set { path, .. } => path.clone(),
-                Place::Line { .. } => return error.into(),
-            },
-            SceneError::Unreadable { .. }
-            | SceneError::Study { .. }
-            | SceneError::Syntax { .. }
-            | SceneError::UnknownTag { .. }
-            | SceneError::TagWithoutCondition { .. } => return error.into(),
-        };
+        let Some(path) = override_of(&error).map(str::to_owned) else { return error.into() };
         let (place, part) = if self.vary.iter().any(|(key, _)| *key == path) {
             (self.source.place(&format!("vary.{path}")), format!("level n = {n}"))
         } else if variant.set.iter().any(|(key, _)| *key == path) {
@@ -189,34 +166,8 @@ impl OrderStudy {
 
     /// The study as it was read, with its overrides; the path of its scene is absolute.
     pub fn text(&self) -> String {
-        let mut source = self.source.clone();
-        if let Ok(path) = std::path::absolute(self.scene.origin()) {
-            // a path without quotes might be read as something else
-            let value = toml::Value::from(path.to_string_lossy().into_owned()).to_string();
-            source.set_in::<OrderFile>("scene", &value).expect("the study was checked with a scene");
-        }
-        source.text()
+        source::text::<OrderFile>(&self.source, &self.scene)
     }
-}
-
-fn refuse(source: &SceneSource, key: &str, value: String, rule: &str, hint: &str) -> StudyError {
-    let place = source.place(key);
-    let (key, rule, hint) = (key.to_owned(), rule.to_owned(), hint.to_owned());
-    SceneError::Value { place, key, value, rule, hint }.into()
-}
-
-fn read_source(path: &Path) -> Result<SceneSource, StudyError> {
-    let source = SceneSource::read(path).map_err(|error| match error {
-        SceneError::Unreadable { file, reason, .. } => {
-            let hint = "give the path of a study, a TOML text such as studies/mms/incompressible.toml";
-            SceneError::Unreadable { file, reason, hint }
-        }
-        other => other,
-    })?;
-    if source.value("model").is_some() && source.value("levels").is_none() {
-        return Err(StudyError::NoStudy { file: source.origin().to_owned() });
-    }
-    Ok(source)
 }
 
 fn check_levels(source: &SceneSource, levels: &[f64]) -> Result<(), StudyError> {
@@ -228,51 +179,12 @@ fn check_levels(source: &SceneSource, levels: &[f64]) -> Result<(), StudyError> 
     Ok(())
 }
 
-fn scene_file(source: &SceneSource, name: &str) -> Result<PathBuf, StudyError> {
-    let path = source.folder().join(name);
-    if path.is_file() {
-        return Ok(path);
-    }
-    let hint = format!("paths start in the study's folder; looked for {}", path.display());
-    Err(refuse(source, "scene", format!("\"{name}\""), "there is no such file", &hint))
-}
-
-/// A misspelt `--set` may have meant the study's own keys, too.
-fn with_own_keys(error: SceneError) -> SceneError {
-    match error {
-        SceneError::UnknownKey { place, key, known, .. } if !key.contains('.') => {
-            let all: Vec<&str> = known.split(", ").chain(OWN).collect();
-            let suggestion = names::did_you_mean(&key, &all);
-            let known = format!("{known}, and of the study {}", OWN.join(", "));
-            SceneError::UnknownKey { place, key, suggestion, known }
-        }
-        other => other,
-    }
-}
-
 fn check_variants(source: &SceneSource, file: &OrderFile) -> Result<Vec<Variant>, StudyError> {
     let mut variants: Vec<Variant> = Vec::new();
     for (at, table) in file.variant.iter().enumerate() {
-        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        let used = variants.iter().any(|v| v.name.eq_ignore_ascii_case(&table.name));
-        if table.name.is_empty() || !table.name.chars().all(plain) || used {
-            let rule = "must be a name of its own of letters, digits, - and _: it becomes a folder";
-            let (key, value) = (format!("variant.{at}.name"), format!("\"{}\"", table.name));
-            return Err(refuse(source, &key, value, rule, "such as \"newton\""));
-        }
-        for (key, value) in &table.set {
-            let refuse = |rule: &str, hint: &str| {
-                Err(refuse(source, &format!("variant.{at}.set.{key}"), value.to_string(), rule, hint))
-            };
-            if file.vary.contains_key(key) {
-                return refuse("`vary` sets it at every level", "take the key out of one of the two");
-            }
-            if value.is_table() && !key.contains('.') {
-                let rule = format!("would replace the whole table [{key}] of the scene");
-                return refuse(&rule, "quote a key that has dots, as in \"coupling.kind\" = \"newton\"");
-            }
-        }
-        let set = table.set.iter().map(|(key, value)| (key.clone(), value.to_string())).collect();
+        check_name(source, &format!("variant.{at}.name"), &table.name, variants.iter().map(|v| v.name.as_str()))?;
+        let varied = |key: &str| file.vary.contains_key(key);
+        let set = check_values(source, &format!("variant.{at}.set"), &table.set, &varied, "at every level")?;
         variants.push(Variant { name: table.name.clone(), set });
     }
     if variants.is_empty() {

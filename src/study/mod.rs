@@ -1,7 +1,11 @@
-//! Many computations from one file: sequences of meshes and steps for orders of convergence.
+//! Many computations from one file: sequences of meshes and steps for orders of convergence, and sweeps over a scene's values.
 
 pub mod file;
 pub mod order;
+pub mod results;
+mod source;
+pub mod sweep;
+pub mod sweep_file;
 pub mod table;
 
 use crate::output::OutputError;
@@ -10,6 +14,7 @@ use crate::scene::{Place, SceneError};
 
 pub use file::{OrderStudy, Variant};
 pub use order::{Level, Outcome, run};
+pub use sweep_file::{Case, SweepStudy};
 
 /// Why a study cannot begin or be written; a run that fails is a row of its tables.
 #[derive(Debug, thiserror::Error)]
@@ -28,9 +33,11 @@ pub enum StudyError {
     #[error("{place}, {part}: {error}")]
     Within { place: Box<Place>, part: String, error: Box<StudyError> },
     #[error(
-        "{file}: this is a scene, not a study; hint: `monolayer run {file}` runs it; a study names it by `scene` and has `levels`, as studies/mms/incompressible.toml"
+        "{file}: this is a scene, not a study; hint: `monolayer run {file}` runs it; a study names it by `scene` and has `levels`, as studies/mms/incompressible.toml, or `vary` alone, as studies/extremes/01-friction.toml"
     )]
     NoStudy { file: String },
+    #[error("{file}: this is {is}; hint: `monolayer {command} {file}` runs it")]
+    OtherKind { file: String, is: &'static str, command: &'static str },
     #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },
 }

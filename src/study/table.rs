@@ -12,7 +12,7 @@ use crate::output::{OutputError, number, write_whole};
 
 /// Whether a folder holds something that a study would overwrite or mix with.
 pub fn is_occupied(out: &Path) -> bool {
-    ["runs.csv", "study.toml", "scene.toml", "summary.json"].iter().any(|name| out.join(name).exists())
+    ["runs.csv", "results.csv", "study.toml", "scene.toml", "summary.json"].iter().any(|name| out.join(name).exists())
 }
 
 /// # Errors
@@ -32,7 +32,15 @@ pub fn prepare(study: &OrderStudy, out: &Path) -> Result<(), StudyError> {
         let scene = study.scene_at(variant, study.levels[0])?.resolved_toml();
         write_whole(&folder.join("scene.toml"), |file| file.write_all(scene.as_bytes()))?;
     }
-    let text = study.text();
+    write_study(&study.text(), out)
+}
+
+/// Makes the folder and writes the study's text.
+///
+/// # Errors
+/// A folder that cannot be made or written.
+pub(super) fn write_study(text: &str, out: &Path) -> Result<(), StudyError> {
+    std::fs::create_dir_all(out).map_err(|e| OutputError::io(out, &e))?;
     write_whole(&out.join("study.toml"), |file| file.write_all(text.as_bytes()))?;
     Ok(())
 }
@@ -63,7 +71,7 @@ pub fn write(study: &OrderStudy, out: &Path, outcomes: &[Outcome]) -> Result<(),
     Ok(())
 }
 
-fn write_rows(path: &Path, rows: &[Vec<String>]) -> Result<(), OutputError> {
+pub(super) fn write_rows(path: &Path, rows: &[Vec<String>]) -> Result<(), OutputError> {
     let mut table = csv::Writer::from_writer(Vec::new());
     for row in rows {
         table.write_record(row).map_err(|e| OutputError::io(path, &std::io::Error::other(e)))?;

@@ -54,13 +54,20 @@ pub struct StepReport {
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum MarchError {
     #[error(
-        "step {step} from t = {t} failed and Δt would fall below `time.step_min` = {step_min:.1e}: {cause}; hint: {hint}"
+        "step {step} from t = {t} failed and Δt would fall below `time.step_min` = {step_min:.1e}: {}; hint: {hint}",
+        without_hint(cause)
     )]
     StepTooSmall { step: usize, t: f64, step_min: f64, cause: Box<StepFailure>, hint: &'static str },
     #[error("stopped from outside during step {step} from t = {t}")]
     Interrupted { step: usize, t: f64 },
     #[error("step {step} from t = {t} failed: {cause}")]
     Failed { step: usize, t: f64, cause: Box<StepFailure> },
+}
+
+/// What went wrong, where another hint follows.
+fn without_hint(cause: &StepFailure) -> String {
+    let text = cause.to_string();
+    text.split_once("; hint: ").map_or(text.clone(), |(what, _)| what.to_owned())
 }
 
 /// Totals over a run, resumed parts included.

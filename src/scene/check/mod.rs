@@ -22,9 +22,11 @@ use crate::time::CouplingKind;
 
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
-    if let (Some(scene), Some(_)) = (source.value("scene"), source.value("levels")) {
+    let has = |key: &str| source.value(key).is_some();
+    let command = if has("levels") { "order" } else { "study" };
+    if let (Some(scene), true) = (source.value("scene"), ["levels", "vary", "case"].into_iter().any(has)) {
         let scene = scene.as_str().unwrap_or("named in it").to_owned();
-        return Err(SceneError::Study { file: source.origin().to_owned(), scene });
+        return Err(SceneError::Study { file: source.origin().to_owned(), command, scene });
     }
     let mut file = source.tables::<SceneFile>().map_err(|found| found.1)?;
     let checker = Checker { source: &source };

@@ -1,0 +1,335 @@
+//! `monolayer study`: the table of a sweep, its exit codes, and what it says about wrong ones.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const SCENE: &str = include_str!("../studies/mms/square.toml");
+const STUDY: &str = r#"title = "Tiny"
+scene = "square.toml"
+set = { "mesh.n" = 2, "time.step" = 0.125 }
+vary = { "model.peclet" = [0.5, 2.0], "model.coherence" = [1.0, 0.01] }
+"#;
+
+/// A folder with the scene `square.toml`, cut short, and the study `tiny.toml`.
+fn with_study(study: &str) -> tempfile::TempDir {
+    let root = tempfile::tempdir().unwrap();
+    std::fs::write(root.path().join("square.toml"), SCENE.replace("end = 1.0", "end = 0.25")).unwrap();
+    std::fs::write(root.path().join("tiny.toml"), study).unwrap();
+    root
+}
+
+fn program(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_monolayer")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn error_of(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[track_caller]
+fn succeeds(folder: &Path, arguments: &[&str]) -> Output {
+    let output = program(folder, arguments);
+    assert!(output.status.success(), "{}", error_of(&output));
+    output
+}
+
+/// A table with its header.
+struct Table {
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    fn read(path: PathBuf) -> Self {
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        assert!(!text.contains("NaN") && !text.contains("inf,"), "{text}");
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let list = |row: &csv::StringRecord| row.iter().map(str::to_owned).collect::<Vec<_>>();
+        Self {
+            header: list(reader.headers().unwrap()),
+            rows: reader.records().map(|row| list(&row.unwrap())).collect(),
+        }
+    }
+
+    #[track_caller]
+    fn column(&self, name: &str) -> Vec<&str> {
+        let at = self.header.iter().position(|h| h == name);
+        let at = at.unwrap_or_else(|| panic!("no column {name} in {:?}", self.header));
+        self.rows.iter().map(|row| row[at].as_str()).collect()
+    }
+}
+
+fn results(root: &tempfile::TempDir) -> Table {
+    Table::read(root.path().join("out/results.csv"))
+}
+
+#[test]
+fn every_combination_is_a_row_and_a_folder() {
+    let root = with_study(STUDY);
+    let output = succeeds(root.path(), &["study", "tiny.toml", "--out", "out"]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("4 of 4 runs, results in out"));
+    let table = results(&root);
+    assert_eq!(table.header[..4], ["run", "model.peclet", "model.coherence", "status"]);
+    assert_eq!(table.column("run"), ["01", "02", "03", "04"]);
+    assert_eq!(table.column("model.peclet"), ["0.5", "0.5", "2", "2"]);
+    assert_eq!(table.column("model.coherence"), ["1", "0.01", "1", "0.01"]);
+    assert_eq!(table.column("status"), ["finished"; 4]);
+    assert_eq!(table.column("ending"), ["end-time"; 4]);
+    assert_eq!(table.column("cells"), ["8"; 4]);
+    assert_eq!(table.column("steps"), ["2"; 4]);
+    for (folder, peclet) in [("01", 0.5), ("04", 2.0)] {
+        let scene = std::fs::read_to_string(root.path().join("out").join(folder).join("scene.toml")).unwrap();
+        let scene: toml::Table = scene.parse().unwrap();
+        assert_eq!(scene["model"]["peclet"].as_float(), Some(peclet));
+        assert_eq!(scene["time"]["step"].as_float(), Some(0.125));
+        let summary = std::fs::read(root.path().join("out").join(folder).join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        assert_eq!(summary["steps"], 2);
+    }
+    // the notes of a run are those that the program prints
+    let said = table.column("said");
+    let unresolved = |text: &str| text.contains("is larger than the coherence length 0.01");
+    assert_eq!(said.iter().map(|text| unresolved(text)).collect::<Vec<_>>(), [false, true, false, true], "{said:?}");
+    assert!(
+        said[1].contains("zero mean, and the prescribed flow must conserve volume; the smallest cell"),
+        "{}",
+        said[1]
+    );
+    assert!(error_of(&output).contains("note: the smallest cell"));
+}
+
+#[test]
+fn errors_are_those_of_a_study_of_orders() {
+    let cases = r#"scene = "square.toml"
+[[case]]
+name = "two"
+set = { "mesh.n" = 2, "time.step" = 0.125 }
+[[case]]
+name = "four"
+set = { "mesh.n" = 4, "time.step" = 0.0625 }
+"#;
+    let root = with_study(cases);
+    let orders =
+        "scene = \"square.toml\"\nlevels = [2, 4]\nvary = { \"mesh.n\" = \"n\", \"time.step\" = \"1/(4*n)\" }\n";
+    std::fs::write(root.path().join("orders.toml"), orders).unwrap();
+    succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out"]);
+    succeeds(root.path(), &["order", "orders.toml", "-q", "--out", "orders"]);
+    let (table, orders) = (results(&root), Table::read(root.path().join("orders/orders.csv")));
+    assert_eq!(table.column("run"), ["01-two", "02-four"]);
+    assert_eq!(table.column("name"), ["two", "four"]);
+    for k in 0..orders.rows.len() {
+        let of = |name: &str| orders.column(name)[k].to_owned();
+        let run = usize::from(of("n") == "4");
+        assert_eq!(table.column(&format!("error_{}_{}", of("field"), of("norm")))[run], of("error"));
+    }
+    assert_eq!(orders.rows.len(), 16);
+}
+
+#[test]
+fn what_fails_or_is_refused_is_a_row() {
+    let study = r#"scene = "square.toml"
+set = { "mesh.n" = 2, "time.step" = 0.125, "time.step_min" = 0.1 }
+vary = { "model.beta" = [0.5] }
+[[case]]
+name = "failing"
+set = { "coupling.max_iterations" = 1, "coupling.accept" = 2e-8 }
+[[case]]
+name = "refused"
+set = { "model.peclet" = -1 }
+[[case]]
+name = "late"      # found only when the mesh is there
+set = { "exact.velocity" = ["x", 0] }
+[[case]]
+name = "good"
+"#;
+    let root = with_study(&study.replace("\"time.step_min\"", "\"model.friction\" = \"\", \"time.step_min\""));
+    let base = ["study", "tiny.toml", "-q", "--out", "out"];
+    let output = program(root.path(), &base);
+    assert_eq!(output.status.code(), Some(1), "only the first run has a friction");
+    let table = results(&root);
+    assert_eq!(table.column("status"), ["finished", "refused", "refused", "refused", "refused"]);
+    assert!(table.column("reason")[4].contains("friction"), "{:?}", table.column("reason"));
+
+    let root = with_study(&study.replace("model.beta\" = [0.5]", "model.slip\" = [0.5]"));
+    let output = program(root.path(), &base);
+    assert_eq!(output.status.code(), Some(1));
+    let table = results(&root);
+    assert_eq!(table.column("status"), ["finished", "failed", "refused", "refused", "finished"]);
+    let reasons = table.column("reason");
+    assert!(reasons[1].contains("time.step_min") && reasons[1].contains("hint"), "{}", reasons[1]);
+    let negative = "tiny.toml, line 9, run 03-refused: square.toml with `model.peclet` set: `model.peclet` = -1";
+    assert!(reasons[2].starts_with(negative), "{}", reasons[2]);
+    assert!(reasons[3].contains("`exact.velocity` has div v = 1"), "{}", reasons[3]);
+    assert!(reasons[0].is_empty() && reasons[4].is_empty());
+    let said = error_of(&output);
+    assert_eq!(said.lines().count(), 3, "{said}");
+    assert!(said.contains("error: run 02-failing: step 1 from t = 0 failed"), "{said}");
+    // what did not begin has no numbers
+    assert_eq!(table.column("steps"), ["2", "0", "", "", "2"]);
+    assert!(table.column("error_velocity_L2(L2)")[1..4].iter().all(|cell| cell.is_empty()));
+    assert!(!root.path().join("out/03-refused").exists() && !root.path().join("out/04-late").exists());
+}
+
+#[test]
+fn steps_that_missed_the_tolerance_are_told() {
+    let root = with_study(
+        &STUDY.replace("\"mesh.n\" = 2", "\"mesh.n\" = 2, \"coupling.tolerance\" = 1e-30, \"coupling.accept\" = 1e-6"),
+    );
+    succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out"]);
+    let table = results(&root);
+    assert_eq!(table.column("accepted_late"), ["2"; 4]);
+    let told =
+        "2 of 2 steps did not reach `coupling.tolerance` = 1e-30, and were accepted below `coupling.accept` = 1e-6";
+    assert!(table.column("said").iter().all(|said| said.contains(told)), "{:?}", table.column("said"));
+}
+
+#[test]
+fn a_failure_has_one_hint() {
+    let far = "vary = { \"model.coherence\" = [1e8] }";
+    let root = with_study(&STUDY.replace(&STUDY[STUDY.find("vary").unwrap()..], far));
+    assert_eq!(program(root.path(), &["study", "tiny.toml", "-q", "--out", "out"]).status.code(), Some(1));
+    let table = results(&root);
+    let reason = table.column("reason")[0];
+    assert!(reason.contains("the Newton system was solved with relative residual"), "{reason}");
+    assert_eq!(reason.matches("hint: ").count(), 1, "{reason}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_sweep_keeps_its_rows() {
+    // the second run would take minutes
+    let study =
+        STUDY.replace(&STUDY[STUDY.find("vary").unwrap()..], "vary = { \"time.step\" = [0.125, 1e-5, 0.0625] }");
+    let root = with_study(&study.replace(", \"time.step\" = 0.125 }", " }"));
+    let mut child = Command::new(env!("CARGO_BIN_EXE_monolayer"))
+        .args(["study", "tiny.toml", "-q", "--out", "out"])
+        .current_dir(root.path())
+        .spawn()
+        .unwrap();
+    let history = root.path().join("out/02/history.csv");
+    let begin = std::time::Instant::now();
+    while !std::fs::read_to_string(&history).is_ok_and(|text| text.lines().count() > 3) {
+        assert!(begin.elapsed().as_secs() < 120, "the second run should have begun");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let table = results(&root);
+    assert_eq!(table.column("status"), ["finished", "interrupted"]);
+    assert!(table.column("steps")[1].parse::<usize>().unwrap() > 1);
+    assert!(root.path().join("out/02/checkpoint.bin").exists() && !root.path().join("out/03").exists());
+}
+
+#[test]
+fn overrides_reach_every_run() {
+    let root = with_study(STUDY);
+    // they win over `set`, and the study's own keys can be set, too
+    let sets = ["--set", "time.step=0.25", "--set", "vary={ \"model.slip\" = [0, 1] }"];
+    succeeds(root.path(), &[&["study", "tiny.toml", "-q", "--out", "out"], &sets[..]].concat());
+    let table = results(&root);
+    assert_eq!((table.column("steps"), table.column("model.slip")), (vec!["1", "1"], vec!["0", "1"]));
+    // what is left repeats it, from any folder
+    std::fs::create_dir(root.path().join("elsewhere")).unwrap();
+    std::fs::rename(root.path().join("out/study.toml"), root.path().join("elsewhere/study.toml")).unwrap();
+    let again = ["study", "elsewhere/study.toml", "-q", "--set", "time.step=0.25", "--out", "again"];
+    succeeds(root.path(), &again);
+    let again = Table::read(root.path().join("again/results.csv"));
+    assert_eq!(table.column("error_polarity_L2(L2)"), again.column("error_polarity_L2(L2)"));
+}
+
+#[test]
+fn results_are_not_overwritten() {
+    let root = with_study(&STUDY.replace(", \"model.coherence\" = [1.0, 0.01]", ""));
+    succeeds(root.path(), &["study", "tiny.toml", "-q"]);
+    let before = std::fs::read(root.path().join("out/tiny/results.csv")).unwrap();
+    let again = program(root.path(), &["study", "tiny.toml", "--out", "out/tiny"]);
+    let error = error_of(&again);
+    assert!(error.contains("error: out/tiny: holds the results") && error.contains("another `--out`"), "{error}");
+    assert_eq!(std::fs::read(root.path().join("out/tiny/results.csv")).unwrap(), before);
+    succeeds(root.path(), &["study", "tiny.toml", "-q"]);
+    assert!(root.path().join("out/tiny-2/results.csv").exists());
+}
+
+/// Expects an error of one line with `parts`, and that no file was written.
+#[track_caller]
+fn refused_in(root: &tempfile::TempDir, arguments: &[&str], parts: &[&str]) {
+    let output = program(root.path(), arguments);
+    let error = error_of(&output);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.starts_with("error: ") && error.lines().count() == 1 && !error.contains("panicked"), "{error}");
+    assert!(error.contains("hint: "), "{error}");
+    for part in parts {
+        assert!(error.contains(part), "`{part}` is not in: {error}");
+    }
+    assert!(!root.path().join("out").exists(), "nothing was computed, so nothing is to be written");
+    println!("{error}");
+}
+
+/// The study with `from` replaced by `to` is refused, with its line.
+#[track_caller]
+fn wrong(from: &str, to: &str, parts: &[&str]) {
+    let at = STUDY.find(from).unwrap_or_else(|| panic!("the study has no `{from}`"));
+    let line = format!("tiny.toml, line {}", STUDY[..at].matches('\n').count() + 1);
+    let root = with_study(&STUDY.replacen(from, to, 1));
+    refused_in(&root, &["study", "tiny.toml"], &[&[line.as_str()], parts].concat());
+}
+
+#[test]
+fn wrong_studies_are_explained() {
+    let known = "title, scene, set, vary, case";
+    wrong("title", "titel", &["there is no key `titel` (did you mean `title`?)", known]);
+    wrong("square.toml", "sqare.toml", &["`scene` = \"sqare.toml\"", "no such file", "the study's folder"]);
+    wrong("[0.5, 2.0]", "[]", &["`vary.model.peclet` = []", "the list is empty"]);
+    wrong("[0.5, 2.0]", "0.5", &["`vary.model.peclet` = 0.5", "expected a list", "brackets"]);
+    wrong("model.peclet", "model.pecle", &["run 01: square.toml with `model.pecle` set", "did you mean `peclet`?"]);
+    wrong("mesh.n", "mesh.m", &["every run: square.toml with `mesh.m` set", "(did you mean `n`?)"]);
+    wrong("\"mesh.n\" = 2", "mesh.n = 2", &["`set.mesh`", "replace the whole table [mesh]", "quote a key"]);
+    wrong("mesh.n", "model.peclet", &["`set.model.peclet` = 2", "`vary` sets it from run to run"]);
+    wrong("[1.0, 0.01]", "[-1.0, -0.5]", &["run 01: square.toml with `model.coherence` set", "greater than 0"]);
+    let many = format!("{:?}", [1.0; 101]);
+    let root = with_study(&STUDY.replace("[0.5, 2.0]", &many).replace("[1.0, 0.01]", &many));
+    refused_in(&root, &["study", "tiny.toml"], &["10201 combinations", "at most 10000"]);
+    refused_in(&with_study("scene = \"square.toml\"\n"), &["study", "tiny.toml"], &["`vary`", "nothing to run"]);
+    refused_in(&with_study(STUDY), &["study", "gone.toml"], &["gone.toml: cannot be read", "the path of a study"]);
+    refused_in(&with_study("vary = = 3"), &["study", "tiny.toml"], &["tiny.toml, line 1: not TOML"]);
+}
+
+#[test]
+fn wrong_cases_are_explained() {
+    let cases = |text: &str, parts: &[&str]| {
+        let line = STUDY.lines().count() + text.lines().position(|l| l.contains("WRONG")).unwrap() + 1;
+        let root = with_study(&format!("{STUDY}{}", text.replace("WRONG", "a")));
+        refused_in(&root, &["study", "tiny.toml"], &[&[format!("tiny.toml, line {line}").as_str()], parts].concat());
+    };
+    let name = "must be a name of its own of letters, digits, - and _";
+    cases("[[case]]\nname = \"A\"\n[[case]]\nname = \"WRONG\"\n", &["`case.1.name` = \"a\"", name]);
+    cases("[[case]]\nname = \"../WRONG\"\n", &["`case.0.name` = \"../a\"", name]);
+    cases("[[case]]\nnam = \"WRONG\"\n", &["no key `case.0.nam` (did you mean `name`?)", "name, set"]);
+    let key = "[[case]]\nname = \"first\"\n[[case]]\nname = \"a\"\nset = { \"mesh.m\" = 3 } # WRONG\n";
+    cases(key, &["run 06-a: square.toml with `mesh.m` set", "did you mean `n`?"]);
+    let whole = "[[case]]\nname = \"a\"\nset.coupling.kind = \"WRONG\"\n";
+    cases(whole, &["`case.0.set.coupling`", "replace the whole table [coupling]"]);
+}
+
+#[test]
+fn overrides_that_the_study_undoes_are_refused() {
+    let root = with_study(&format!("{STUDY}[[case]]\nname = \"a\"\nset = {{ \"model.slip\" = 0.5 }}\n"));
+    let set = |set: &str, parts: &[&str]| refused_in(&root, &["study", "tiny.toml", "--set", set], parts);
+    set("model.peclet=3", &["square.toml with `model.peclet` set: `model.peclet` = 3", "`vary` of the study sets it"]);
+    set("model.slip=0", &["`model.slip` = 0", "case `a` of the study sets it"]);
+    set("vari={}", &["(did you mean `vary`?)", "of the study title, scene, set, vary, case"]);
+}
+
+#[test]
+fn scenes_sweeps_and_studies_of_orders_are_told_apart() {
+    let root = with_study(STUDY);
+    for command in ["run", "check", "mesh"] {
+        let parts =
+            ["tiny.toml: this is a study, not a scene", "`monolayer study tiny.toml`", "its scene is square.toml"];
+        refused_in(&root, &[command, "tiny.toml"], &parts);
+    }
+    refused_in(&root, &["study", "square.toml"], &["this is a scene, not a study", "`monolayer run square.toml`"]);
+    refused_in(&root, &["order", "tiny.toml"], &["this is a sweep", "`monolayer study tiny.toml` runs it"]);
+    let orders = with_study("scene = \"square.toml\"\nlevels = [2, 3]\nvary = { \"mesh.n\" = \"n\" }\n");
+    refused_in(&orders, &["study", "tiny.toml"], &["this is a study of orders", "`monolayer order tiny.toml` runs it"]);
+}
