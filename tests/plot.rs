@@ -1,6 +1,6 @@
 //! The picture as a caller sees it: texts and geometry of the SVG, pixels of the PNG, hostile data.
 
-use monolayer::output::plot::{Axis, PNG_SCALE, Plot, PlotError, Scale, Series, Slope};
+use monolayer::output::plot::{Axis, Line, Markers, PNG_SCALE, Plot, PlotError, Scale, Series, Slope, Symbol};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 
@@ -137,6 +137,7 @@ fn odd_plots_can_be_drawn() {
     check(&plot, "equal values");
     plot.series =
         (0..30).map(|i| Series::new(format!("curve {i}"), vec![(0.1, 10f64.powi(i - 15)), (1.0, 1.0)])).collect();
+    plot.series[0].colour = Some(usize::MAX);
     check(&plot, "many curves");
     plot.title = format!("a\u{0}b\u{b}c {}", "x".repeat(500));
     plot.series[0].name = "y".repeat(500);
@@ -156,6 +157,136 @@ fn twelve_curves_look_different() {
     let colours = |g: &str| g.split('#').skip(1).map(|c| c[..6].to_owned()).find(|c| c != "ffffff");
     let distinct: std::collections::BTreeSet<_> = groups.iter().map(|g| colours(g)).collect();
     assert_eq!(distinct.len(), 12);
+}
+
+// A pitchfork at λ = 1: rest stable before it and unstable after, a flow that ends in a Hopf point at λ = 4, and 30 points.
+fn branches(x: Axis) -> Plot {
+    let part = |name: &str, line, colour, from: f64, to: f64, y: &dyn Fn(f64) -> f64| {
+        let points = (0..=50).map(|k| from + (to - from) * f64::from(k) / 50.0).map(|l| (l, y(l))).collect();
+        Series { line, markers: Markers::None, colour: Some(colour), ..Series::new(name, points) }
+    };
+    let special = |name: &str, markers, points| Series {
+        line: Line::None,
+        markers,
+        colour: Some(4),
+        ..Series::new(name, points)
+    };
+    let flow = |l: f64| (l - 1.0).sqrt();
+    let cloud = (0..30).map(|k| (2.0 + 1e-3 * f64::from(k), 1.5)).collect();
+    let series = vec![
+        part("rest", Line::Dashed, 0, 1.0, 8.0, &|_| 0.0),
+        part("rest", Line::Solid, 0, 0.1, 1.0, &|_| 0.0),
+        part("flow", Line::Solid, 1, 1.0, 4.0, &flow),
+        part("flow", Line::Dashed, 1, 4.0, 8.0, &flow),
+        part("flow", Line::Solid, 2, 1.0, 4.0, &|l| -flow(l)),
+        special("pitchfork", Markers::Filled(Symbol::Circle), vec![(1.0, 0.0)]),
+        special("Hopf", Markers::Open(Symbol::Diamond), vec![(4.0, flow(4.0)), (4.0, -flow(4.0))]),
+        special("cloud", Markers::Open(Symbol::Square), cloud),
+        Series { line: Line::Dashed, markers: Markers::None, colour: Some(4), ..Series::new("unstable", vec![]) },
+    ];
+    Plot { x, y: Axis::linear("v"), series, ..Plot::default() }
+}
+
+// The groups of the curves with this name, as text.
+fn groups<'a>(svg: &'a str, name: &str) -> Vec<&'a str> {
+    let title = format!("<title>{name}</title>");
+    svg.split("<g>").filter(|g| g.contains(&title)).map(|g| g.split("</g>").next().expect("closed")).collect()
+}
+
+#[test]
+fn branches_have_stable_and_unstable_parts_of_one_colour() {
+    const COLOURS: [&str; 5] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000"];
+    for axis in [Axis::linear("λ"), Axis::log("λ")] {
+        let svg = check(&branches(axis), "branches");
+        let looks = |name: &str| -> Vec<(bool, usize)> {
+            let look =
+                |g: &&str| (g.contains("dasharray"), COLOURS.iter().position(|c| g.contains(c)).expect("colour"));
+            groups(&svg, name).iter().map(look).collect()
+        };
+        assert_eq!(looks("rest"), [(true, 0), (false, 0)]);
+        assert_eq!(looks("flow"), [(false, 1), (true, 1), (false, 2)]);
+        for name in ["rest", "flow"] {
+            let parts = groups(&svg, name);
+            assert!(parts.iter().all(|g| g.matches("<polyline").count() == 1 && !g.contains("<circle")), "{name}");
+            assert!(parts.iter().all(|g| !g.contains("<polygon")), "{name}: no markers");
+        }
+    }
+}
+
+#[test]
+fn special_points_are_all_marked_and_not_joined() {
+    let svg = check(&branches(Axis::log("λ")), "branches");
+    let counts = |name: &str| {
+        let [group] = groups(&svg, name)[..] else { panic!("{name}: one group") };
+        assert!(!group.contains("<polyline"), "{name}: no line");
+        let open = group.matches("fill=\"#ffffff\"").count();
+        (group.matches("<circle").count(), group.matches("<polygon").count(), open)
+    };
+    assert_eq!(counts("pitchfork"), (1, 0, 0));
+    assert_eq!(counts("Hopf"), (0, 2, 2));
+    assert_eq!(counts("cloud"), (0, 30, 30));
+    // four corners each, upright on a corner and flat on a side
+    let tops = |name: &str| {
+        let shapes = corners(&format!("<g>{}</g>", groups(&svg, name)[0]), "polygon");
+        let top = shapes[0].iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
+        (shapes[0].len(), shapes[0].iter().filter(|p| p.1 < top + 1.0).count())
+    };
+    assert_eq!((tops("Hopf"), tops("cloud")), ((4, 1), (4, 2)));
+}
+
+#[test]
+fn parts_of_a_branch_share_a_legend_entry() {
+    let plot = branches(Axis::linear("λ"));
+    let svg = check(&plot, "branches");
+    let legend = svg.split("<g>").last().expect("the legend comes last");
+    let entries: Vec<&str> = legend.split("</text>").filter(|e| e.contains("<text")).collect();
+    let find = |name: &str| entries.iter().filter(|e| e.ends_with(&format!(">{name}"))).collect::<Vec<_>>();
+    assert_eq!(entries.len(), 7);
+    // one entry for both parts of the rest; two flows of different colours keep theirs
+    let ([rest], [first, second]) = (&find("rest")[..], &find("flow")[..]) else { panic!("{legend}") };
+    assert!([rest, first, second].iter().all(|e| e.contains("<polyline") && !e.contains("dasharray")));
+    assert!([rest, first, second].iter().all(|e| !e.contains("<circle") && !e.contains("<polygon")));
+    assert!(first.contains("#d55e00") && second.contains("#009e73"));
+    let [points] = find("pitchfork")[..] else { panic!("{legend}") };
+    assert!(points.contains("<circle") && !points.contains("<polyline"));
+    let [unstable] = find("unstable")[..] else { panic!("{legend}") };
+    assert!(unstable.contains("dasharray"));
+}
+
+#[test]
+fn dashes_and_points_show_in_the_pixels() {
+    let flat = |line, markers| {
+        let points = (0..=40).map(|k| (f64::from(k), 1.0)).collect();
+        let frame = Series { markers: Markers::None, colour: Some(3), ..Series::new("", vec![(0.0, 0.0), (0.0, 2.0)]) };
+        let curve = Series { line, markers, colour: Some(0), ..Series::new("", points) };
+        let plot = Plot { series: vec![frame, curve], ..Plot::default() };
+        let pixels = tiny_skia::Pixmap::decode_png(&plot.png().expect("png")).expect("readable");
+        let blue = |p: &&tiny_skia::PremultipliedColorU8| (p.red(), p.green(), p.blue()) == (0x00, 0x72, 0xb2);
+        pixels.pixels().iter().filter(blue).count() as f64
+    };
+    let solid = flat(Line::Solid, Markers::None);
+    assert!(solid > 1000.0);
+    assert_eq!(flat(Line::None, Markers::None), 0.0);
+    let dashed = flat(Line::Dashed, Markers::None) / solid;
+    assert!((0.55..0.75).contains(&dashed), "dashes of 9 and gaps of 5: {dashed}");
+    let (filled, open) = (Markers::Filled(Symbol::Circle), Markers::Open(Symbol::Circle));
+    assert!(flat(Line::Solid, filled) > 1.2 * solid);
+    assert!(flat(Line::None, filled) > 1.5 * flat(Line::None, open));
+}
+
+#[test]
+fn markers_on_a_line_keep_apart() {
+    let mut plot = sample();
+    plot.slopes.clear();
+    let clumped = |line| {
+        let mut points: Vec<(f64, f64)> = (0..10).map(|k| (1.0 + 1e-4 * f64::from(k), 1.0)).collect();
+        points.extend([(1.5, 1.0), (2.0, 1.0)]);
+        Series { line, markers: Markers::Filled(Symbol::Circle), ..Series::new("clumped", points) }
+    };
+    plot.series = vec![clumped(Line::Solid), clumped(Line::None)];
+    let svg = check(&plot, "clumped");
+    let counts: Vec<usize> = groups(&svg, "clumped").iter().map(|g| g.matches("<circle").count()).collect();
+    assert_eq!(counts, [3, 12]);
 }
 
 #[test]

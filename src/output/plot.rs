@@ -1,4 +1,4 @@
-//! Line plots as SVG and PNG: convergence (log-log) with reference slopes, residual and energy curves.
+//! Line plots as SVG and PNG: convergence (log-log) with reference slopes, residual and energy curves, branch diagrams.
 //!
 //! Both files are drawn from one list of shapes, so they show the same picture. Text is measured and, in the
 //! PNG, filled with the embedded DejaVu Sans, so no font has to be installed.
@@ -36,7 +36,8 @@ pub struct Plot {
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// Curves, drawn and listed in this order; 12 colours and markers, further curves reuse the colours.
+    /// Curves and points, drawn (later ones above earlier ones) and listed in this order; 12 colours and markers, further
+    /// curves reuse the colours.
     pub series: Vec<Series>,
     /// Reference slopes; drawn only if both axes are [`Scale::Log`], otherwise the subtitle says they were left out.
     pub slopes: Vec<Slope>,
@@ -61,13 +62,58 @@ pub enum Scale {
     Log,
 }
 
-/// One curve: markers joined by straight lines.
+/// One curve: markers joined by straight lines; or points on their own.
+///
+/// In a branch diagram, the stable and the unstable parts of a branch are two series of one name and one colour, with a solid
+/// and with a dashed line; folds, pitchforks and Hopf points are series without a line. A name without points only stands in
+/// the legend, and can say there what dashes mean.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
-    /// Name in the legend; a curve with an empty name is not listed there.
+    /// Name in the legend. Series of the same name and colour share an entry, which shows a solid line if one of them has it;
+    /// without a name there is no entry.
     pub name: String,
     /// Points (x, y) in the order in which they are joined.
     pub points: Vec<(f64, f64)>,
+    /// What joins the points.
+    pub line: Line,
+    /// What stands at the points.
+    pub markers: Markers,
+    /// Number of the colour, modulo 12; by default the position in the list of series.
+    pub colour: Option<usize>,
+}
+
+/// Line that joins the points of a series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Line {
+    /// Solid with the first six colours, dashed with the other six.
+    #[default]
+    Auto,
+    Solid,
+    Dashed,
+    /// None: every point has its marker, and no points are joined.
+    None,
+}
+
+/// Markers at the points of a series; on a line through many or close points, at some of them only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Markers {
+    /// One of twelve, which goes with the colour.
+    #[default]
+    Auto,
+    None,
+    Filled(Symbol),
+    Open(Symbol),
+}
+
+/// Shape of a marker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Symbol {
+    Circle,
+    Square,
+    Triangle,
+    Diamond,
+    TriangleDown,
+    Star,
 }
 
 /// Reference slope: a small triangle whose hypotenuse is y = c xᵖ, with p written beside it.
@@ -127,9 +173,9 @@ impl Axis {
 }
 
 impl Series {
-    /// Makes a curve.
+    /// Makes a curve with the look that goes with its position in the list.
     pub fn new(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
-        Self { name: name.into(), points }
+        Self { name: name.into(), points, ..Self::default() }
     }
 }
 

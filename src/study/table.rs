@@ -202,9 +202,9 @@ pub fn shortfalls(study: &OrderStudy, outcome: &Outcome) -> Vec<String> {
 fn plot(study: &OrderStudy, outcome: &Outcome) -> Plot {
     let levels = outcome.complete();
     let by_mesh = outcome.by_mesh();
-    let series = |field: ErrorField, norm: Norm| Series {
-        name: format!("{}, {}", field.symbol(), norm.symbol()),
-        points: levels.iter().map(|l| (l.size(by_mesh), l.errors.error(field, norm))).collect(),
+    let series = |field: ErrorField, norm: Norm| {
+        let points = levels.iter().map(|l| (l.size(by_mesh), l.errors.error(field, norm))).collect();
+        Series::new(format!("{}, {}", field.symbol(), norm.symbol()), points)
     };
     let all = ErrorField::ALL.into_iter().flat_map(|field| Norm::ALL.map(|norm| (field, norm)));
     let (series, fits): (Vec<Series>, Vec<f64>) =

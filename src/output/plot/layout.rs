@@ -5,7 +5,7 @@ use super::header::Header;
 use super::legend::{Legend, Style};
 use super::scene::{Anchor, GREY, GRID, Group, INK, Paint, Rect, Scene, Shape, Text};
 use super::text::{Font, Label};
-use super::{Plot, Scale, Series, Slope, slope};
+use super::{Line, Plot, Scale, Series, Slope, slope};
 
 const WIDTH: f64 = 840.0;
 const AXES_HEIGHT: f64 = 430.0;
@@ -15,8 +15,10 @@ const LABEL_SIZE: f64 = 24.0;
 const TICK: f64 = 7.0;
 /// Share of the vertical range added below the curves for reference slopes.
 const SLOPE_ROOM: f64 = 0.12;
-/// Curves with more points have markers on some of them only.
+/// Lines through more points have markers on some of them only.
 const MARKED: usize = 24;
+/// Markers on a line are at least so far apart on paper, about their own size.
+const APART: f64 = 14.0;
 /// Points nearer than this on paper to the one before are not drawn.
 const NEAR: f64 = 0.2;
 
@@ -114,12 +116,20 @@ impl Shown {
             }
         }
         shown.pieces.retain(|piece| !piece.is_empty());
+        if series.line == Line::None {
+            shown.pieces = shown.pieces.concat().into_iter().map(|point| vec![point]).collect();
+        }
         shown
     }
 
     fn curve(&self, frame: &Frame) -> Curve {
         let place = |p: &(f64, f64)| (frame.place_x(p.0), frame.place_y(p.1));
-        let on_paper = |piece: &Vec<(f64, f64)>| thin(&piece.iter().map(place).collect::<Vec<_>>());
+        let on_paper = |piece: &Vec<(f64, f64)>| {
+            let (last, rest) = piece.split_last().expect("empty pieces were dropped");
+            let mut kept = thin(rest.iter().map(place), NEAR);
+            kept.push(place(last));
+            kept
+        };
         let points: Vec<_> = self.pieces.iter().flatten().copied().collect();
         let count = points.len().max(1) as f64;
         let mean_x = points.iter().map(|p| p.0 / count).sum::<f64>();
@@ -162,7 +172,7 @@ pub(super) fn arrange(plot: &Plot, font: &Font) -> Scene {
     let mut groups = vec![header.draw(EDGE, font)];
     groups.extend(draw_axes(plot, &frame, &x_ticks, &y_ticks, font));
     groups.push(slope::draw(&slopes, &curves, &frame, font));
-    groups.extend(curves.iter().zip(&plot.series).enumerate().map(|(i, (c, s))| draw_curve(Style(i), c, &s.name)));
+    groups.extend(curves.iter().zip(&plot.series).enumerate().map(|(i, (c, s))| draw_curve(i, c, s)));
     groups.push(legend.draw(corner, font));
     Scene { width: WIDTH, height, title: plot.title.clone(), groups }
 }
@@ -232,24 +242,27 @@ fn name_axes(plot: &Plot, rect: &Rect, font: &Font) -> [Shape; 2] {
     [Shape::Text(Text::new(x, below, x_size, Anchor::Middle, INK)), Shape::Text(y_text)]
 }
 
-fn draw_curve(style: Style, curve: &Curve, name: &str) -> Group {
-    let mut group = Group { name: Some(name.to_owned()), shapes: Vec::new() };
-    for piece in curve.pieces.iter().filter(|piece| piece.len() > 1) {
-        group.shapes.push(Shape::Poly { points: piece.clone(), closed: false, paint: style.line() });
+fn draw_curve(position: usize, curve: &Curve, series: &Series) -> Group {
+    let style = Style::of(position, series);
+    let mut group = Group { name: Some(series.name.clone()), shapes: Vec::new() };
+    let mut marked: Vec<_> = curve.pieces.iter().flatten().copied().collect();
+    if let Some(paint) = style.line() {
+        let pieces = curve.pieces.iter().filter(|piece| piece.len() > 1);
+        group.shapes.extend(pieces.map(|piece| Shape::Poly { points: piece.clone(), closed: false, paint }));
+        let every = if marked.len() > MARKED { marked.len().div_ceil(MARKED / 2) } else { 1 };
+        // Curves sampled at the same times would otherwise have their markers above each other.
+        let first = position * 5 * every / 12 % every;
+        marked = thin(marked.into_iter().skip(first).step_by(every), APART);
     }
-    let points: Vec<_> = curve.pieces.iter().flatten().copied().collect();
-    let every = if points.len() > MARKED { points.len().div_ceil(MARKED / 2) } else { 1 };
-    // Curves sampled at the same times would otherwise have their markers above each other.
-    let first = style.0 * 5 * every / 12 % every;
-    group.shapes.extend(points.iter().skip(first).step_by(every).map(|&p| style.marker(p)));
+    group.shapes.extend(marked.into_iter().filter_map(|p| style.marker(p)));
     group
 }
 
-fn thin(piece: &[(f64, f64)]) -> Vec<(f64, f64)> {
+/// Points that are not nearer than `least` to the one kept before.
+fn thin(points: impl Iterator<Item = (f64, f64)>, least: f64) -> Vec<(f64, f64)> {
     let mut kept: Vec<(f64, f64)> = Vec::new();
-    for (i, &p) in piece.iter().enumerate() {
-        let far = kept.last().is_none_or(|q| (p.0 - q.0).hypot(p.1 - q.1) > NEAR);
-        if far || i + 1 == piece.len() {
+    for p in points {
+        if kept.last().is_none_or(|q| (p.0 - q.0).hypot(p.1 - q.1) > least) {
             kept.push(p);
         }
     }

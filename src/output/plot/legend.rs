@@ -1,8 +1,8 @@
 //! Colours, markers and the legend.
 
-use super::Series;
 use super::scene::{Anchor, Group, INK, Paint, Rgb, Shape, Stroke, Text, WHITE};
 use super::text::{Font, Label};
+use super::{Line, Markers, Series, Symbol};
 use std::f64::consts::TAU;
 
 const SIZE: f64 = 21.0;
@@ -32,28 +32,76 @@ const COLOURS: [Rgb; 12] = [
     [0x66, 0x33, 0x00],
 ];
 
-/// Appearance of a curve; the first twelve differ in colour and in marker.
+/// Symbols in the order in which curves take them, filled first and then open.
+const SYMBOLS: [Symbol; 6] =
+    [Symbol::Circle, Symbol::Square, Symbol::Triangle, Symbol::Diamond, Symbol::TriangleDown, Symbol::Star];
+
+/// Appearance of a series; the first twelve differ in colour and in marker.
 #[derive(Clone, Copy)]
-pub(super) struct Style(pub usize);
+pub(super) struct Style {
+    number: usize,
+    line: Line,
+    markers: Markers,
+}
 
 impl Style {
+    /// The style of the series at a position in the list.
+    pub fn of(position: usize, series: &Series) -> Self {
+        Self {
+            number: series.colour.map_or(position, |colour| colour % COLOURS.len()),
+            line: series.line,
+            markers: series.markers,
+        }
+    }
+
     fn colour(self) -> Rgb {
-        COLOURS[self.0 % COLOURS.len()]
+        COLOURS[self.number % COLOURS.len()]
     }
 
-    /// Line of the curve; dashed from the seventh curve on.
-    pub fn line(self) -> Paint {
-        let stroke = Stroke { colour: self.colour(), width: LINE_WIDTH, dashed: self.0 % COLOURS.len() >= 6 };
-        Paint { fill: None, stroke: Some(stroke) }
+    /// Line of the curve, if it has one.
+    pub fn line(self) -> Option<Paint> {
+        let dashed = match self.line {
+            Line::Auto => self.number % COLOURS.len() >= 6,
+            Line::Solid => false,
+            Line::Dashed => true,
+            Line::None => return None,
+        };
+        Some(Paint { fill: None, stroke: Some(Stroke { colour: self.colour(), width: LINE_WIDTH, dashed }) })
     }
 
-    /// Marker: six shapes, filled and then hollow; curves beyond the twelfth pair them with other colours.
-    pub fn marker(self, centre: (f64, f64)) -> Shape {
-        let kind = self.0 + self.0 / COLOURS.len();
-        let hollow = kind / 6 % 2 == 1;
-        let paint =
-            if hollow { Paint::area(WHITE, self.colour(), 2.2) } else { Paint::area(self.colour(), WHITE, 1.0) };
-        let radius = if hollow { RADIUS } else { RADIUS + 0.6 };
+    /// Which of the series that share a legend entry gives it its look: one with a solid line before one with dashes, and that
+    /// before points on their own.
+    fn rank(self) -> u8 {
+        match self.line().and_then(|paint| paint.stroke) {
+            Some(stroke) => {
+                if stroke.dashed {
+                    1
+                } else {
+                    2
+                }
+            }
+            None => 0,
+        }
+    }
+
+    /// Symbol, and whether it is open; curves beyond the twelfth pair the automatic ones with other colours.
+    fn symbol(self) -> Option<(Symbol, bool)> {
+        match self.markers {
+            Markers::Auto => {
+                let kind = self.number + self.number / COLOURS.len();
+                Some((SYMBOLS[kind % 6], kind / 6 % 2 == 1))
+            }
+            Markers::None => None,
+            Markers::Filled(symbol) => Some((symbol, false)),
+            Markers::Open(symbol) => Some((symbol, true)),
+        }
+    }
+
+    /// Marker, if the series has them.
+    pub fn marker(self, centre: (f64, f64)) -> Option<Shape> {
+        let (symbol, open) = self.symbol()?;
+        let paint = if open { Paint::area(WHITE, self.colour(), 2.2) } else { Paint::area(self.colour(), WHITE, 1.0) };
+        let radius = if open { RADIUS } else { RADIUS + 0.6 };
         let polygon = |corners: usize, turn: f64, inner: f64, size: f64| {
             let corner = |k: usize| {
                 let angle = TAU * (k as f64 / corners as f64 + turn);
@@ -62,14 +110,14 @@ impl Style {
             };
             Shape::Poly { points: (0..corners).map(corner).collect(), closed: true, paint }
         };
-        match kind % 6 {
-            0 => Shape::Circle { centre, radius, paint },
-            1 => polygon(4, 0.125, 1.0, 1.22),
-            2 => polygon(6, 0.0, 0.5, 1.35),
-            3 => polygon(4, 0.0, 1.0, 1.35),
-            4 => polygon(6, 0.5, 0.5, 1.35),
-            _ => polygon(10, 0.0, 0.45, 1.6),
-        }
+        Some(match symbol {
+            Symbol::Circle => Shape::Circle { centre, radius, paint },
+            Symbol::Square => polygon(4, 0.125, 1.0, 1.22),
+            Symbol::Triangle => polygon(6, 0.0, 0.5, 1.35),
+            Symbol::Diamond => polygon(4, 0.0, 1.0, 1.35),
+            Symbol::TriangleDown => polygon(6, 0.5, 0.5, 1.35),
+            Symbol::Star => polygon(10, 0.0, 0.45, 1.6),
+        })
     }
 }
 
@@ -86,7 +134,14 @@ impl Legend {
     /// Arranges the names in a picture of a given width.
     pub fn new(series: &[Series], font: &Font, room: f64) -> Self {
         let named = series.iter().enumerate().filter(|(_, s)| !s.name.trim().is_empty());
-        let entries: Vec<_> = named.map(|(i, s)| (Style(i), Label::parse(&s.name))).collect();
+        let mut entries: Vec<(Style, Label)> = Vec::new();
+        for (style, name) in named.map(|(i, s)| (Style::of(i, s), &s.name)) {
+            match entries.iter_mut().find(|(other, label)| other.number == style.number && label.source == *name) {
+                Some((shown, _)) if style.rank() > shown.rank() => *shown = style,
+                Some(_) => {}
+                None => entries.push((style, Label::parse(name))),
+            }
+        }
         let longest = entries.iter().map(|(_, label)| font.width(label, SIZE)).fold(0.0, f64::max);
         let column = (SAMPLE + GAP + longest).min(room);
         let below = column > WIDEST || entries.len() > LONGEST;
@@ -113,8 +168,8 @@ impl Legend {
             let x = at.0 + (k % columns) as f64 * (column + 2.0 * GAP);
             let y = at.1 + ((k / columns) as f64 + 0.5) * LINE;
             let points = vec![(x, y), (x + SAMPLE, y)];
-            group.shapes.push(Shape::Poly { points, closed: false, paint: style.line() });
-            group.shapes.push(style.marker((x + SAMPLE / 2.0, y)));
+            group.shapes.extend(style.line().map(|paint| Shape::Poly { points, closed: false, paint }));
+            group.shapes.extend(style.marker((x + SAMPLE / 2.0, y)));
             let size = font.fit(&label, SIZE, column - SAMPLE - GAP + 0.01);
             let baseline = (x + SAMPLE + GAP, y + 0.36 * size);
             group.shapes.push(Shape::Text(Text::new(label, baseline, size, Anchor::Start, INK)));
