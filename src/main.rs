@@ -11,7 +11,7 @@ use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::{Scene, SceneSource};
-use monolayer::study::{self, OrderStudy, SweepStudy};
+use monolayer::study::{self, BranchStudy, OrderStudy, SweepStudy};
 
 /// Set by Ctrl-C.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
@@ -72,6 +72,16 @@ enum Command {
     },
     /// One scene with many values: a run for each, and one table.
     Study {
+        /// Study file.
+        study: PathBuf,
+        #[command(flatten)]
+        sets: Sets,
+        /// Folder of the results [default: out/NAME, numbered if it is taken].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Branches of steady states in one parameter: folds, pitchforks, Hopf points, a diagram.
+    Branch {
         /// Study file.
         study: PathBuf,
         #[command(flatten)]
@@ -142,6 +152,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
         Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
+        Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }
@@ -281,6 +292,17 @@ fn sweep(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
         (false, true) => ExitCode::SUCCESS,
         (false, false) => ExitCode::FAILURE,
     })
+}
+
+fn branch(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
+    let study = BranchStudy::read(file, &sets.pairs()?)?;
+    let out = study_folder(file, out);
+    catch_interrupts("writing the table of what is complete")?;
+    let diagram = study::branch::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
+    if cli.verbosity() > Verbosity::Quiet {
+        say(&format!("{diagram}\nresults in {}", out.display()))?;
+    }
+    Ok(if diagram.interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 
 /// The folder that was asked for, or the first of the numbered ones that holds no results.

@@ -7,7 +7,7 @@ use super::{RunError, Setup};
 use crate::measure::errors::{History, errors};
 use crate::measure::{Budget, Mirror, Overshoot};
 use crate::model::Exact;
-use crate::model::incompressible::Residuals;
+use crate::model::incompressible::{Residuals, State};
 use crate::scene::{Measure, Scene, What};
 use crate::time::{March, Schedule};
 
@@ -147,31 +147,56 @@ impl<'s> Gauges<'s> {
         march: &March,
         values: &mut BTreeMap<&'static str, f64>,
     ) -> Result<(), RunError> {
-        let Setup { mesh, locator, model, .. } = self.setup;
         match measure {
-            Measure::FreeEnergy => {}
+            Measure::FreeEnergy => Ok(()),
             Measure::EnergyBudget => {
                 values.extend(march.budget().columns());
+                Ok(())
             }
-            Measure::Overshoot => {
-                let span = (self.centre[0] + self.radius, self.end);
-                let v = Overshoot::of(&march.state.v, mesh, locator, span, self.centre[1])?;
-                let p = Overshoot::of(&march.state.p, mesh, locator, span, self.centre[1])?;
-                values.extend([
-                    ("overshoot_velocity", v.percent),
-                    ("overshoot_velocity_x1", v.x1),
-                    ("overshoot_polarity", p.percent),
-                    ("overshoot_polarity_x1", p.x1),
-                ]);
-            }
+            Measure::Overshoot => self.overshoot(&march.state, values),
             Measure::Asymmetry => {
-                if let Some(mirror) = &self.mirror {
-                    values.insert("asymmetry_velocity", mirror.asymmetry(&model.loops, &march.state.v));
-                    values.insert("asymmetry_polarity", mirror.asymmetry(&model.loops, &march.state.p));
-                }
+                self.asymmetry(&march.state, values);
+                Ok(())
             }
         }
+    }
+
+    /// The measures that a state alone has: no energies, which need the model and the time derivative.
+    ///
+    /// # Errors
+    /// A measure that cannot be taken.
+    pub fn of_state(&self, state: &State) -> Result<BTreeMap<&'static str, f64>, RunError> {
+        let mut values = BTreeMap::new();
+        for (measure, _) in &self.due {
+            match measure {
+                Measure::FreeEnergy | Measure::EnergyBudget => {}
+                Measure::Overshoot => self.overshoot(state, &mut values)?,
+                Measure::Asymmetry => self.asymmetry(state, &mut values),
+            }
+        }
+        Ok(values)
+    }
+
+    fn overshoot(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+        let Setup { mesh, locator, .. } = self.setup;
+        let span = (self.centre[0] + self.radius, self.end);
+        let v = Overshoot::of(&state.v, mesh, locator, span, self.centre[1])?;
+        let p = Overshoot::of(&state.p, mesh, locator, span, self.centre[1])?;
+        values.extend([
+            ("overshoot_velocity", v.percent),
+            ("overshoot_velocity_x1", v.x1),
+            ("overshoot_polarity", p.percent),
+            ("overshoot_polarity_x1", p.x1),
+        ]);
         Ok(())
+    }
+
+    fn asymmetry(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
+        let loops = &self.setup.model.loops;
+        if let Some(mirror) = &self.mirror {
+            values.insert("asymmetry_velocity", mirror.asymmetry(loops, &state.v));
+            values.insert("asymmetry_polarity", mirror.asymmetry(loops, &state.p));
+        }
     }
 }
 

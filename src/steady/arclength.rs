@@ -30,12 +30,6 @@ impl Family<'_> {
         if self.logarithmic { a * (b / a).powf(xi) } else { a + xi * (b - a) }
     }
 
-    /// ξ of a parameter.
-    pub fn position(&self, parameter: f64) -> f64 {
-        let [a, b] = self.range;
-        if self.logarithmic { (parameter / a).ln() / (b / a).ln() } else { (parameter - a) / (b - a) }
-    }
-
     fn at(&self, xi: f64) -> Result<Incompressible, Stall> {
         (self.model)(self.parameter(xi))
     }

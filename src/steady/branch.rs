@@ -47,6 +47,14 @@ pub struct Branch {
     pub end: String,
 }
 
+/// All that was followed.
+#[derive(Debug, Clone)]
+pub struct Followed {
+    pub branches: Vec<Branch>,
+    /// Stopped from outside: the branches are those so far.
+    pub interrupted: bool,
+}
+
 /// How branches are followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BranchSettings {
@@ -108,43 +116,83 @@ struct Walk<'w, 's> {
     seen: &'w mut Seen<'s>,
 }
 
-/// Follows the branch through `start` both ways, and the branches that begin on it.
+/// Follows the branches through the `starts` both ways, and the branches that begin on them. A start that lies on a branch already
+/// followed adds nothing.
 ///
 /// # Errors
 /// [`Stall::Interrupted`], or a start that cannot be continued; what ends a single branch is said there.
 pub fn follow(
     family: &Family,
-    start: Place,
+    starts: &[Place],
     settings: &BranchSettings,
     mut work: Work,
     seen: &mut Seen,
-) -> Result<Vec<Branch>, Stall> {
-    let first = slope(family, &start, &mut work)?;
-    let (along, model) = direction(family, &start, &first, &mut work)?;
+) -> Result<Followed, Stall> {
+    let start = &starts[0];
+    let first = slope(family, start, &mut work)?;
+    let (along, model) = direction(family, start, &first, &mut work)?;
     // the polarity's change over the whole range counts as much as the range
     let change = root(crate::solve::dot(&along.p, &model.polarity.mass_times(&along.p)));
     let metric = Metric { scale: change.max(1e-3 * model.area.sqrt()), residual: settings.residual };
     drop(model);
     let mut walk = Walk { family, metric, settings, work, branches: Vec::new(), forks: Vec::new(), seen };
+    let interrupted = match walk.all(starts) {
+        Ok(()) => false,
+        Err(Stall::Interrupted) => true,
+        Err(other) => return Err(other),
+    };
+    Ok(Followed { branches: walk.branches, interrupted })
+}
+
+impl Walk<'_, '_> {
+    /// Both ways from every start, then from every fork.
+    fn all(&mut self, starts: &[Place]) -> Result<(), Stall> {
+        for start in starts {
+            self.both_ways(start)?;
+            while !self.forks.is_empty() && self.branches.len() < self.settings.max_branches {
+                let fork = self.forks.remove(0);
+                self.switch(&fork)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn both_ways(&mut self, start: &Place) -> Result<(), Stall> {
+    if self.is_known(start)? {
+        return Ok(());
+    }
     for side in [-1.0, 1.0] {
-        let mut station = walk.examine(start.clone(), None, 0)?;
+        let mut station = self.examine(start.clone(), None, 0)?;
         station.ahead.p.iter_mut().for_each(|v| *v *= side);
         station.ahead.xi *= side;
         let leaves = if side < 0.0 { start.xi > 1e-9 } else { start.xi < 1.0 - 1e-9 };
         if leaves {
-            walk.branch(None, station, settings.step)?;
+            self.branch(None, station, self.settings.step)?;
         }
     }
-    while let Some(fork) = (!walk.forks.is_empty()).then(|| walk.forks.remove(0)) {
-        if walk.branches.len() >= settings.max_branches {
-            break;
-        }
-        walk.switch(&fork)?;
+    Ok(())
     }
-    Ok(walk.branches)
-}
 
-impl Walk<'_, '_> {
+    /// Whether a branch already followed passes through a place : between two of its points the parameter is the place's, and they are
+    /// no farther from it than from each other.
+    fn is_known(&self, place: &Place) -> Result<bool, Stall> {
+        let model = (self.family.model)(self.family.parameter(place.xi))?;
+        let size = |a: &Place, b: &Place| {
+            let d = self.metric.between(a, b);
+            root(self.metric.product(&model, &Direction { p: d.p.clone(), xi: 0.0 }, &Direction { p: d.p, xi: 0.0 }))
+        };
+        let pairs = self.branches.iter().flat_map(|branch| branch.points.windows(2));
+        let mut around = pairs.filter(|pair| {
+            let (a, b) = (pair[0].place.xi, pair[1].place.xi);
+            a.min(b) - 1e-12 <= place.xi && place.xi <= a.max(b) + 1e-12
+        });
+        Ok(around.any(|pair| {
+            let [a, b] = [&pair[0].place, &pair[1].place];
+            let (here, gap) = (size(a, place).min(size(b, place)), size(a, b));
+            here <= gap
+        }))
+    }
+
     /// Direction and eigenvalues at a place; the direction continues `behind`, or goes to growing ξ.
     fn examine(&mut self, place: Place, behind: Option<&Direction>, corrections: usize) -> Result<Station, Stall> {
         let slope = slope(self.family, &place, &mut self.work)?;
@@ -222,8 +270,8 @@ impl Walk<'_, '_> {
                 break "the end of the parameter's range".to_owned();
             }
             step = match next.corrections {
-                0..=3 => 1.5 * step,
-                4..=6 => step,
+                0..=4 => 1.5 * step,
+                5..=6 => step,
                 _ => 0.7 * step,
             }
             .min(self.settings.max_step);

@@ -1,5 +1,8 @@
-//! Many computations from one file: sequences of meshes and steps for orders of convergence, and sweeps over a scene's values.
+//! Many computations from one file: sequences of meshes and steps for orders of convergence, sweeps over a scene's values,
+//! branches of steady states.
 
+pub mod branch;
+pub mod branch_file;
 pub mod file;
 pub mod order;
 pub mod results;
@@ -12,6 +15,7 @@ use crate::output::OutputError;
 use crate::run::RunError;
 use crate::scene::{Place, SceneError};
 
+pub use branch_file::BranchStudy;
 pub use file::{OrderStudy, Variant};
 pub use order::{Level, Outcome, run};
 pub use sweep_file::{Case, SweepStudy};
@@ -38,6 +42,8 @@ pub enum StudyError {
     NoStudy { file: String },
     #[error("{file}: this is {is}; hint: `monolayer {command} {file}` runs it")]
     OtherKind { file: String, is: &'static str, command: &'static str },
+    #[error("no branch begins at {parameter} = {start}: {reason}; hint: choose another `start`, where `monolayer run --steady` finds a state")]
+    NoBranch { parameter: String, start: f64, reason: String },
     #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },
 }

@@ -17,6 +17,7 @@ pub type Values = Vec<(String, String)>;
 pub(super) enum Kind {
     Order,
     Sweep,
+    Branch,
 }
 
 impl Kind {
@@ -25,6 +26,10 @@ impl Kind {
         match self {
             Kind::Order => &["title", "scene", "levels", "vary", "variant", "expect"],
             Kind::Sweep => &["title", "scene", "set", "vary", "case"],
+            Kind::Branch => &[
+                "title", "scene", "set", "parameter", "range", "start", "scale", "measure", "step", "max_step", "max_points",
+                "max_branches",
+            ],
         }
     }
 
@@ -36,6 +41,7 @@ impl Kind {
         match self {
             Kind::Order => "give the path of a study, a TOML text such as studies/mms/incompressible.toml",
             Kind::Sweep => "give the path of a study, a TOML text such as studies/extremes/01-friction.toml",
+            Kind::Branch => "give the path of a study, a TOML text such as studies/strip/branches-by-peclet.toml",
         }
     }
 }
@@ -56,14 +62,23 @@ pub(super) fn read<T: DeserializeOwned>(
     let has = |key: &str| source.value(key).is_some();
     let file = source.origin().to_owned();
     match kind {
-        Kind::Order | Kind::Sweep if has("model") && !has("scene") => return Err(StudyError::NoStudy { file }),
+        Kind::Order | Kind::Sweep | Kind::Branch if has("model") && !has("scene") => return Err(StudyError::NoStudy { file }),
         Kind::Order if has("scene") && !has("levels") && (has("case") || has("set")) => {
             return Err(StudyError::OtherKind { file, is: "a sweep, not a study of orders", command: "study" });
+        }
+        Kind::Order | Kind::Sweep if has("parameter") => {
+            return Err(StudyError::OtherKind { file, is: "a study of branches", command: "branch" });
+        }
+        Kind::Branch if has("levels") => {
+            return Err(StudyError::OtherKind { file, is: "a study of orders, not of branches", command: "order" });
+        }
+        Kind::Branch if has("vary") || has("case") => {
+            return Err(StudyError::OtherKind { file, is: "a sweep, not a study of branches", command: "study" });
         }
         Kind::Sweep if has("levels") => {
             return Err(StudyError::OtherKind { file, is: "a study of orders, not a sweep", command: "order" });
         }
-        Kind::Order | Kind::Sweep => {}
+        Kind::Order | Kind::Sweep | Kind::Branch => {}
     }
     for (key, value) in sets.iter().filter(|(key, _)| kind.owns(key)) {
         source.set_in::<T>(key, value)?;
@@ -139,6 +154,12 @@ pub(super) fn refuse(source: &SceneSource, key: &str, value: String, rule: &str,
     let place = source.place(key);
     let (key, rule, hint) = (key.to_owned(), rule.to_owned(), hint.to_owned());
     SceneError::Value { place, key, value, rule, hint }.into()
+}
+
+/// An error of the scene that a key of the study has caused.
+pub(super) fn within(source: &SceneSource, key: &str, error: SceneError) -> StudyError {
+    let (place, part) = (source.place(key), format!("`{key}`"));
+    StudyError::Within { place, part, error: Box::new(error.into()) }
 }
 
 /// The override of the scene that an error is about, if it is about one.

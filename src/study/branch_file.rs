@@ -1,0 +1,216 @@
+//! The file of a study of branches of steady states.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::StudyError;
+use super::source::{self, Kind, check_values, override_of, refuse};
+use crate::model::names;
+use crate::scene::{Scene, SceneError, SceneSource};
+use crate::steady::branch::BranchSettings;
+
+/// Branches of steady states of one scene in one of its parameters.
+///
+/// ```toml
+/// scene = "symmetric.toml"
+/// parameter = "model.peclet"
+/// range = [0.25, 4.0]
+/// start = 2.0                       # where the first steady state is searched for
+/// measure = "asymmetry_velocity"    # what the diagram shows
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BranchFile {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    title: Option<String>,
+    scene: String,
+    /// Values of the scene that hold on all branches.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    set: BTreeMap<String, toml::Value>,
+    parameter: String,
+    range: [f64; 2],
+    start: f64,
+    #[serde(default)]
+    scale: ParameterScale,
+    measure: String,
+    #[serde(default = "default_step")]
+    step: f64,
+    #[serde(default = "default_max_step")]
+    max_step: f64,
+    #[serde(default = "default_max_points")]
+    max_points: usize,
+    #[serde(default = "default_max_branches")]
+    max_branches: usize,
+}
+
+/// Whether steps count on the parameter or on its logarithm, and how the diagram shows it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ParameterScale {
+    #[default]
+    Linear,
+    Log,
+}
+
+fn default_step() -> f64 {
+    0.05
+}
+
+fn default_max_step() -> f64 {
+    0.15
+}
+
+fn default_max_points() -> usize {
+    60
+}
+
+fn default_max_branches() -> usize {
+    8
+}
+
+/// A study of branches, read and checked as far as possible without running.
+#[derive(Debug, Clone)]
+pub struct BranchStudy {
+    pub title: Option<String>,
+    /// The scene, with the overrides that hold for all points.
+    pub scene: SceneSource,
+    /// Key of the scene that varies.
+    pub parameter: String,
+    pub range: [f64; 2],
+    pub start: f64,
+    pub scale: ParameterScale,
+    /// Column of the table that the diagram shows.
+    pub measure: String,
+    pub settings: BranchSettings,
+    source: SceneSource,
+}
+
+/// Numbers of `[model]` that a branch may follow.
+const PARAMETERS: [&str; 9] =
+    ["friction", "beta", "traction", "active_stress", "peclet", "coherence", "elasticity", "slip", "(none)"];
+
+impl BranchStudy {
+    /// Reads a study and the scene it names; `sets` change keys of the study or else of the scene.
+    ///
+    /// # Errors
+    /// Whatever is wrong with either, with file, key, value, rule and hint.
+    pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
+        let source = source::read::<BranchFile>(path, Kind::Branch, sets)?;
+        let file: BranchFile = source.tables().map_err(|found| found.1)?;
+        let mut scene = source::read_scene(&source, &file.scene)?;
+        let varied = |key: &str| key == file.parameter;
+        for (key, value) in &check_values(&source, "set", &file.set, &varied, "along the branch")? {
+            scene.set(key, value).map_err(|error| source::within(&source, &format!("set.{key}"), error))?;
+        }
+        let fixed = |key: &str| {
+            let hint = "set `range` and `start` of the study instead".to_owned();
+            varied(key).then(|| ("the branch is followed in it".to_owned(), hint))
+        };
+        source::apply(&mut scene, Kind::Branch, sets, &fixed)?;
+        check(&source, &file)?;
+        let settings = BranchSettings {
+            step: file.step,
+            max_step: file.max_step,
+            max_points: file.max_points,
+            max_branches: file.max_branches,
+            residual: 1e-9,
+            eigenvalues: 6,
+        };
+        let study = Self {
+            title: file.title,
+            scene,
+            parameter: file.parameter,
+            range: file.range,
+            start: file.start,
+            scale: file.scale,
+            measure: file.measure,
+            settings,
+            source,
+        };
+        // both ends must be scenes, or every point near them would fail
+        for value in [study.start, study.range[0], study.range[1]] {
+            let scene = study.scene_at(value)?;
+            let columns = crate::run::measures::columns(&scene);
+            if !columns.contains(&study.measure.as_str()) {
+                let known: Vec<&str> = columns.into_iter().filter(|c| MEASURES.contains(c)).collect();
+                let rule = format!("the scene measures no such thing{}", names::did_you_mean(&study.measure, &known));
+                let hint = match known.is_empty() {
+                    true => "name measures in an [[output]] of the scene".to_owned(),
+                    false => format!("it measures {}", known.join(", ")),
+                };
+                return Err(refuse(&study.source, "measure", format!("\"{}\"", study.measure), &rule, &hint));
+            }
+        }
+        Ok(study)
+    }
+
+    /// The scene at a value of the parameter.
+    ///
+    /// # Errors
+    /// A value that the scene refuses.
+    pub fn scene_at(&self, value: f64) -> Result<Scene, StudyError> {
+        let mut scene = self.scene.clone();
+        let blame = |error: SceneError| -> StudyError {
+            match override_of(&error) {
+                Some(path) if path == self.parameter => {
+                    source::within(&self.source, "range", error)
+                }
+                Some(_) | None => error.into(),
+            }
+        };
+        scene.set(&self.parameter, &format!("{value:?}")).map_err(blame)?;
+        if !scene.has("steady") {
+            scene.set("steady", "{}")?;
+        }
+        Scene::check(scene).map_err(blame)
+    }
+
+    /// The study as it was read, with its overrides; the path of its scene is absolute.
+    pub fn text(&self) -> String {
+        source::text::<BranchFile>(&self.source, &self.scene)
+    }
+}
+
+/// Columns that a point of a branch has.
+pub const MEASURES: [&str; 6] = [
+    "overshoot_velocity",
+    "overshoot_velocity_x1",
+    "overshoot_polarity",
+    "overshoot_polarity_x1",
+    "asymmetry_velocity",
+    "asymmetry_polarity",
+];
+
+fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
+    let number = file.parameter.strip_prefix("model.").filter(|key| PARAMETERS.contains(key));
+    if number.is_none() {
+        let known: Vec<String> = PARAMETERS[..8].iter().map(|key| format!("model.{key}")).collect();
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        let rule = format!("must be a number of [model]{}", names::did_you_mean(&file.parameter, &known));
+        let (value, hint) = (format!("\"{}\"", file.parameter), format!("the choices are {}", known.join(", ")));
+        return Err(refuse(source, "parameter", value, &rule, &hint));
+    }
+    let [a, b] = file.range;
+    let logarithmic = file.scale == ParameterScale::Log;
+    if !(a.is_finite() && b.is_finite() && a < b) || (logarithmic && a <= 0.0) {
+        let rule = if logarithmic { "must be two positive numbers, the smaller first" } else { "must be two numbers, the smaller first" };
+        return Err(refuse(source, "range", format!("[{a:?}, {b:?}]"), rule, "such as [0.25, 4.0]"));
+    }
+    if !(a..=b).contains(&file.start) {
+        return Err(refuse(source, "start", format!("{:?}", file.start), "must lie in the range", "such as its middle"));
+    }
+    let ordered = 0.0 < file.step && file.step <= file.max_step && file.max_step <= 1.0;
+    if !ordered {
+        let (value, rule) = (format!("{:?}", file.step), "must be above 0 and at most `max_step`, which is at most 1");
+        return Err(refuse(source, "step", value, rule, "a share of the range; 0.05 is usual"));
+    }
+    for (key, value, least) in [("max_points", file.max_points, 2), ("max_branches", file.max_branches, 1)] {
+        if value < least {
+            let rule = format!("must be at least {least}");
+            return Err(refuse(source, key, value.to_string(), &rule, "leave it out for the usual value"));
+        }
+    }
+    Ok(())
+}
