@@ -6,6 +6,8 @@ use std::sync::atomic::AtomicBool;
 use monolayer::output::progress::Verbosity;
 use monolayer::run::{self, Ending, Options, RunError, Summary};
 use monolayer::scene::{Scene, SceneSource};
+use monolayer::solve::SolveError;
+use monolayer::time::{MarchError, StepFailure};
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
@@ -442,4 +444,13 @@ end = 0.5
         let Ending::Failed { reason } = &summary.ending else { panic!("{kind}: {:?}", summary.ending) };
         assert!(reason.contains("sqrt(0.25 - t)") && summary.counts.steps == 2, "{kind}: {reason}");
     }
+}
+
+#[test]
+fn a_failed_step_has_one_hint() {
+    let inaccurate = SolveError::Inaccurate { system: "Newton".into(), residual: 1e-3, hint: "a smaller step".into() };
+    let cause = Box::new(StepFailure::from(inaccurate));
+    let error = MarchError::StepTooSmall { step: 1, t: 0.0, step_min: 1e-6, cause, hint: "a finer mesh" }.to_string();
+    assert!(error.contains("with relative residual 1.0e-3 only; hint: a finer mesh"), "{error}");
+    assert_eq!(error.matches("hint: ").count(), 1, "{error}");
 }

@@ -125,8 +125,9 @@ fn short(sweep: &Path) -> Vec<String> {
     if let Some(vary) = table.get("vary").and_then(toml::Value::as_table) {
         let ends = |(key, list): (&String, &toml::Value)| {
             let list = list.as_array().unwrap();
-            // the last mesh is the finest
-            let last = if key.starts_with("mesh.") { &[] } else { &list[list.len() - 1..] };
+            // the last mesh is the finest, and a shorter step only a reference
+            let once = key.starts_with("mesh.") || key == "time.step";
+            let last = if once { &[] } else { &list[list.len() - 1..] };
             let kept: toml::Value = list[..1].iter().chain(last).cloned().collect::<Vec<_>>().into();
             format!("\"{key}\" = {kept}")
         };
@@ -151,9 +152,10 @@ fn every_sweep_runs_coarse() {
         assert!(!error.contains("panicked"), "{}: {error}", sweep.display());
         let results = temporary.path().join(out).join("results.csv");
         let text = std::fs::read_to_string(&results).unwrap_or_else(|_| panic!("{}: {error}", sweep.display()));
-        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
         let mut table = csv::Reader::from_reader(text.as_bytes());
         let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+        let finite = |cell: &str| cell.parse::<f64>().map_or(true, f64::is_finite);
+        assert!(rows.iter().all(|row| row.iter().all(finite)), "{}: {text}", sweep.display());
         // a penalty that rounding defeats is refused, and blamed
         let went =
             |row: &csv::StringRecord| row.iter().any(|c| c == "finished" || c.contains("`space.penalty` = 1e-1"));

@@ -172,26 +172,14 @@ name = "good"
 
 #[test]
 fn steps_that_missed_the_tolerance_are_told() {
-    let root = with_study(
-        &STUDY.replace("\"mesh.n\" = 2", "\"mesh.n\" = 2, \"coupling.tolerance\" = 1e-30, \"coupling.accept\" = 1e-6"),
-    );
+    let late = "\"coupling.max_iterations\" = 1, \"coupling.tolerance\" = 1e-12, \"coupling.accept\" = 1e3";
+    let root = with_study(&STUDY.replace("\"mesh.n\" = 2", &format!("\"mesh.n\" = 2, {late}")));
     succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out"]);
     let table = results(&root);
     assert_eq!(table.column("accepted_late"), ["2"; 4]);
     let told =
-        "2 of 2 steps did not reach `coupling.tolerance` = 1e-30, and were accepted below `coupling.accept` = 1e-6";
+        "2 of 2 steps did not reach `coupling.tolerance` = 1e-12, and were accepted below `coupling.accept` = 1e3";
     assert!(table.column("said").iter().all(|said| said.contains(told)), "{:?}", table.column("said"));
-}
-
-#[test]
-fn a_failure_has_one_hint() {
-    let far = "vary = { \"model.coherence\" = [1e8] }";
-    let root = with_study(&STUDY.replace(&STUDY[STUDY.find("vary").unwrap()..], far));
-    assert_eq!(program(root.path(), &["study", "tiny.toml", "-q", "--out", "out"]).status.code(), Some(1));
-    let table = results(&root);
-    let reason = table.column("reason")[0];
-    assert!(reason.contains("the Newton system was solved with relative residual"), "{reason}");
-    assert_eq!(reason.matches("hint: ").count(), 1, "{reason}");
 }
 
 #[cfg(unix)]

@@ -14,7 +14,7 @@ use crate::scene::{Scene, SceneError, SceneSource};
 /// ```toml
 /// scene = "square.toml"
 /// set = { "time.end" = 0.5 }                    # in all runs
-/// vary = { "model.beta" = [0.05, 0.5, 0.995] }  # a run for each; of several lists, for each combination
+/// vary = { "model.slip" = [-1, 0, 1] }          # a run for each; of several lists, for each combination
 /// ```
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
