@@ -162,6 +162,17 @@ impl SteadyReport {
     }
 }
 
+impl SteadyReport {
+    /// Growth rate and frequency of the leading mode; period and amplitudes of an oscillation.
+    pub fn numbers(&self) -> Vec<(&'static str, f64)> {
+        let leading = self.eigenvalues.first().map(|e| [("growth", e.re), ("frequency", e.im)]);
+        let cycle = self.oscillation.map(|o| {
+            [("period", o.period), ("amplitude_polarity", o.amplitude), ("amplitude_velocity", o.amplitude_velocity)]
+        });
+        leading.into_iter().flatten().chain(cycle.into_iter().flatten()).collect()
+    }
+}
+
 impl fmt::Display for SteadyReport {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, attempt) in self.tries.iter().enumerate() {

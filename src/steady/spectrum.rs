@@ -57,6 +57,17 @@ pub enum Stability {
     NotKnown,
 }
 
+impl Stability {
+    /// As in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stability::Stable => "stable",
+            Stability::Unstable => "unstable",
+            Stability::NotKnown => "not-known",
+        }
+    }
+}
+
 /// The leading eigenvalues about a state.
 #[derive(Debug, Clone)]
 pub struct Spectrum {

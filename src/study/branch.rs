@@ -207,14 +207,9 @@ impl Diagram {
         for (b, (branch, measures)) in self.branches.iter().zip(&self.measures).enumerate() {
             for (k, (point, values)) in branch.points.iter().zip(measures).enumerate() {
                 let from = branch.parent.map_or_else(String::new, |[b, _]| (b + 1).to_string());
-                let stability = match point.stability {
-                    Stability::Stable => "stable",
-                    Stability::Unstable => "unstable",
-                    Stability::NotKnown => "not-known",
-                };
                 let leading = point.eigenvalues.first();
                 let mut row = vec![(b + 1).to_string(), from, (k + 1).to_string(), number(point.parameter)];
-                row.extend([stability.to_owned(), point.unstable_dimension.to_string()]);
+                row.extend([point.stability.name().to_owned(), point.unstable_dimension.to_string()]);
                 row.push(point.special.map_or_else(String::new, |special| special.name().to_owned()));
                 row.extend(columns.iter().map(|c| values.get(c).map_or_else(String::new, |v| number(*v))));
                 row.push(leading.map_or_else(String::new, |l| number(l.re)));

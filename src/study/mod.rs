@@ -6,6 +6,7 @@ pub mod branch_file;
 pub mod file;
 pub mod order;
 pub mod results;
+pub mod richardson;
 mod source;
 pub mod sweep;
 pub mod sweep_file;

@@ -22,7 +22,7 @@ pub struct Row {
 }
 
 /// Columns between the parameters and the measures.
-const RUN: [&str; 11] = [
+const RUN: [&str; 12] = [
     "status",
     "ending",
     "reason",
@@ -34,6 +34,7 @@ const RUN: [&str; 11] = [
     "iterations",
     "accepted_late",
     "residual",
+    "stability",
 ];
 
 /// Writes the table of all runs so far.
@@ -95,8 +96,14 @@ impl Row {
         }
     }
 
-    fn numbers(&self) -> BTreeMap<&'static str, f64> {
-        self.summary().map(|summary| summary.measures.clone()).unwrap_or_default()
+    /// Measures, and what a search for a steady state found.
+    pub fn numbers(&self) -> BTreeMap<&'static str, f64> {
+        let Some(summary) = self.summary() else { return BTreeMap::new() };
+        let mut numbers = summary.measures.clone();
+        if let Some(steady) = &summary.steady {
+            numbers.extend(steady.numbers());
+        }
+        numbers
     }
 
     /// The value that the run gives a key, texts without quotes; nothing where it leaves the scene's.
@@ -109,9 +116,9 @@ impl Row {
         }
     }
 
-    fn run_columns(&self) -> [String; 11] {
+    fn run_columns(&self) -> [String; 12] {
         let Some(summary) = self.summary() else {
-            let mut cells = <[String; 11]>::default();
+            let mut cells = <[String; 12]>::default();
             (cells[0], cells[2]) = ("refused".to_owned(), self.found.reason().unwrap_or_default().to_owned());
             return cells;
         };
@@ -128,6 +135,7 @@ impl Row {
             counts.nonlinear_iterations.to_string(),
             counts.accepted_late.to_string(),
             text(summary.residual),
+            summary.steady.as_ref().and_then(|s| s.stability).map_or_else(String::new, |s| s.name().to_owned()),
         ]
     }
 }

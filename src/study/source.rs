@@ -25,7 +25,7 @@ impl Kind {
     pub fn own(self) -> &'static [&'static str] {
         match self {
             Kind::Order => &["title", "scene", "levels", "vary", "variant", "expect"],
-            Kind::Sweep => &["title", "scene", "set", "vary", "case"],
+            Kind::Sweep => &["title", "scene", "set", "vary", "case", "richardson"],
             Kind::Branch => &[
                 "title", "scene", "set", "parameter", "range", "start", "scale", "measure", "step", "max_step", "max_points",
                 "max_branches",

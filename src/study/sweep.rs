@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::results::Row;
 use super::sweep_file::{Case, SweepStudy};
-use super::{StudyError, results, table};
+use super::{StudyError, results, richardson, table};
 use crate::measure::errors::History;
 use crate::output::progress::Verbosity;
 use crate::run::{Ending, Options, Record, RunError, Summary, run_recorded};
@@ -67,6 +67,7 @@ pub fn run(study: &SweepStudy, out: &Path, verbosity: Verbosity, interrupt: &Ato
         }
         sweep.rows.push(row);
         results::write(study, &sweep.rows, &out.join("results.csv"))?;
+        richardson::write(study, &sweep.rows, &out.join("richardson.csv"))?;
         sweep.interrupted = interrupt.load(Ordering::Relaxed);
         if sweep.interrupted {
             break;

@@ -27,6 +27,17 @@ struct SweepFile {
     vary: BTreeMap<String, Vec<toml::Value>>,
     #[serde(default)]
     case: Vec<CaseTable>,
+    richardson: Option<RichardsonTable>,
+}
+
+/// `[richardson]`: named cases that refine the mesh again and again by the same ratio.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RichardsonTable {
+    /// Coarse to fine.
+    cases: Vec<String>,
+    /// Size of the cells in a case over that in the next.
+    ratio: f64,
 }
 
 /// `[[case]]`: a run of its own.
@@ -56,6 +67,8 @@ pub struct SweepStudy {
     pub scene: SceneSource,
     /// At least one; the combinations of `vary` before the named ones.
     pub cases: Vec<Case>,
+    /// Cases, coarse to fine, whose measures are extrapolated, and the ratio of their cell sizes.
+    pub richardson: Option<(Vec<String>, f64)>,
     source: SceneSource,
 }
 
@@ -93,7 +106,8 @@ impl SweepStudy {
         };
         source::apply(&mut scene, Kind::Sweep, sets, &fixed)?;
         let cases = check_cases(&source, &file)?;
-        let study = Self { title: file.title, scene, cases, source };
+        let richardson = file.richardson.as_ref().map(|table| check_richardson(&source, table, &cases)).transpose()?;
+        let study = Self { title: file.title, scene, cases, richardson, source };
         study.check_scenes()?;
         Ok(study)
     }
@@ -164,6 +178,29 @@ impl SweepStudy {
     pub fn text(&self) -> String {
         source::text::<SweepFile>(&self.source, &self.scene)
     }
+}
+
+/// At least three cases that exist, and a ratio above 1.
+fn check_richardson(
+    source: &SceneSource,
+    table: &RichardsonTable,
+    cases: &[Case],
+) -> Result<(Vec<String>, f64), StudyError> {
+    let missing = table.cases.iter().find(|name| !cases.iter().any(|case| case.name.as_ref() == Some(name)));
+    let known: Vec<&str> = cases.iter().filter_map(|case| case.name.as_deref()).collect();
+    let (key, value) = ("richardson.cases", format!("{:?}", table.cases));
+    if let Some(name) = missing {
+        let rule = format!("there is no case `{name}`{}", crate::model::names::did_you_mean(name, &known));
+        return Err(refuse(source, key, value, &rule, &format!("the named cases are {}", known.join(", "))));
+    }
+    if table.cases.len() < 3 {
+        return Err(refuse(source, key, value, "must be at least three", "coarse to fine"));
+    }
+    if !(table.ratio.is_finite() && table.ratio > 1.0) {
+        let (value, rule) = (format!("{:?}", table.ratio), "must be above 1: sizes of a case over those of the next");
+        return Err(refuse(source, "richardson.ratio", value, rule, "2.0 halves the cells"));
+    }
+    Ok((table.cases.clone(), table.ratio))
 }
 
 fn within(source: &SceneSource, key: &str, part: String, error: SceneError) -> StudyError {
