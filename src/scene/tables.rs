@@ -290,7 +290,7 @@ pub struct SteadyTable {
     pub want: Want,
     /// Leading eigenvalues to find (default 6); 0 asks for none, and then nothing is known of the stability.
     pub eigenvalues: usize,
-    /// Time that the last resort, marching with `time.step`, may cover (default `time.end`).
+    /// Time that the last resort, marching with `time.step`, may cover (default `time.end`); 0 does without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub march: Option<f64>,
 }

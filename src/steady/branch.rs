@@ -72,6 +72,9 @@ pub struct BranchSettings {
     pub eigenvalues: usize,
 }
 
+/// Share of the polarity that counts as much as the whole range, where the first branch changes less.
+const LEAST_CHANGE: f64 = 0.1;
+
 /// Shortest step, as a share of the first one.
 const SHORTEST: f64 = 1e-3;
 
@@ -131,9 +134,10 @@ pub fn follow(
     let start = &starts[0];
     let first = slope(family, start, &mut work)?;
     let (along, model) = direction(family, start, &first, &mut work)?;
-    // the polarity's change over the whole range counts as much as the range
-    let change = root(crate::solve::dot(&along.p, &model.polarity.mass_times(&along.p)));
-    let metric = Metric { scale: change.max(1e-3 * model.area.sqrt()), residual: settings.residual };
+    // the polarity's change over the whole range counts as much as the range; states that hardly change need no finer steps
+    let size = |p: &[f64]| root(crate::solve::dot(p, &model.polarity.mass_times(p)));
+    let least = LEAST_CHANGE * size(&start.state.p.values).max(model.area.sqrt());
+    let metric = Metric { scale: size(&along.p).max(least), residual: settings.residual };
     drop(model);
     let mut walk = Walk { family, metric, settings, work, branches: Vec::new(), forks: Vec::new(), seen };
     let interrupted = match walk.all(starts) {

@@ -35,7 +35,7 @@ pub struct SteadySettings {
     pub want: Want,
     /// Leading eigenvalues to find; with 0 nothing is said about stability.
     pub eigenvalues: usize,
-    /// Time that the last resort, plain time marching, may cover.
+    /// Time that the last resort, plain time marching, may cover; 0 does without it.
     pub march: f64,
 }
 
@@ -225,7 +225,7 @@ impl Finder<'_, '_> {
                     }
                     // the unstable state is not what was asked for, but it is what is known
                     Marched::Neither => {
-                        self.note("the march from the unstable state found neither rest nor a period".into())?;
+                        self.note("nothing stable was found from there".into())?;
                         return Ok(Found::Steady(Box::new(steady)));
                     }
                 },
@@ -346,6 +346,9 @@ impl Finder<'_, '_> {
             settings.control.step_min = settings.control.step_min.min(1e-6 * step);
         }
         let end = self.settings.march;
+        if end <= 0.0 {
+            return Ok(Marched::Neither);
+        }
         self.note(format!("marching in time, Δt = {}, at most to t = {end}", settings.control.step))?;
         let mut march = March::start(self.model, settings, p.clone()).map_err(crate::time::StepFailure::from)?;
         march.interrupt = self.interrupt;

@@ -67,7 +67,11 @@ pub fn run(
     // the first steady state, and where its instability leads
     let mut starts = Vec::new();
     for want in [Want::Any, Want::Stable] {
-        let search = SteadySettings { want, eigenvalues: if want == Want::Any { 0 } else { eigenvalues }, ..settings };
+        let search = match want {
+            Want::Any => SteadySettings { want, eigenvalues: 0, ..settings },
+            // where this leads nowhere, the forks of the first branch may lead there
+            Want::Stable => SteadySettings { want, eigenvalues, march: 0.0, ..settings },
+        };
         let from = starts.last().map_or_else(|| start.clone(), |place: &Place| place.state.p.clone());
         let found = find(&base.model, from, &search, scene.march(), interrupt, &mut phases, &mut seen)
             .map_err(|stall| no_start(study, &stall.to_string()))?;

@@ -59,7 +59,7 @@ fn default_step() -> f64 {
 }
 
 fn default_max_step() -> f64 {
-    0.15
+    0.2
 }
 
 fn default_max_points() -> usize {

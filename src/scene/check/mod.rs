@@ -339,7 +339,9 @@ impl Checker<'_> {
         let (most, count) = (table.max_steps, table.eigenvalues);
         self.require(most >= 1, "steady.max_steps", most, "must be at least 1", "300 is usual")?;
         self.require(count <= 60, "steady.eigenvalues", count, "must be at most 60", "6 is usual, 0 finds none")?;
-        let march = self.positive("steady.march", *table.march.get_or_insert(end), "time.end is usual")?;
+        let march = *table.march.get_or_insert(end);
+        let holds = march.is_finite() && march >= 0.0;
+        self.require(holds, "steady.march", shown(march), "must be finite and not negative", "time.end is usual")?;
         let rule = "must not depend on t where a steady state is searched for";
         let hint = "take `t` out of the formula, or the table [steady] (the flag --steady) away";
         for (tag, conditions) in boundary {
