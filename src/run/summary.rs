@@ -195,7 +195,9 @@ impl std::fmt::Display for Summary {
         let end = match &self.ending {
             Ending::EndTime => "the end time was reached",
             Ending::MaxSteps => "the largest number of steps was taken",
-            Ending::Stationary => "the residual fell below its bound: the state is stationary; whether it is stable, `--steady` finds out",
+            Ending::Stationary => {
+                "the residual fell below its bound: the state is stationary; whether it is stable, `--steady` finds out"
+            }
             Ending::EnergyAtRest => "the free energy came to rest",
             Ending::Steady => "a steady state was found",
             Ending::Oscillating => "the flow oscillates",

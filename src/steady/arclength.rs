@@ -90,7 +90,7 @@ impl Metric {
 
 /// The place on the branch at distance `s` from `base` along `ahead`, and the corrections it took.
 ///
-/// Solves `R(p, ξ) = 0`, `⟨ahead, (p, ξ) − base⟩ = s` by Newton's method with bordering; `slope` is `∂R/∂ξ` nearby.
+/// Solves `R(p, ξ) = 0`, `⟨ahead, (p, ξ) − base⟩ = s` by Newton's method with bordering, `∂R/∂ξ` as at the first guess.
 ///
 /// # Errors
 /// [`Stall::Step`] where the corrections do not converge.
@@ -100,13 +100,13 @@ pub fn correct(
     base: &Place,
     ahead: &Direction,
     s: f64,
-    slope: &[f64],
     work: &mut Work,
 ) -> Result<(Place, usize), Stall> {
     let mut p = base.state.p.clone();
     axpy(s, &ahead.p, &mut p.values);
     let mut xi = base.xi + s * ahead.xi;
     let mut before = base.state.v.clone();
+    let slope = slope(family, &Place { xi, state: State { p: p.clone(), ..base.state.clone() } }, work)?;
     let (mut last, mut worse) = (f64::INFINITY, 0);
     for corrections in 0..=CORRECTIONS {
         work.check_interrupt()?;
@@ -123,7 +123,7 @@ pub fn correct(
             return Err(Stall::Step { dt: s, residual, cause: "the corrections did not converge".into() });
         }
         last = trial.size;
-        let (a, b) = bordered(&equations, &trial, slope, work)?;
+        let (a, b) = bordered(&equations, &trial, &slope, work)?;
         // the step along b makes up for what a and the guess miss in the constraint
         let weigh = |x: &[f64]| dot(&ahead.p, &model.polarity.mass_times(x)) / metric.scale.powi(2);
         let moved: Vec<f64> = p.values.iter().zip(&base.state.p.values).map(|(p, q)| p - q).collect();

@@ -92,7 +92,6 @@ const TRIALS: usize = 8;
 struct Station {
     place: Place,
     ahead: Direction,
-    slope: Vec<f64>,
     spectrum: Spectrum,
     corrections: usize,
 }
@@ -162,19 +161,19 @@ impl Walk<'_, '_> {
     }
 
     fn both_ways(&mut self, start: &Place) -> Result<(), Stall> {
-    if self.is_known(start)? {
-        return Ok(());
-    }
-    for side in [-1.0, 1.0] {
-        let mut station = self.examine(start.clone(), None, 0)?;
-        station.ahead.p.iter_mut().for_each(|v| *v *= side);
-        station.ahead.xi *= side;
-        let leaves = if side < 0.0 { start.xi > 1e-9 } else { start.xi < 1.0 - 1e-9 };
-        if leaves {
-            self.branch(None, station, self.settings.step)?;
+        if self.is_known(start)? {
+            return Ok(());
         }
-    }
-    Ok(())
+        for side in [-1.0, 1.0] {
+            let mut station = self.examine(start.clone(), None, 0)?;
+            station.ahead.p.iter_mut().for_each(|v| *v *= side);
+            station.ahead.xi *= side;
+            let leaves = if side < 0.0 { start.xi > 1e-9 } else { start.xi < 1.0 - 1e-9 };
+            if leaves {
+                self.branch(None, station, self.settings.step)?;
+            }
+        }
+        Ok(())
     }
 
     /// Whether a branch already followed passes through a place : between two of its points the parameter is the place's, and they are
@@ -206,9 +205,10 @@ impl Walk<'_, '_> {
             ahead.p.iter_mut().for_each(|v| *v = -*v);
             ahead.xi = -ahead.xi;
         }
-        let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: false };
+        // half of the price of a point; where a branch begins they are searched for
+        let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: false, fast: behind.is_none() };
         let spectrum = spectrum(&model, &place.state, ask, &mut self.work)?;
-        Ok(Station { place, ahead, slope, spectrum, corrections })
+        Ok(Station { place, ahead, spectrum, corrections })
     }
 
     fn point(&self, station: &Station, special: Option<Special>) -> Point {
@@ -287,16 +287,14 @@ impl Walk<'_, '_> {
 
     /// The next station, on the bound of the range where the step would leave it.
     fn advance(&mut self, here: &Station, step: f64) -> Result<Station, Stall> {
-        let (place, corrections) =
-            correct(self.family, &self.metric, &here.place, &here.ahead, step, &here.slope, &mut self.work)?;
+        let (place, corrections) = correct(self.family, &self.metric, &here.place, &here.ahead, step, &mut self.work)?;
         let bound = place.xi.clamp(0.0, 1.0);
         let (place, corrections) = if bound == place.xi {
             (place, corrections)
         } else {
             let upright = Direction { p: vec![0.0; here.ahead.p.len()], xi: 1.0 };
             let left = bound - here.place.xi;
-            let (mut place, more) =
-                correct(self.family, &self.metric, &here.place, &upright, left, &here.slope, &mut self.work)?;
+            let (mut place, more) = correct(self.family, &self.metric, &here.place, &upright, left, &mut self.work)?;
             place.xi = bound;
             (place, more)
         };
@@ -356,7 +354,7 @@ impl Walk<'_, '_> {
         let mut best: Option<(Station, Mode)> = None;
         for _ in 0..TRIALS {
             let s = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let found = correct(self.family, &self.metric, &a.place, &a.ahead, s, &a.slope, &mut self.work);
+            let found = correct(self.family, &self.metric, &a.place, &a.ahead, s, &mut self.work);
             let station = match found {
                 Ok((place, corrections)) => self.examine(place, Some(&a.ahead), corrections)?,
                 Err(Stall::Interrupted) => return Err(Stall::Interrupted),
@@ -390,7 +388,7 @@ impl Walk<'_, '_> {
             let mut s = side * self.settings.step;
             for _ in 0..4 {
                 let base = &fork.station;
-                let found = correct(self.family, &self.metric, &base.place, &across, s, &base.slope, &mut self.work);
+                let found = correct(self.family, &self.metric, &base.place, &across, s, &mut self.work);
                 match found {
                     Ok((place, corrections)) => {
                         sides.push((place, corrections, s));

@@ -262,7 +262,7 @@ impl Finder<'_, '_> {
     fn judge(&mut self, state: State, leaves: bool) -> Result<Steady, Stall> {
         let model = self.model;
         let residuals = model.residuals(&state, 0.0).map_err(crate::time::StepFailure::from)?;
-        let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: leaves };
+        let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: leaves, fast: true };
         let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
         let found = (ask.wanted > 0).then(|| spectrum(model, &state, ask, &mut work)).transpose()?;
         Ok(Steady { state, residuals, spectrum: found })

@@ -126,6 +126,8 @@ pub struct Ask {
     pub wanted: usize,
     /// Whether a mode that grows is all that is asked for.
     pub growing_suffices: bool,
+    /// Whether fast modes are searched for, too.
+    pub fast: bool,
 }
 
 /// Finds the eigenvalues about a steady state that are nearest to the [`SHIFTS`].
@@ -134,7 +136,8 @@ pub struct Ask {
 /// A factorisation that fails; an interrupt.
 pub fn spectrum(model: &Incompressible, state: &State, ask: Ask, work: &mut Work) -> Result<Spectrum, Stall> {
     let mut found = Spectrum { modes: Vec::new(), searched: Vec::new() };
-    for shift in SHIFTS {
+    let shifts = if ask.fast { &SHIFTS[..] } else { &SHIFTS[..1] };
+    for &shift in shifts {
         // the later ones are to show that nothing fast grows, not to find more of what decays
         let wanted = if shift == SHIFTS[0] { Some(ask.wanted) } else { None };
         let (modes, disc) = near(model, state, shift, wanted, ask.growing_suffices, work)?;

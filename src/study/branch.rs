@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::StudyError;
 use super::branch_file::{BranchStudy, ParameterScale};
 use super::table::{refuse_occupied, write_rows, write_study};
-use super::StudyError;
 use crate::model::incompressible::Incompressible;
 use crate::output::plot::{Axis, Line, Markers, Plot, Scale, Series, Symbol};
 use crate::output::progress::{Progress, Verbosity};
@@ -93,8 +93,7 @@ pub fn run(
         let changed = base.model.changed(&description.parameters, &description.conditions, &description.sources);
         changed.map_err(|error| Stall::Failed(error.into()))
     };
-    let family =
-        Family { model: &model, range: study.range, logarithmic: study.scale == ParameterScale::Log };
+    let family = Family { model: &model, range: study.range, logarithmic: study.scale == ParameterScale::Log };
     let mut measures: Vec<Vec<BTreeMap<&'static str, f64>>> = Vec::new();
     let mut broken: Option<RunError> = None;
     let told = |branch: usize, point: &Point, value: f64| {
@@ -128,8 +127,7 @@ pub fn run(
     };
     let mut memory = Memory::default();
     let work = Work { memory: &mut memory, phases: &mut phases, interrupt };
-    let settings =
-        crate::steady::branch::BranchSettings { residual, eigenvalues, ..study.settings };
+    let settings = crate::steady::branch::BranchSettings { residual, eigenvalues, ..study.settings };
     let outcome = follow(&family, &starts, &settings, work, &mut take);
     if let Some(error) = broken {
         return Err(error.into());
@@ -259,7 +257,13 @@ impl Diagram {
                     let solid = if special && k + 1 < count && k > 0 { stable(k - 1) } else { stable(k) };
                     let (name, line) = if solid { ("stable", Line::Solid) } else { ("unstable", Line::Dashed) };
                     let points = std::mem::take(&mut part);
-                    series.push(Series { name: name.into(), points, line, markers: Markers::None, colour: Some(colour) });
+                    series.push(Series {
+                        name: name.into(),
+                        points,
+                        line,
+                        markers: Markers::None,
+                        colour: Some(colour),
+                    });
                     part.push(at(k));
                 }
             }
@@ -296,7 +300,8 @@ impl std::fmt::Display for Diagram {
         let points: usize = self.branches.iter().map(|branch| branch.points.len()).sum();
         write!(out, "{} branches, {points} points, {:.1} s", self.branches.len(), self.seconds)?;
         for (k, branch) in self.branches.iter().enumerate() {
-            let [first, last] = [branch.points.first(), branch.points.last()].map(|p| p.map_or(f64::NAN, |p| p.parameter));
+            let [first, last] =
+                [branch.points.first(), branch.points.last()].map(|p| p.map_or(f64::NAN, |p| p.parameter));
             write!(out, "\nbranch {}: from {first:.5} to {last:.5}, ended: {}", k + 1, branch.end)?;
             for point in branch.points.iter().filter(|point| point.special.is_some()) {
                 let name = point.special.map_or("", Special::name);

@@ -154,9 +154,7 @@ impl BranchStudy {
         let mut scene = self.scene.clone();
         let blame = |error: SceneError| -> StudyError {
             match override_of(&error) {
-                Some(path) if path == self.parameter => {
-                    source::within(&self.source, "range", error)
-                }
+                Some(path) if path == self.parameter => source::within(&self.source, "range", error),
                 Some(_) | None => error.into(),
             }
         };
@@ -195,11 +193,21 @@ fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
     let [a, b] = file.range;
     let logarithmic = file.scale == ParameterScale::Log;
     if !(a.is_finite() && b.is_finite() && a < b) || (logarithmic && a <= 0.0) {
-        let rule = if logarithmic { "must be two positive numbers, the smaller first" } else { "must be two numbers, the smaller first" };
+        let rule = if logarithmic {
+            "must be two positive numbers, the smaller first"
+        } else {
+            "must be two numbers, the smaller first"
+        };
         return Err(refuse(source, "range", format!("[{a:?}, {b:?}]"), rule, "such as [0.25, 4.0]"));
     }
     if !(a..=b).contains(&file.start) {
-        return Err(refuse(source, "start", format!("{:?}", file.start), "must lie in the range", "such as its middle"));
+        return Err(refuse(
+            source,
+            "start",
+            format!("{:?}", file.start),
+            "must lie in the range",
+            "such as its middle",
+        ));
     }
     let ordered = 0.0 < file.step && file.step <= file.max_step && file.max_step <= 1.0;
     if !ordered {

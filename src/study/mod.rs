@@ -43,7 +43,9 @@ pub enum StudyError {
     NoStudy { file: String },
     #[error("{file}: this is {is}; hint: `monolayer {command} {file}` runs it")]
     OtherKind { file: String, is: &'static str, command: &'static str },
-    #[error("no branch begins at {parameter} = {start}: {reason}; hint: choose another `start`, where `monolayer run --steady` finds a state")]
+    #[error(
+        "no branch begins at {parameter} = {start}: {reason}; hint: choose another `start`, where `monolayer run --steady` finds a state"
+    )]
     NoBranch { parameter: String, start: f64, reason: String },
     #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },

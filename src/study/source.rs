@@ -27,7 +27,17 @@ impl Kind {
             Kind::Order => &["title", "scene", "levels", "vary", "variant", "expect"],
             Kind::Sweep => &["title", "scene", "set", "vary", "case", "richardson"],
             Kind::Branch => &[
-                "title", "scene", "set", "parameter", "range", "start", "scale", "measure", "step", "max_step", "max_points",
+                "title",
+                "scene",
+                "set",
+                "parameter",
+                "range",
+                "start",
+                "scale",
+                "measure",
+                "step",
+                "max_step",
+                "max_points",
                 "max_branches",
             ],
         }
@@ -62,7 +72,9 @@ pub(super) fn read<T: DeserializeOwned>(
     let has = |key: &str| source.value(key).is_some();
     let file = source.origin().to_owned();
     match kind {
-        Kind::Order | Kind::Sweep | Kind::Branch if has("model") && !has("scene") => return Err(StudyError::NoStudy { file }),
+        Kind::Order | Kind::Sweep | Kind::Branch if has("model") && !has("scene") => {
+            return Err(StudyError::NoStudy { file });
+        }
         Kind::Order if has("scene") && !has("levels") && (has("case") || has("set")) => {
             return Err(StudyError::OtherKind { file, is: "a sweep, not a study of orders", command: "study" });
         }
