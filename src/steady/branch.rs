@@ -152,10 +152,10 @@ impl Walk<'_, '_> {
     fn all(&mut self, starts: &[Place]) -> Result<(), Stall> {
         for start in starts {
             self.both_ways(start)?;
-            while !self.forks.is_empty() && self.branches.len() < self.settings.max_branches {
-                let fork = self.forks.remove(0);
-                self.switch(&fork)?;
-            }
+        }
+        while !self.forks.is_empty() && self.branches.len() < self.settings.max_branches {
+            let fork = self.forks.remove(0);
+            self.switch(&fork)?;
         }
         Ok(())
     }
