@@ -108,9 +108,7 @@ impl Arnoldi {
         }
         // conjugates one after the other, the positive imaginary part first
         found.sort_by(|a, b| {
-            let order = b.0.norm().total_cmp(&a.0.norm());
-            let near = (a.0.norm() - b.0.norm()).abs() <= 1e-10 * a.0.norm();
-            if near { b.0.re.total_cmp(&a.0.re).then(b.0.im.total_cmp(&a.0.im)) } else { order }
+            b.0.norm().total_cmp(&a.0.norm()).then(b.0.re.total_cmp(&a.0.re)).then(b.0.im.total_cmp(&a.0.im))
         });
         Ok(found)
     }

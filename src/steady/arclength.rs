@@ -159,7 +159,7 @@ fn along(equations: &Equations, trial: &Trial, slope: &[f64], work: &mut Work) -
     Ok(solve(equations, &tangent, work.memory, (trial, 0.0), &right, REDUCTION, work.phases)?.0)
 }
 
-/// `∂R/∂ξ` at a place, by a central difference.
+/// `∂R/∂ξ` at a place, by a central difference, at the ends of the range a one-sided one.
 ///
 /// # Errors
 /// A model that cannot be set up there.
@@ -169,8 +169,10 @@ pub fn slope(family: &Family, at: &Place, work: &mut Work) -> Result<Vec<f64>, S
         let equations = Equations::stationary(&model, &at.state.v, 0.0)?;
         Ok(equations.evaluate(at.state.p.clone(), work.phases)?.residual)
     };
-    let (up, down) = (residual(at.xi + DIFFERENCE)?, residual(at.xi - DIFFERENCE)?);
-    Ok(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * DIFFERENCE)).collect())
+    let (above, below) =
+        ((at.xi + DIFFERENCE).clamp(DIFFERENCE, 1.0), (at.xi - DIFFERENCE).clamp(0.0, 1.0 - DIFFERENCE));
+    let (up, down) = (residual(above)?, residual(below)?);
+    Ok(up.iter().zip(&down).map(|(u, d)| (u - d) / (above - below)).collect())
 }
 
 /// The direction of the branch at a place, on the side of `ahead` or of growing ξ, not yet of length 1.

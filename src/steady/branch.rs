@@ -265,6 +265,13 @@ impl Walk<'_, '_> {
                 step *= 0.5;
                 continue;
             }
+            // two real eigenvalues, which a shorter step may tell apart
+            let rank = next.spectrum.unstable_dimension().max(here.spectrum.unstable_dimension());
+            let is_pair = critical(&next.spectrum, rank).is_none_or(|mode| mode.value.im != 0.0);
+            if jump == 2 && !is_pair && step > 0.1 * self.settings.step {
+                step *= 0.5;
+                continue;
+            }
             self.between(&here, &next, step)?;
             self.push(&next, None)?;
             if self.joins(&next, step) {
@@ -287,16 +294,25 @@ impl Walk<'_, '_> {
 
     /// The next station, on the bound of the range where the step would leave it.
     fn advance(&mut self, here: &Station, step: f64) -> Result<Station, Stall> {
-        let (place, corrections) = correct(self.family, &self.metric, &here.place, &here.ahead, step, &mut self.work)?;
-        let bound = place.xi.clamp(0.0, 1.0);
-        let (place, corrections) = if bound == place.xi {
-            (place, corrections)
+        let within = |xi: f64| (0.0..=1.0).contains(&xi);
+        let guess = here.place.xi + step * here.ahead.xi;
+        // there may be no tissue beyond the range: nothing is looked for there
+        let free = if within(guess) {
+            Some(correct(self.family, &self.metric, &here.place, &here.ahead, step, &mut self.work)?)
         } else {
-            let upright = Direction { p: vec![0.0; here.ahead.p.len()], xi: 1.0 };
-            let left = bound - here.place.xi;
-            let (mut place, more) = correct(self.family, &self.metric, &here.place, &upright, left, &mut self.work)?;
-            place.xi = bound;
-            (place, more)
+            None
+        };
+        let (place, corrections) = match free {
+            Some((place, corrections)) if within(place.xi) => (place, corrections),
+            other => {
+                let bound = other.map_or(guess, |(place, _)| place.xi).clamp(0.0, 1.0);
+                let upright = Direction { p: vec![0.0; here.ahead.p.len()], xi: 1.0 };
+                let left = bound - here.place.xi;
+                let (mut place, more) =
+                    correct(self.family, &self.metric, &here.place, &upright, left, &mut self.work)?;
+                place.xi = bound;
+                (place, more)
+            }
         };
         let next = self.examine(place, Some(&here.ahead), corrections)?;
         let model = (self.family.model)(self.family.parameter(next.place.xi))?;
@@ -316,18 +332,18 @@ impl Walk<'_, '_> {
         if da == db || !known(a) || !known(b) {
             return Ok(());
         }
-        let complex = da.abs_diff(db) == 2;
-        let (Some(first), Some(last)) = (critical(&a.spectrum, complex), critical(&b.spectrum, complex)) else {
+        let rank = da.max(db);
+        let (Some(first), Some(last)) = (critical(&a.spectrum, rank), critical(&b.spectrum, rank)) else {
             return Ok(());
         };
-        let found = self.locate(a, step, [first.value.re, last.value.re], complex)?;
+        let found = self.locate(a, step, [first.value.re, last.value.re], rank)?;
         let (station, mode) = match found {
             Some(found) => found,
             // not located: the nearer of the two stands for it
             None if first.value.re.abs() < last.value.re.abs() => (a.clone(), first.clone()),
             None => (b.clone(), last.clone()),
         };
-        let special = match (complex, turns) {
+        let special = match (mode.value.im != 0.0, turns) {
             (true, _) => Special::Hopf,
             (false, true) => Special::Fold,
             (false, false) => Special::BranchPoint,
@@ -345,7 +361,7 @@ impl Walk<'_, '_> {
         a: &Station,
         step: f64,
         ends: [f64; 2],
-        complex: bool,
+        rank: usize,
     ) -> Result<Option<(Station, Mode)>, Stall> {
         if ends[0] * ends[1] > 0.0 {
             return Ok(None);
@@ -360,7 +376,7 @@ impl Walk<'_, '_> {
                 Err(Stall::Interrupted) => return Err(Stall::Interrupted),
                 Err(_) => break,
             };
-            let Some(mode) = critical(&station.spectrum, complex).cloned() else { break };
+            let Some(mode) = critical(&station.spectrum, rank).cloned() else { break };
             let g = mode.value.re;
             if best.as_ref().is_none_or(|(_, b)| g.abs() < b.value.re.abs()) {
                 best = Some((station, mode));
@@ -402,7 +418,7 @@ impl Walk<'_, '_> {
         let xi = fork.station.place.xi;
         let shifts: Vec<f64> = sides.iter().map(|(place, ..)| place.xi - xi).collect();
         let mirrored = match shifts[..] {
-            [a, b] => sides[0].2 == -sides[1].2 && (a - b).abs() < 1e-2 * (a.abs() + b.abs()),
+            [a, b] => sides[0].2 == -sides[1].2 && (a - b).abs() < 0.05 * (a.abs() + b.abs()),
             _ => false,
         };
         if mirrored {
@@ -442,8 +458,12 @@ impl Walk<'_, '_> {
     }
 }
 
-/// The eigenvalue next to the imaginary axis, real or not.
-fn critical(spectrum: &Spectrum, complex: bool) -> Option<&Mode> {
-    let of_kind = spectrum.modes.iter().filter(|mode| (mode.value.im != 0.0) == complex);
-    of_kind.min_by(|a, b| a.value.re.abs().total_cmp(&b.value.re.abs()))
+/// The mode of number `rank`, from 1, in the order of growth rates, of a pair each half counted: between two states of which `rank` is
+/// the larger unstable dimension, its growth rate changes sign.
+fn critical(spectrum: &Spectrum, rank: usize) -> Option<&Mode> {
+    let mut count = 0;
+    spectrum.modes.iter().find(|mode| {
+        count += if mode.value.im == 0.0 { 1 } else { 2 };
+        count >= rank
+    })
 }

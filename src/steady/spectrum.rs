@@ -5,7 +5,7 @@
 //! shift finds the slow modes, a large one fast oscillations that grow.
 
 use std::cell::RefCell;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::Complex;
 use rand::{RngExt, SeedableRng};
@@ -19,8 +19,8 @@ use crate::model::parameters::ElasticForce;
 use crate::model::tangent::Tangent;
 use crate::solve::arnoldi::Arnoldi;
 use crate::solve::krylov::gmres;
-use crate::solve::{SolveError, axpy, dot, norm};
-use crate::time::StepFailure;
+use crate::solve::{SolveError, axpy, dot, norm, root};
+use crate::time::{Phases, StepFailure};
 
 /// An eigenvalue with its mode; of a complex pair the one with positive imaginary part.
 #[derive(Debug, Clone)]
@@ -142,8 +142,7 @@ pub fn spectrum(model: &Incompressible, state: &State, ask: Ask, work: &mut Work
         let wanted = if shift == SHIFTS[0] { Some(ask.wanted) } else { None };
         let (modes, disc) = near(model, state, shift, wanted, ask.growing_suffices, work)?;
         for mode in modes {
-            let known = |m: &Mode| (m.value - mode.value).norm() < 1e-5 * (1.0 + mode.value.norm());
-            if !found.modes.iter().any(known) {
+            if is_new(model, &found.modes, &mode) {
                 found.modes.push(mode);
             }
         }
@@ -165,48 +164,80 @@ fn near(
     growing_suffices: bool,
     work: &mut Work,
 ) -> Result<(Vec<Mode>, Disc), Stall> {
-    let pe = model.parameters.peclet;
     let tangent = work.phases.measure("tangent", || Tangent::new(model, state, &state.v, shift, 0.0));
     work.memory.borrow_for(model, &tangent, work.phases)?;
-    let lagged = work.memory.factors().expect("just made");
-    let gram = |x: &[f64]| model.polarity.mass_times(x);
-    let mut arnoldi = Arnoldi::new(&any_direction(model.polarity.space.dof_count()), &gram);
-    let mut apply = |x: &[f64]| -> Result<Vec<f64>, StepFailure> {
-        let right: Vec<f64> = model.polarity.mass_times(x).into_iter().map(|v| pe * v).collect();
-        solve(&tangent, lagged, right)
-    };
-    let (count, outer, doubtful) = loop {
-        if work.interrupt.load(Ordering::Relaxed) {
-            return Err(Stall::Interrupted);
-        }
-        let len = arnoldi.len() + BATCH;
-        work.phases.measure("eigenvalues", || arnoldi.extend(len, &mut apply, &gram))?;
-        let values = arnoldi.values().map_err(StepFailure::from)?;
-        // the eigenvalues nearest to the shift, as far as every one of them has converged
-        let count = values.iter().take_while(|(theta, residual)| *residual < CONVERGED * theta.norm()).count();
-        let outer = values.get(count).map_or(f64::INFINITY, |(theta, _)| 1.0 / theta.norm());
-        let grows = |theta: &Complex<f64>| shift - theta.inv().re > NEUTRAL;
-        let doubtful = values[count..].iter().filter(|(theta, _)| grows(theta)).count();
-        let enough = match wanted {
-            Some(wanted) => count >= wanted && outer >= shift,
-            None => len >= DIMENSION[0],
-        };
-        let grown = growing_suffices && values[..count].iter().any(|(theta, _)| grows(theta));
-        let enough = grown || (enough && doubtful == 0);
-        if enough || len >= DIMENSION[1] || arnoldi.is_closed() {
-            break (count, outer, doubtful);
-        }
-    };
-    let mut modes = Vec::new();
-    for ritz in arnoldi.pairs(count).map_err(StepFailure::from)? {
-        let value = Complex::new(shift, 0.0) - ritz.value.inv();
-        // of a pair, T and A exchange the signs of the imaginary parts
-        if value.im >= 0.0 {
-            let residual = defect(&tangent, shift, value, &ritz.vector)?;
-            modes.push(Mode { value, vector: ritz.vector, residual });
+    let krylov = Krylov { lagged: work.memory.factors().expect("just made"), tangent: &tangent, shift };
+    let (mut modes, disc) = krylov.search(1, wanted, growing_suffices, work.phases, work.interrupt)?;
+    // of a multiple eigenvalue a Krylov space shows one mode, that of another start another one
+    let growing = modes.iter().filter(|mode| mode.value.re > NEUTRAL).count();
+    if growing > 0 && !growing_suffices {
+        for mode in krylov.search(2, Some(growing), false, work.phases, work.interrupt)?.0 {
+            if is_new(model, &modes, &mode) {
+                modes.push(mode);
+            }
         }
     }
-    Ok((modes, Disc { shift, radius: outer, dimension: arnoldi.len(), doubtful }))
+    Ok((modes, disc))
+}
+
+/// What makes `T` at a state.
+struct Krylov<'k> {
+    tangent: &'k Tangent<'k>,
+    lagged: &'k Lagged,
+    shift: f64,
+}
+
+impl Krylov<'_> {
+    /// The converged eigenvalues from one start.
+    fn search(
+        &self,
+        seed: u64,
+        wanted: Option<usize>,
+        growing_suffices: bool,
+        phases: &mut Phases,
+        interrupt: &AtomicBool,
+    ) -> Result<(Vec<Mode>, Disc), Stall> {
+        let (model, shift) = (self.tangent.model, self.shift);
+        let gram = |x: &[f64]| model.polarity.mass_times(x);
+        let mut arnoldi = Arnoldi::new(&any_direction(model.polarity.space.dof_count(), seed), &gram);
+        let mut apply = |x: &[f64]| -> Result<Vec<f64>, StepFailure> {
+            let pe = model.parameters.peclet;
+            let right: Vec<f64> = model.polarity.mass_times(x).into_iter().map(|v| pe * v).collect();
+            solve(self.tangent, self.lagged, right)
+        };
+        let (count, radius, doubtful) = loop {
+            if interrupt.load(Ordering::Relaxed) {
+                return Err(Stall::Interrupted);
+            }
+            let len = arnoldi.len() + BATCH;
+            phases.measure("eigenvalues", || arnoldi.extend(len, &mut apply, &gram))?;
+            let values = arnoldi.values().map_err(StepFailure::from)?;
+            // the eigenvalues nearest to the shift, as far as every one of them has converged
+            let count = values.iter().take_while(|(theta, residual)| *residual < CONVERGED * theta.norm()).count();
+            let outer = values.get(count).map_or(f64::INFINITY, |(theta, _)| 1.0 / theta.norm());
+            let grows = |theta: &Complex<f64>| shift - theta.inv().re > NEUTRAL;
+            let doubtful = values[count..].iter().filter(|(theta, _)| grows(theta)).count();
+            let enough = match wanted {
+                Some(wanted) => count >= wanted && outer >= shift,
+                None => len >= DIMENSION[0],
+            };
+            let grown = growing_suffices && values[..count].iter().any(|(theta, _)| grows(theta));
+            let enough = grown || (enough && doubtful == 0);
+            if enough || len >= DIMENSION[1] || arnoldi.is_closed() {
+                break (count, outer, doubtful);
+            }
+        };
+        let mut modes = Vec::new();
+        for ritz in arnoldi.pairs(count).map_err(StepFailure::from)? {
+            let value = Complex::new(shift, 0.0) - ritz.value.inv();
+            // of a pair, T and A exchange the signs of the imaginary parts
+            if value.im >= 0.0 {
+                let residual = defect(self.tangent, shift, value, &ritz.vector)?;
+                modes.push(Mode { value, vector: ritz.vector, residual });
+            }
+        }
+        Ok((modes, Disc { shift, radius, dimension: arnoldi.len(), doubtful }))
+    }
 }
 
 /// `(R′ + σ Pe M)⁻¹ b`: the factors invert it exactly, but for the energy-consistent force.
@@ -258,8 +289,45 @@ fn defect(tangent: &Tangent, shift: f64, value: Complex<f64>, vector: &[Vec<f64>
     Ok(square.max(0.0).sqrt() / (pe * (value.norm() + shift) * size.sqrt()))
 }
 
+/// Eigenvalues nearer to each other, relative to 1 and themselves, may be one.
+const SAME: f64 = 1e-5;
+
+/// Then a mode is another one if more than this share of it is independent of the others.
+const INDEPENDENT: f64 = 0.02;
+
+/// Whether a mode is none of the known ones, nor a combination of those with its eigenvalue.
+fn is_new(model: &Incompressible, known: &[Mode], mode: &Mode) -> bool {
+    let product = |a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]| -> Complex<f64> {
+        let [re, im] = [&b[0], &b[1]].map(|part| model.polarity.mass_times(part));
+        Complex::new(dot(&a[0], &re) + dot(&a[1], &im), dot(&a[0], &im) - dot(&a[1], &re))
+    };
+    // what is left of b without its share of the unit vector a
+    let without = |a: &[Vec<f64>; 2], b: &mut [Vec<f64>; 2]| {
+        let share = product(a, b);
+        let [re, im] = b;
+        axpy(-share.re, &a[0], re);
+        axpy(share.im, &a[1], re);
+        axpy(-share.re, &a[1], im);
+        axpy(-share.im, &a[0], im);
+    };
+    let same = |m: &&Mode| (m.value - mode.value).norm() < SAME * (1.0 + mode.value.norm());
+    let mut basis: Vec<[Vec<f64>; 2]> = Vec::new();
+    // the unit vector of what the basis has not of a vector, if that is anything
+    let rest_of = |basis: &[[Vec<f64>; 2]], vector: &[Vec<f64>; 2]| {
+        let (mut rest, before) = (vector.clone(), root(product(vector, vector).re));
+        basis.iter().for_each(|unit| without(unit, &mut rest));
+        let left = root(product(&rest, &rest).re);
+        rest.iter_mut().flatten().for_each(|v| *v /= left);
+        (left > INDEPENDENT * before).then_some(rest)
+    };
+    for other in known.iter().filter(same) {
+        basis.extend(rest_of(&basis, &other.vector));
+    }
+    rest_of(&basis, &mode.vector).is_some()
+}
+
 /// A start that favours no symmetry; the same in every run.
-fn any_direction(len: usize) -> Vec<f64> {
-    let mut random = ChaCha8Rng::seed_from_u64(1);
+fn any_direction(len: usize, seed: u64) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
     (0..len).map(|_| random.random_range(-1.0..1.0)).collect()
 }

@@ -88,8 +88,8 @@ pub struct BranchStudy {
 }
 
 /// Numbers of `[model]` that a branch may follow.
-const PARAMETERS: [&str; 9] =
-    ["friction", "beta", "traction", "active_stress", "peclet", "coherence", "elasticity", "slip", "(none)"];
+const PARAMETERS: [&str; 8] =
+    ["friction", "beta", "traction", "active_stress", "peclet", "coherence", "elasticity", "slip"];
 
 impl BranchStudy {
     /// Reads a study and the scene it names; `sets` change keys of the study or else of the scene.
@@ -133,7 +133,8 @@ impl BranchStudy {
         for value in [study.start, study.range[0], study.range[1]] {
             let scene = study.scene_at(value)?;
             let columns = crate::run::measures::columns(&scene);
-            if !columns.contains(&study.measure.as_str()) {
+            // residuals and energies are columns, too, but no point has them
+            if !columns.contains(&study.measure.as_str()) || !MEASURES.contains(&study.measure.as_str()) {
                 let known: Vec<&str> = columns.into_iter().filter(|c| MEASURES.contains(c)).collect();
                 let rule = format!("the scene measures no such thing{}", names::did_you_mean(&study.measure, &known));
                 let hint = match known.is_empty() {
@@ -184,7 +185,7 @@ pub const MEASURES: [&str; 6] = [
 fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
     let number = file.parameter.strip_prefix("model.").filter(|key| PARAMETERS.contains(key));
     if number.is_none() {
-        let known: Vec<String> = PARAMETERS[..8].iter().map(|key| format!("model.{key}")).collect();
+        let known: Vec<String> = PARAMETERS.iter().map(|key| format!("model.{key}")).collect();
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
         let rule = format!("must be a number of [model]{}", names::did_you_mean(&file.parameter, &known));
         let (value, hint) = (format!("\"{}\"", file.parameter), format!("the choices are {}", known.join(", ")));

@@ -23,8 +23,12 @@ use crate::time::CouplingKind;
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let has = |key: &str| source.value(key).is_some();
-    let command = if has("levels") { "order" } else { "study" };
-    if let (Some(scene), true) = (source.value("scene"), ["levels", "vary", "case"].into_iter().any(has)) {
+    let command = match (has("levels"), has("parameter")) {
+        (true, _) => "order",
+        (false, true) => "branch",
+        (false, false) => "study",
+    };
+    if let (Some(scene), true) = (source.value("scene"), ["levels", "vary", "case", "parameter"].into_iter().any(has)) {
         let scene = scene.as_str().unwrap_or("named in it").to_owned();
         return Err(SceneError::Study { file: source.origin().to_owned(), command, scene });
     }
