@@ -1,10 +1,10 @@
 //! The incompressible tissue: velocity and pressure that follow the polarity, and a polarity that the flow carries.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
-use super::lagged::Layout;
+use super::lagged::{Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, tagged};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
@@ -85,6 +85,8 @@ pub struct Incompressible {
     /// Where the energy-consistent force needs its boundary terms: faces where `w·n` is free, and those of them or of slip where
     /// the polarity is prescribed.
     pub natural_faces: [Faces; 2],
+    /// That of the coupled matrix, once somebody has asked for it.
+    structure: OnceLock<Structure>,
 }
 
 impl Incompressible {
@@ -151,6 +153,7 @@ impl Incompressible {
             loops,
             momentum,
             polarity,
+            structure: OnceLock::new(),
         })
     }
 
@@ -418,6 +421,23 @@ impl Incompressible {
             ElasticForce::Stress => Carrier::from(flow),
             ElasticForce::Energy => Carrier { flow, sides: before },
         }
+    }
+
+    /// The structure of the coupled matrix, found once.
+    ///
+    /// # Errors
+    /// As [`Structure::new`].
+    pub fn structure(&self) -> Result<&Structure, SolveError> {
+        if self.structure.get().is_none() {
+            self.know_structure(Structure::new(&self.layout())?);
+        }
+        Ok(self.structure.get().expect("just found"))
+    }
+
+    /// Keeps a structure that was found from the same layout; a later one changes nothing.
+    pub fn know_structure(&self, structure: Structure) {
+        // whoever was first has found the same
+        let _ = self.structure.set(structure);
     }
 
     /// How the unknowns of the coupled matrix hang together.

@@ -68,9 +68,14 @@ impl Structure {
         Ok(Self { symbolic: Arc::new(symbolic), first })
     }
 
-    /// Bytes that a factorisation takes.
+    /// Bytes of the factors.
     pub fn bytes(&self) -> usize {
-        8 * (self.symbolic.factor_entries() + self.symbolic.stack_entries())
+        8 * self.symbolic.factor_entries()
+    }
+
+    /// Bytes that making them on so many threads takes at most besides.
+    pub fn room(&self, threads: usize) -> usize {
+        8 * (self.symbolic.stack_entries(threads) + self.symbolic.waiting_entries())
     }
 }
 

@@ -1,7 +1,9 @@
 //! One scene from its description to its folder of results.
 
+pub mod available;
 pub mod exact;
 pub mod measures;
+pub mod memory;
 pub mod report;
 pub mod setup;
 pub mod steady;
@@ -63,6 +65,12 @@ pub enum RunError {
     OtherProblem { file: String, key: String },
     #[error("{origin}: the search for a steady state failed: {reason}")]
     Steady { origin: String, reason: String },
+    #[error(
+        "{origin}: the run does not fit into memory: it would take about {needed:.0} MiB, and must take at most the {available:.0} MiB that are available; hint: {hint}"
+    )]
+    Memory { origin: String, needed: f64, available: f64, hint: String },
+    #[error("MONOLAYER_MEMORY = `{value}`: must be a positive number of MiB; hint: leave it unset to ask the system")]
+    BadMemory { value: String },
     #[error("{file}: {what}; hint: {hint}")]
     Start { file: String, what: String, hint: String },
 }

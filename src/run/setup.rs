@@ -4,7 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::RunError;
+use super::available::available;
 use super::exact::check_exact;
+use super::memory::{self, Unknowns};
 use crate::form::Faces;
 use crate::measure::MeasureError;
 use crate::mesh::generate::Shape;
@@ -78,16 +80,29 @@ impl Setup {
     /// Builds the mesh, compares its tags with the scene, assembles and factorises.
     ///
     /// # Errors
-    /// As [`build_mesh`], [`Scene::check_tags`] and [`Incompressible::new`].
+    /// As [`Setup::within`] and [`available`].
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
+        Self::within(scene, available()?)
+    }
+
+    /// As [`Setup::new`] with so many bytes of memory; `None` is as many as are asked for.
+    ///
+    /// # Errors
+    /// As [`build_mesh`], [`Scene::check_tags`], [`memory::check`] and [`Incompressible::new`].
+    pub fn within(scene: &Scene, available: Option<f64>) -> Result<Self, RunError> {
         let begin = std::time::Instant::now();
         let mesh = Arc::new(build_mesh(scene)?);
         scene.check_tags(&mesh.tags)?;
         check_measures(scene, &mesh)?;
         check_exact(scene, &mesh)?;
         let description = describe(scene, &mesh);
+        let need = memory::need(scene, &Unknowns::new(scene, &mesh, &description).layout())?;
+        memory::check(scene, &need, available)?;
         let model = Incompressible::new(&mesh, &description)
             .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
+        if let Some(structure) = need.structure {
+            model.know_structure(structure);
+        }
         let locator = Locator::new(&mesh);
         Ok(Self { quality: mesh.quality(), locator, model, mesh, seconds: begin.elapsed().as_secs_f64() })
     }

@@ -2,9 +2,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::perm::PermRef;
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::Lu;
-use faer::sparse::{SparseColMat, Triplet};
+use faer::sparse::linalg::{colamd, qr};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat, Triplet};
 use faer::{MatMut, Par};
 
 use super::{DIRECT_TOLERANCE, SolveError, axpy, norm};
@@ -74,6 +77,46 @@ impl Matrix {
         };
         (0..self.columns()).flat_map(column).collect()
     }
+}
+
+/// Entries of R in `A = QR` for a square matrix of symmetric structure, whose columns are given by their rows, in the order of
+/// elimination that [`Factored`] takes. Whatever rows are exchanged, U of `P A = L U` has no entry where R has none (George and Ng
+/// 1985), so that R tells how much memory the factors take.
+///
+/// # Panics
+/// For columns that are not ascending or out of range.
+pub fn factor_bound(columns: &[Vec<usize>]) -> usize {
+    let n = columns.len();
+    if n == 0 {
+        return 0;
+    }
+    let starts: Vec<usize> = std::iter::once(0)
+        .chain(columns.iter().scan(0, |end, column| {
+            *end += column.len();
+            Some(*end)
+        }))
+        .collect();
+    let entries = starts[n];
+    let matrix = SymbolicSparseColMat::new_checked(n, n, starts, None, columns.concat());
+    let room = StackReq::any_of(&[
+        colamd::order_scratch::<usize>(n, n, entries),
+        qr::col_etree_scratch::<usize>(n, n),
+        qr::postorder_scratch::<usize>(n),
+        qr::column_counts_aat_scratch::<usize>(n, n),
+    ]);
+    let mut memory = MemBuffer::new(room);
+    let stack = MemStack::new(&mut memory);
+    let (mut forward, mut inverse) = (vec![0; n], vec![0; n]);
+    colamd::order(&mut forward, &mut inverse, matrix.as_ref(), colamd::Control::default(), stack)
+        .expect("indices of this size do not overflow");
+    let order = PermRef::new_checked(&forward, &inverse, n);
+    let (mut parents, mut post) = (vec![0; n], vec![0; n]);
+    let tree = qr::col_etree(matrix.as_ref(), Some(order), &mut parents, stack);
+    qr::postorder(&mut post, tree, stack);
+    let (mut counts, mut first) = (vec![0; n], vec![0; n]);
+    // the structure is symmetric: the matrix is its own transposed
+    qr::column_counts_ata(&mut counts, &mut first, matrix.as_ref(), Some(order), tree, &post, stack);
+    counts.iter().sum()
 }
 
 static FACTORISATIONS: AtomicUsize = AtomicUsize::new(0);

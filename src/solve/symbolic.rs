@@ -73,6 +73,8 @@ pub struct Symbolic {
     pub(super) fronts: Vec<Front>,
     /// In how many fronts every element has entries.
     pub(super) visits: Vec<u32>,
+    /// Numbers of every element.
+    sizes: Vec<u32>,
 }
 
 impl std::fmt::Debug for Symbolic {
@@ -101,8 +103,8 @@ impl Symbolic {
         pattern: impl Fn(usize, &mut Element),
     ) -> Result<Self, SolveError> {
         let (order, place) = number(system, unknowns, tree)?;
-        let mut symbolic =
-            Self { system: system.into(), order, place, fronts: skeleton(tree), visits: vec![0; elements] };
+        let (fronts, visits, sizes) = (skeleton(tree), vec![0; elements], vec![0; elements]);
+        let mut symbolic = Self { system: system.into(), order, place, fronts, visits, sizes };
         symbolic.touch(&pattern);
         symbolic.close()?;
         Ok(symbolic)
@@ -123,18 +125,48 @@ impl Symbolic {
         self.fronts.last().map_or(0.0, |root| root.work)
     }
 
-    /// Numbers that contributions and fronts hold at most besides the factors, on one thread.
-    pub fn stack_entries(&self) -> usize {
-        let mut peaks: Vec<usize> = Vec::with_capacity(self.fronts.len());
-        for front in &self.fronts {
-            let (mut held, mut peak) = (0, 0);
+    /// Numbers that contributions and fronts hold at most besides the factors, with so many threads.
+    pub fn stack_entries(&self, threads: usize) -> usize {
+        self.stack_below(self.fronts.len() - 1, threads)
+    }
+
+    fn stack_below(&self, node: usize, threads: usize) -> usize {
+        let front = &self.fronts[node];
+        let square = |node: usize| self.fronts[node].boundary.len().pow(2);
+        let together = threads.min(front.children.len());
+        let (mut held, mut peak) = (0, 0);
+        if together > 1 {
+            let share = threads.div_ceil(together);
+            let peaks: Vec<usize> = front.children.iter().map(|&child| self.stack_below(child, share)).collect();
+            peak = peaks.iter().sum();
+            held = front.children.iter().map(|&child| square(child)).sum();
+        } else {
             for &child in &front.children {
-                peak = peak.max(held + peaks[child]);
-                held += self.fronts[child].boundary.len().pow(2);
+                peak = peak.max(held + self.stack_below(child, 1));
+                held += square(child);
             }
-            peaks.push(peak.max(held + front.boundary.len().pow(2)));
         }
-        peaks.last().copied().unwrap_or(0)
+        peak.max(held + square(node))
+    }
+
+    /// Numbers that elements hold at most while they wait for further fronts, on one thread.
+    pub fn waiting_entries(&self) -> usize {
+        let mut left = self.visits.clone();
+        let (mut held, mut peak) = (0, 0);
+        for front in &self.fronts {
+            for &e in &front.elements {
+                let e = e as usize;
+                if left[e] == self.visits[e] {
+                    held += self.sizes[e] as usize;
+                    peak = peak.max(held);
+                }
+                left[e] -= 1;
+                if left[e] == 0 {
+                    held -= self.sizes[e] as usize;
+                }
+            }
+        }
+        peak
     }
 
     /// Boundary unknowns by the elements' own entries, and which front needs which elements.
@@ -146,6 +178,7 @@ impl Symbolic {
         let mut element = Element::default();
         for e in 0..self.visits.len() {
             pattern(e, &mut element);
+            self.sizes[e] = (element.rows.len() * element.columns.len()) as u32;
             let sorted = |unknowns: &[u32]| {
                 let mut places: Vec<u32> = unknowns.iter().map(|&u| self.place[u as usize]).collect();
                 places.sort_unstable();

@@ -55,7 +55,7 @@ impl Memory {
         phases: &mut Phases,
     ) -> Result<(), StepFailure> {
         if self.structure.is_none() {
-            self.structure = Some(phases.measure("dissection", || Structure::new(&model.layout()))?);
+            self.structure = Some(phases.measure("dissection", || model.structure().cloned())?);
         }
         let structure = self.structure.as_ref().expect("just made");
         let made = phases.measure("factors", || match self.lagged.take() {

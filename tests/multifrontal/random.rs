@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::grid::{Problem, Random, product};
 use monolayer::solve::SolveError;
-use monolayer::solve::dissection::{Group, dissect};
+use monolayer::solve::dissection::{Group, Tree, TreeNode, dissect};
 use monolayer::solve::multifrontal::Multifrontal;
-use monolayer::solve::symbolic::Element;
+use monolayer::solve::symbolic::{Element, Symbolic};
 use nalgebra::{DMatrix, DVector};
 
 fn everywhere(_: usize, _: usize) -> bool {
@@ -178,4 +178,24 @@ fn long_thin_meshes_do_not_overflow_the_stack() {
         (0..n).map(|k| near(k).into_iter().flatten().filter(|&j| j < n).map(|j| j as u32).collect()).collect();
     let tree = dissect(&groups, &adjacency, &[], &[], 40);
     assert_eq!(tree.nodes.iter().map(|node| node.pivots.len()).sum::<usize>(), n);
+}
+
+#[test]
+fn memory_is_counted_as_by_hand() {
+    // a chain of four elements over five unknowns: 0-1, 1-2, 2-3, 3-4; separators 2, then 1 and 3
+    let leaf = |pivot| TreeNode { pivots: vec![pivot], children: Vec::new() };
+    let above = |pivot, child| TreeNode { pivots: vec![pivot], children: vec![child] };
+    let root = TreeNode { pivots: vec![2], children: vec![1, 3] };
+    let tree = Tree { nodes: vec![leaf(0), above(1, 0), leaf(4), above(3, 2), root] };
+    let symbolic = Symbolic::new("chain", 5, &tree, 4, |e, element| {
+        element.rows = vec![e as u32, e as u32 + 1];
+        element.columns.clone_from(&element.rows);
+    });
+    let symbolic = symbolic.expect("a tree");
+    // four fronts with one pivot and one boundary unknown, and the root
+    assert_eq!(symbolic.factor_entries(), 4 * 3 + 1);
+    // one thread: the contribution of the first half waits while the second is at its own peak of two; two threads: both
+    assert_eq!((symbolic.stack_entries(1), symbolic.stack_entries(2), symbolic.stack_entries(9)), (3, 4, 4));
+    // 1-2 waits for the root, while 3-4 and then 2-3 are held as well
+    assert_eq!(symbolic.waiting_entries(), 3 * 4);
 }

@@ -1,0 +1,248 @@
+//! The memory of a computation, known before it is taken.
+//!
+//! The blocks of the coupled matrix and its factors are counted. The Stokes part is estimated from the sparsity of its matrix, with
+//! factors that were measured on strips, discs and squares of 500 to 9000 cells: with k = 1 and 2, the estimate lies between 5 percent
+//! below and 15 percent above the largest resident memory on Linux.
+//!
+//! Not counted is what only a run in trouble takes: the direct solution of a small polarity system whose iteration stalled.
+
+use std::sync::Arc;
+
+use super::RunError;
+use crate::mesh::Mesh;
+use crate::model::frames::Frames;
+use crate::model::incompressible::Description;
+use crate::model::lagged::{Layout, Structure};
+use crate::model::parameters::ElasticForce;
+use crate::scene::{Field, Initial, Scene, What};
+use crate::solve::SolveError;
+use crate::solve::blocks::{Neighbours, neighbours};
+use crate::solve::sparse::factor_bound;
+use crate::space::{Continuity, Space};
+use crate::steady::{SteadySettings, Want, spectrum};
+use crate::time::CouplingKind;
+
+/// Bytes of a number.
+const NUMBER: f64 = 8.0;
+/// Bytes of a MiB.
+pub const MIB: f64 = 1024.0 * 1024.0;
+
+/// Bytes of the program and of its tables.
+const PROGRAM: f64 = 8.5 * MIB;
+/// Bytes that every thread takes for the products of dense blocks.
+const KERNELS: f64 = 6.0 * MIB;
+/// Bytes of the momentum balance per entry of R in `S = QR`, the Stokes matrix S: factors, and what their factorisation holds.
+const STOKES: f64 = 27.0;
+/// Those of them that are free again after the factorisation.
+const FREED: f64 = 10.0;
+/// Bytes of the momentum balance per entry of the cells' blocks: lists of entries on the way to sparse matrices.
+const BLOCKS: f64 = 130.0;
+/// Bytes of the aligned start per entry of R of its matrix, and per entry of its cells' blocks.
+const ALIGNED: [f64; 2] = [7.5, 40.0];
+/// Bytes of the stream function per entry of R of the Stokes matrix.
+const STREAM: f64 = 1.5;
+/// Share of a fixed point's own memory that finds no room in what the Stokes factorisation has freed.
+const FIXED_POINT: f64 = 0.15;
+/// For whatever is small.
+const MARGIN: f64 = 1.03;
+/// Vectors that GMRES usually holds.
+const KRYLOV: usize = 40;
+
+/// Spaces and frames of a scene: what its unknowns are, before anything is assembled.
+#[derive(Debug)]
+pub struct Unknowns {
+    pub velocity: Space,
+    pub pressure: Space,
+    pub polarity: Space,
+    pub frames: Frames,
+    closed: bool,
+    neighbours: Neighbours,
+}
+
+/// What is held at one time besides the model.
+#[derive(Debug, Clone, Copy)]
+pub enum Work<'s> {
+    /// The polarity's operator, its incomplete factors, and so many vectors.
+    Apart { vectors: usize },
+    /// Derivative and factors of the whole coupled matrix, and so many vectors of the polarity's size.
+    Coupled { structure: &'s Structure, vectors: usize },
+}
+
+/// The memory of a scene, and what was found on the way to it.
+#[derive(Debug)]
+pub struct Need {
+    /// Largest resident memory.
+    pub bytes: f64,
+    /// That of the coupled matrix, where the scene uses it.
+    pub structure: Option<Structure>,
+}
+
+impl Unknowns {
+    /// Numbers the unknowns of a scene on its mesh.
+    pub fn new(scene: &Scene, mesh: &Arc<Mesh>, description: &Description) -> Self {
+        let velocity = Space::new(mesh, Continuity::Continuous, scene.space.velocity, 2);
+        let frames = Frames::new(&velocity, &description.conditions, scene.space.slip.points());
+        Self {
+            pressure: Space::new(mesh, Continuity::Continuous, scene.space.pressure, 1),
+            polarity: Space::new(mesh, Continuity::Discontinuous, scene.space.polarity, 2),
+            frames,
+            closed: scene.pressure_is_free(),
+            neighbours: neighbours(mesh),
+            velocity,
+        }
+    }
+
+    /// How they hang together.
+    pub fn layout(&self) -> Layout<'_> {
+        Layout {
+            velocity: &self.velocity,
+            pressure: &self.pressure,
+            polarity: &self.polarity,
+            frames: &self.frames,
+            closed: self.closed,
+            neighbours: &self.neighbours,
+        }
+    }
+}
+
+/// Bytes that a scene's model and some work take at most at one time, the program included.
+pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
+    let r = factor_bound(&stokes_pattern(layout)) as f64;
+    let cells = layout.polarity.mesh.cells.len() as f64;
+    let rows = layout.velocity.cell_dof_count() as f64;
+    let streams = scene.outputs.iter().any(|output| match &output.what {
+        What::Fields(fields) => fields.contains(&Field::StreamFunction),
+        What::Measures(_) | What::Cuts(_) | What::Checkpoint => false,
+    });
+    let stream = if streams { STREAM * r } else { 0.0 };
+    let model = PROGRAM + STOKES * r + BLOCKS * cells * rows * rows;
+    let start = match scene.initial {
+        Initial::AlignedAroundDisc => aligned(layout, r),
+        Initial::Exact | Initial::Expressions(_) | Initial::Random { .. } | Initial::File(_) => 0.0,
+    };
+    MARGIN * (model + start.max(stream + work.bytes(scene, layout)))
+}
+
+impl Work<'_> {
+    /// Bytes besides the model.
+    fn bytes(self, scene: &Scene, layout: &Layout) -> f64 {
+        let cells = layout.polarity.mesh.cells.len() as f64;
+        let (n, np) = (layout.polarity.n as f64, layout.pressure.n as f64);
+        let (columns, rows) = (layout.polarity.cell_dof_count() as f64, layout.velocity.cell_dof_count() as f64);
+        let vector = NUMBER * layout.polarity.dof_count() as f64;
+        match self {
+            // operator, factors, and room to assemble
+            Work::Apart { vectors } => {
+                FIXED_POINT * (NUMBER * cells * (7.0 + 4.0 + 1.0) * n * n + vectors as f64 * vector)
+            }
+            Work::Coupled { structure, vectors } => {
+                // own blocks and those of three neighbours; the energy-consistent force is made a second time, local
+                let [force, local] = match scene.parameters.elastic_force {
+                    ElasticForce::Stress => [1.0, 0.0],
+                    ElasticForce::Energy => [4.0, 1.0],
+                };
+                let tangent = 2.0 * 7.0 * n * n + (2.0 * force + 1.0) * columns * rows;
+                let parts = rows * rows + rows * np + 2.0 * local * columns * rows;
+                let threads = rayon::current_num_threads();
+                let made = NUMBER * cells * parts + structure.room(threads) as f64;
+                let held = KERNELS * threads as f64 + NUMBER * cells * tangent + structure.bytes() as f64;
+                held + made + vectors as f64 * vector
+            }
+        }
+    }
+}
+
+/// What a scene takes: of a search for steady states with its eigenvalues, else of the coupling.
+///
+/// # Errors
+/// As [`Structure::new`].
+pub fn need(scene: &Scene, layout: &Layout) -> Result<Need, SolveError> {
+    let vectors = match (&scene.steady, scene.coupling.kind) {
+        (Some(search), _) => search_vectors(scene, search),
+        (None, CouplingKind::Newton) => KRYLOV,
+        (None, CouplingKind::Anderson { depth }) => return Ok(apart(scene, layout, depth)),
+        (None, CouplingKind::FixedPoint) => return Ok(apart(scene, layout, 0)),
+    };
+    let structure = Structure::new(layout)?;
+    let bytes = memory_of(scene, layout, Work::Coupled { structure: &structure, vectors });
+    Ok(Need { bytes, structure: Some(structure) })
+}
+
+/// Vectors that a search for a steady state holds: the Krylov space of its eigenvalues, if they are asked for.
+fn search_vectors(scene: &Scene, search: &SteadySettings) -> usize {
+    let solving = match scene.parameters.elastic_force {
+        ElasticForce::Stress => 0,
+        ElasticForce::Energy => 2 * KRYLOV,
+    };
+    match (search.want, search.eigenvalues) {
+        (Want::Any, 0) => 2 * KRYLOV,
+        (Want::Any | Want::Stable, _) => spectrum::DIMENSION[1] + solving,
+    }
+}
+
+fn apart(scene: &Scene, layout: &Layout, depth: usize) -> Need {
+    Need { bytes: memory_of(scene, layout, Work::Apart { vectors: KRYLOV + 2 * depth }), structure: None }
+}
+
+/// Refuses a need of more bytes than are available; where that is unknown, nothing is refused.
+///
+/// # Errors
+/// [`RunError::Memory`]
+pub fn check(scene: &Scene, need: &Need, available: Option<f64>) -> Result<(), RunError> {
+    match available {
+        Some(available) if need.bytes > available => Err(RunError::Memory {
+            origin: scene.source().origin().into(),
+            needed: need.bytes / MIB,
+            available: available / MIB,
+            hint: hint(scene),
+        }),
+        Some(_) | None => Ok(()),
+    }
+}
+
+/// What takes less.
+fn hint(scene: &Scene) -> String {
+    let gentler = match (&scene.steady, scene.coupling.kind) {
+        (None, CouplingKind::Newton) => ", `coupling.kind = \"anderson\"`",
+        (Some(_), _) | (None, CouplingKind::Anderson { .. } | CouplingKind::FixedPoint) => "",
+    };
+    format!("take a coarser mesh, a lower degree `space.k`{gentler}; MONOLAYER_MEMORY (MiB) sets what is available")
+}
+
+/// Unknowns that each free velocity and pressure of the Stokes matrix couples to, ascending.
+fn stokes_pattern(layout: &Layout) -> Vec<Vec<usize>> {
+    let (velocity, pressure, frames) = (layout.velocity, layout.pressure, layout.frames);
+    let mut columns = vec![Vec::new(); frames.free + pressure.dof_count() - usize::from(layout.closed)];
+    for cell in 0..velocity.mesh.cells.len() {
+        let dofs = (0..velocity.cell_dof_count()).map(|k| velocity.dof(cell, k / velocity.n, k % velocity.n));
+        let mut moving: Vec<usize> = dofs.flat_map(|dof| frames.of(dof)).map(|(free, _)| free).collect();
+        moving.sort_unstable();
+        moving.dedup();
+        let pressures = (0..pressure.n).map(|i| frames.free + pressure.dof(cell, 0, i));
+        let pressures: Vec<usize> = pressures.filter(|&unknown| unknown < columns.len()).collect();
+        for &v in &moving {
+            columns[v].extend(moving.iter().chain(&pressures));
+        }
+        for &pi in &pressures {
+            columns[pi].extend(&moving);
+        }
+    }
+    columns.iter_mut().for_each(|column| {
+        column.sort_unstable();
+        column.dedup();
+    });
+    columns
+}
+
+/// Bytes that the aligned start takes besides the model. The entries of R of its matrix, which has the polarity's degree and two
+/// components, follow from those of the Stokes matrix and the numbers of unknowns.
+fn aligned(layout: &Layout, stokes: f64) -> f64 {
+    let mesh = &layout.polarity.mesh;
+    let (vertices, edges, cells) = (mesh.vertices.len(), mesh.faces.len(), mesh.cells.len());
+    let inside = layout.polarity.degree - 1;
+    let nodes = vertices + edges * inside + cells * (inside * inside.saturating_sub(1)) / 2;
+    let unknowns = layout.frames.free + layout.pressure.dof_count();
+    let entries = 0.52 * stokes * (2.0 * nodes as f64 / unknowns as f64).powf(1.6);
+    let block = layout.polarity.cell_dof_count().pow(2);
+    (ALIGNED[0] * entries + ALIGNED[1] * (cells * block) as f64 - FREED * stokes).max(0.0)
+}
