@@ -33,6 +33,10 @@ fn every_scene_runs_coarse() {
         let text = std::fs::read_to_string(scene).unwrap();
         let mut arguments = vec!["run", scene.to_str().unwrap(), "-q", "--set", "time.max_steps=2"];
         coarse_mesh(&text).iter().for_each(|set| arguments.extend(["--set", set]));
+        // two steps of marching, whatever the scene is for
+        if table_of(scene).contains_key("steady") {
+            arguments.extend(["--set", "steady="]);
+        }
         let out = temporary.path().join(k.to_string());
         arguments.extend(["--out", out.to_str().unwrap()]);
         let output = program(&arguments, temporary.path());
@@ -70,6 +74,11 @@ fn names_a_scene(path: &Path) -> bool {
 /// A study of orders; other studies are sweeps.
 fn is_study(path: &Path) -> bool {
     names_a_scene(path) && table_of(path).contains_key("levels")
+}
+
+/// A study of branches.
+fn is_branch(path: &Path) -> bool {
+    names_a_scene(path) && table_of(path).contains_key("parameter")
 }
 
 /// `--set`s that make the first two levels of a study small: few steps, and a coarse mesh where the study does not vary it.
@@ -133,14 +142,34 @@ fn short(sweep: &Path) -> Vec<String> {
         };
         sets.push(format!("vary={{ {} }}", vary.iter().map(ends).collect::<Vec<_>>().join(", ")));
     }
+    sets.extend(marching(&table));
     sets
+}
+
+/// A sweep of searches for steady states, on meshes of its own, made one of marching on coarse meshes.
+fn marching(sweep: &toml::Table) -> Vec<String> {
+    let mut set = sweep.get("set").and_then(toml::Value::as_table).cloned().unwrap_or_default();
+    let before = set.len();
+    set.retain(|key, _| !key.starts_with("steady."));
+    if set.len() == before {
+        return Vec::new();
+    }
+    let mut cases = sweep["case"].as_array().unwrap().clone();
+    for case in &mut cases {
+        for (key, value) in case["set"].as_table_mut().unwrap().iter_mut().filter(|(key, _)| key.starts_with("mesh.")) {
+            // gentle gradings need many cells
+            let coarse = if key == "mesh.grading" { 0.3 } else { 5.0 * value.as_float().unwrap() };
+            *value = coarse.into();
+        }
+    }
+    vec![format!("set={}", toml::Value::Table(set)), format!("case={}", toml::Value::Array(cases))]
 }
 
 #[test]
 fn every_sweep_runs_coarse() {
     let mut all = Vec::new();
     scenes(&root().join("studies"), &mut all);
-    all.retain(|path| names_a_scene(path) && !is_study(path));
+    all.retain(|path| names_a_scene(path) && !is_study(path) && !is_branch(path));
     assert!(all.len() >= 20, "{all:?}");
     let temporary = tempfile::tempdir().unwrap();
     for (k, sweep) in all.iter().enumerate() {
@@ -160,6 +189,32 @@ fn every_sweep_runs_coarse() {
         let went =
             |row: &csv::StringRecord| row.iter().any(|c| c == "finished" || c.contains("`space.penalty` = 1e-1"));
         assert!(!rows.is_empty() && rows.iter().all(went), "{}: {text}", sweep.display());
+    }
+}
+
+#[test]
+fn every_study_of_branches_runs_coarse() {
+    let mut all = Vec::new();
+    scenes(&root().join("studies"), &mut all);
+    all.retain(|path| is_branch(path));
+    assert!(!all.is_empty());
+    let temporary = tempfile::tempdir().unwrap();
+    for (k, study) in all.iter().enumerate() {
+        let out = k.to_string();
+        let mut arguments = vec!["branch", study.to_str().unwrap(), "-q", "--out", &out];
+        let scene = study.parent().unwrap().join(table_of(study)["scene"].as_str().unwrap());
+        let mesh = coarse_mesh(&std::fs::read_to_string(scene).unwrap());
+        let short = ["max_points=2", "max_branches=1", "steady.eigenvalues=1"];
+        // a piece of the strip about the disc
+        let piece = if mesh.iter().any(|set| set.contains("h_disc")) { &["mesh.length=[-4.0, 6.0]"][..] } else { &[] };
+        short.iter().chain(mesh).chain(piece).for_each(|set| arguments.extend(["--set", set]));
+        let output = program(&arguments, temporary.path());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && output.stdout.is_empty(), "{}: {error}", study.display());
+        let mut table = csv::Reader::from_path(temporary.path().join(out).join("branches.csv")).unwrap();
+        let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+        let finite = |cell: &str| cell.parse::<f64>().map_or(true, f64::is_finite);
+        assert!(rows.len() >= 2 && rows.iter().all(|row| row.iter().all(finite)), "{}: {rows:?}", study.display());
     }
 }
 
