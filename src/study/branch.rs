@@ -82,7 +82,7 @@ pub fn run(
             (Found::Nothing, Want::Any) => return Err(no_start(study, "no steady state was found there")),
             (Found::Oscillating { .. } | Found::Nothing, Want::Stable) => continue,
         };
-        let place = Place { xi: xi, state };
+        let place = Place { xi, state };
         if starts.iter().all(|other: &Place| differ(&base.model, other, &place)) {
             starts.push(place);
         }
