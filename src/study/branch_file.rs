@@ -16,7 +16,7 @@ use crate::steady::branch::BranchSettings;
 /// ```toml
 /// scene = "symmetric.toml"
 /// parameter = "model.peclet"
-/// range = [0.25, 4.0]
+/// range = [1, 4]
 /// start = 2.0                       # where the first steady state is searched for
 /// measure = "asymmetry_velocity"    # what the diagram shows
 /// ```
@@ -199,7 +199,7 @@ fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
         } else {
             "must be two numbers, the smaller first"
         };
-        return Err(refuse(source, "range", format!("[{a:?}, {b:?}]"), rule, "such as [0.25, 4.0]"));
+        return Err(refuse(source, "range", format!("[{a:?}, {b:?}]"), rule, "such as [1, 4]"));
     }
     if !(a..=b).contains(&file.start) {
         return Err(refuse(
