@@ -16,6 +16,9 @@ pub struct Ritz {
     pub residual: f64,
 }
 
+/// A Ritz value, its residual, and the coordinates of its vector in the basis.
+type Small = (Complex<f64>, f64, Vec<Complex<f64>>);
+
 /// Entries that one thread orthogonalises at a time.
 const CHUNK: usize = 4096;
 
@@ -59,7 +62,7 @@ impl Arnoldi {
     pub fn extend<E>(
         &mut self,
         len: usize,
-        apply: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>, E>,
+        mut apply: impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
         gram: &dyn Fn(&[f64]) -> Vec<f64>,
     ) -> Result<(), E> {
         while self.columns.len() < len && !self.closed {
@@ -89,7 +92,7 @@ impl Arnoldi {
     }
 
     /// All Ritz values with their residuals, largest modulus first, and their coordinates in the basis.
-    fn small(&self) -> Result<Vec<(Complex<f64>, f64, Vec<Complex<f64>>)>, SolveError> {
+    fn small(&self) -> Result<Vec<Small>, SolveError> {
         let m = self.columns.len();
         let h = Mat::from_fn(m, m, |i, j| self.columns[j].get(i).copied().unwrap_or(0.0));
         let eigen = h.eigen().map_err(|error| SolveError::Factorise {
@@ -131,7 +134,7 @@ impl Arnoldi {
             y.iter().zip(&self.basis).for_each(|(c, v)| axpy(part(c), v, &mut x));
             x
         };
-        let pair = |(value, residual, y): (Complex<f64>, f64, Vec<Complex<f64>>)| Ritz {
+        let pair = |(value, residual, y): Small| Ritz {
             value,
             residual,
             vector: [combine(&|c| c.re, &y), combine(&|c| c.im, &y)],
