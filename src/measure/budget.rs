@@ -1,8 +1,10 @@
 //! The terms of the energy law [5.47], [7.18] at one state.
 
 use crate::form::words::sym;
-use crate::model::incompressible::{Incompressible, State};
+use crate::model::State;
+use crate::model::incompressible::Incompressible;
 use crate::solve::dot;
+use crate::time::{Kind, March};
 
 /// `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -22,8 +24,14 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// The terms at `state`, with `∂_t p` by the time scheme; exact on straight cells.
-    pub fn of(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
+    /// The terms at the current state of a march, with `∂_t p` by the time scheme; exact on straight cells.
+    pub fn of(march: &March) -> Self {
+        match march.model.kind() {
+            Kind::Incompressible(sheet) => Self::incompressible(sheet, &march.state, march.rate_of_p(), march.t),
+        }
+    }
+
+    fn incompressible(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
         let (m, v, p) = (&model.parameters, &state.v, &state.p);
         let k = v.space.degree;
         let stretch = |x: &crate::form::CellPoint| sym(&v.vector_gradient(&x.site));

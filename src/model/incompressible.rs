@@ -9,6 +9,7 @@ use super::momentum::{Momentum, MomentumError, SlipTreatment, tagged};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::sources::Sources;
+pub use super::state::{Residuals, State};
 use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
@@ -46,29 +47,6 @@ pub struct Description {
     pub conditions: Vec<Conditions>,
     pub sources: Sources,
     pub slip: SlipTreatment,
-}
-
-/// Velocity, pressure and polarity at one time.
-#[derive(Debug, Clone)]
-pub struct State {
-    pub v: Field,
-    pub pi: Field,
-    pub p: Field,
-}
-
-/// Residuals of the stationary equations, each `(rᵀMr/|Ω|)^½`   [9.8], [9.9], [9.10]
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Residuals {
-    pub velocity: f64,
-    pub pressure: f64,
-    pub polarity: f64,
-}
-
-impl Residuals {
-    /// Root of the sum of squares.
-    pub fn total(&self) -> f64 {
-        self.velocity.hypot(self.pressure).hypot(self.polarity)
-    }
 }
 
 /// The semi-discrete incompressible system   [7.11]
@@ -159,11 +137,11 @@ impl Incompressible {
 
     /// The state of rest.
     pub fn zero(&self) -> State {
-        State {
-            v: Field::zero(&self.momentum.velocity),
-            pi: Field::zero(&self.momentum.pressure),
-            p: Field::zero(&self.polarity.space),
-        }
+        State::incompressible(
+            Field::zero(&self.momentum.velocity),
+            Field::zero(&self.momentum.pressure),
+            Field::zero(&self.polarity.space),
+        )
     }
 
     /// All that is given at time `t`: computed once, used by every iteration of a step.
@@ -379,10 +357,10 @@ impl Incompressible {
     pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
         let root = self.area.sqrt();
         let force = self.force(&state.p, &state.v, &self.inputs(t)?);
-        let [velocity, pressure] = self.momentum.residual_norms(&force, &state.v.values, &state.pi.values)?;
+        let [velocity, pressure] = self.momentum.residual_norms(&force, &state.v.values, &state.pressure().values)?;
         let r = self.polarity_residual(state, t);
         let polarity = crate::solve::root(dot(&r, &self.polarity.mass_solve(&r)));
-        Ok(Residuals { velocity: velocity / root, pressure: pressure / root, polarity: polarity / root })
+        Ok(Residuals { velocity: velocity / root, volume: pressure / root, polarity: polarity / root })
     }
 
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]
@@ -429,7 +407,7 @@ impl Incompressible {
     /// As [`Structure::new`].
     pub fn structure(&self) -> Result<&Structure, SolveError> {
         if self.structure.get().is_none() {
-            self.know_structure(Structure::new(&self.layout())?);
+            self.know_structure(Structure::new("coupled", &self.layout())?);
         }
         Ok(self.structure.get().expect("just found"))
     }
@@ -444,8 +422,8 @@ impl Incompressible {
     pub fn layout(&self) -> Layout<'_> {
         Layout {
             velocity: &self.momentum.velocity,
-            pressure: &self.momentum.pressure,
-            polarity: &self.polarity.space,
+            pressure: Some(&self.momentum.pressure),
+            carried: [None, Some(&self.polarity.space)],
             frames: &self.momentum.frames,
             closed: self.momentum.is_closed(),
             neighbours: self.polarity.neighbours(),
@@ -464,10 +442,10 @@ impl Incompressible {
                 let density = |x: &CellPoint| m.elasticity * power::energy_density(p, &x.site, m.coherence);
                 let mut shift = self.momentum.project_pressure(&self.loops, 4 * p.space.degree, density)?;
                 let mean = if self.momentum.is_closed() { self.momentum.mean(&shift) } else { 0.0 };
-                shift.iter_mut().zip(&state.pi.values).for_each(|(s, pi)| *s = pi - (*s - mean));
+                shift.iter_mut().zip(&state.pressure().values).for_each(|(s, pi)| *s = pi - (*s - mean));
                 Ok(Field::new(&self.momentum.pressure, shift))
             }
-            ElasticForce::Energy | ElasticForce::Stress => Ok(state.pi.clone()),
+            ElasticForce::Energy | ElasticForce::Stress => Ok(state.pressure().clone()),
         }
     }
 

@@ -47,14 +47,14 @@ impl Structure {
     ///
     /// # Errors
     /// A structure that contradicts itself.
-    pub fn new(layout: &Layout) -> Result<Self, SolveError> {
+    pub fn new(name: &str, layout: &Layout) -> Result<Self, SolveError> {
         let first = layout.first();
-        let size = first + layout.polarity.dof_count();
+        let size = first + layout.carried_count();
         // the constant pressure is settled at the very end, together with the multiplier of the mean
         let last: Vec<u32> = if layout.closed { vec![first as u32 - 2, first as u32 - 1] } else { Vec::new() };
         let (groups, adjacency, late) = layout.groups();
         let tree = dissect(&groups, &adjacency, &late, &last, LEAF);
-        let cells = layout.polarity.mesh.cells.len();
+        let cells = layout.velocity.mesh.cells.len();
         let pattern = |e: usize, element: &mut Element| {
             if e < cells {
                 layout.unknowns(e, element);
@@ -64,7 +64,7 @@ impl Structure {
         };
         // the multiplier's rows are elements of their own: it is eliminated last, and the cells' elements need not wait for it
         let elements = if layout.closed { 2 * cells } else { cells };
-        let symbolic = Symbolic::new("coupled", size, &tree, elements, pattern)?;
+        let symbolic = Symbolic::new(name, size, &tree, elements, pattern)?;
         Ok(Self { symbolic: Arc::new(symbolic), first })
     }
 
@@ -84,9 +84,8 @@ impl Lagged {
     ///
     /// # Errors
     /// A singular matrix.
-    pub fn new(structure: &Structure, tangent: &Tangent) -> Result<Self, SolveError> {
-        let parts = Parts::new(tangent);
-        let factors = Multifrontal::new(structure.symbolic.clone(), |cell, element| parts.fill(cell, element))?;
+    pub fn new(structure: &Structure, elements: &dyn Elements) -> Result<Self, SolveError> {
+        let factors = Multifrontal::new(structure.symbolic.clone(), |cell, element| elements.fill(cell, element))?;
         Ok(Self { factors, first: structure.first })
     }
 
@@ -94,12 +93,16 @@ impl Lagged {
     ///
     /// # Errors
     /// A singular matrix.
-    pub fn renew(&mut self, tangent: &Tangent) -> Result<(), SolveError> {
-        let parts = Parts::new(tangent);
-        self.factors.refactor(|cell, element| parts.fill(cell, element))
+    pub fn renew(&mut self, elements: &dyn Elements) -> Result<(), SolveError> {
+        self.factors.refactor(|cell, element| elements.fill(cell, element))
     }
 
-    /// Overwrites the residual of the polarity equation by the polarity of `A⁻¹ (0, 0, r)`.
+    /// Overwrites the right side for the free velocities alone by the solution, where nothing else is in the matrix.
+    pub fn solve_flow(&self, free: &mut [f64]) {
+        self.factors.solve_in_place(free);
+    }
+
+    /// Overwrites the residual of what is carried by the carried part of `A⁻¹ (0, 0, r)`.
     pub fn solve(&self, r: &mut [f64]) {
         let mut x = vec![0.0; self.first];
         x.extend_from_slice(r);
@@ -108,12 +111,19 @@ impl Lagged {
     }
 }
 
+/// The dense blocks that a coupled matrix is the sum of.
+pub trait Elements: Sync {
+    /// The element of number `e`: its unknowns as [`Layout`] numbers them, and its values.
+    fn fill(&self, e: usize, out: &mut Element);
+}
+
 /// Which unknowns belong to which cell and node: all that the structure depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct Layout<'m> {
     pub velocity: &'m Space,
-    pub pressure: &'m Space,
-    pub polarity: &'m Space,
+    pub pressure: Option<&'m Space>,
+    /// Discontinuous fields that the flow carries: density and polarity, one after the other in a cell and among all unknowns.
+    pub carried: [Option<&'m Space>; 2],
     pub frames: &'m Frames,
     /// Whether the pressure has a multiplier of its mean.
     pub closed: bool,
@@ -122,24 +132,46 @@ pub struct Layout<'m> {
 }
 
 impl Layout<'_> {
-    /// Where the polarity begins: after the free velocities, the pressures and the multiplier.
-    fn first(&self) -> usize {
-        self.frames.free + self.pressure.dof_count() + usize::from(self.closed)
+    /// Where the carried fields begin: after the free velocities, the pressures and the multiplier.
+    pub fn first(&self) -> usize {
+        self.frames.free + self.pressure.map_or(0, Space::dof_count) + usize::from(self.closed)
+    }
+
+    /// Unknowns of the carried fields.
+    pub fn carried_count(&self) -> usize {
+        self.carried.iter().flatten().map(|space| space.dof_count()).sum()
+    }
+
+    /// Unknowns of the carried fields on a cell.
+    pub fn block(&self, cell: usize) -> impl Iterator<Item = u32> {
+        let mut first = self.first();
+        let mut ranges = [0..0, 0..0];
+        for (range, space) in ranges.iter_mut().zip(self.carried.into_iter().flatten()) {
+            let n = space.cell_dof_count();
+            *range = (first + cell * n) as u32..(first + (cell + 1) * n) as u32;
+            first += space.dof_count();
+        }
+        ranges.into_iter().flatten()
     }
 
     /// Rows and columns of the mean's element of a cell: its pressures and the multiplier.
     fn mean_unknowns(&self, cell: usize, out: &mut Element) {
         out.rows.clear();
-        out.rows.extend((0..self.pressure.n).map(|i| (self.frames.free + self.pressure.dof(cell, 0, i)) as u32));
+        out.rows.extend(self.pressures(cell));
         out.rows.push(self.first() as u32 - 1);
         out.columns.clone_from(&out.rows);
     }
 
-    /// Rows and columns of a cell's element: its free velocities, pressures and polarity; columns also the polarity of its
-    /// neighbours. Returns, for every velocity dof of the cell, its places among the rows with coefficients.
-    fn unknowns(&self, cell: usize, out: &mut Element) -> Vec<Vec<(usize, f64)>> {
-        let (velocity, pressure) = (self.velocity, self.pressure);
-        let n = self.polarity.cell_dof_count();
+    /// Unknowns of the pressure on a cell.
+    pub fn pressures(&self, cell: usize) -> impl Iterator<Item = u32> {
+        let free = self.frames.free;
+        self.pressure.into_iter().flat_map(move |space| (0..space.n).map(move |i| (free + space.dof(cell, 0, i)) as u32))
+    }
+
+    /// Rows and columns of a cell's element: its free velocities, pressures and carried fields; columns also the carried fields of
+    /// its neighbours. Returns, for every velocity dof of the cell, its places among the rows with coefficients.
+    pub fn unknowns(&self, cell: usize, out: &mut Element) -> Vec<Vec<(usize, f64)>> {
+        let velocity = self.velocity;
         let rows = &mut out.rows;
         rows.clear();
         let mut places = Vec::with_capacity(velocity.cell_dof_count());
@@ -153,35 +185,30 @@ impl Layout<'_> {
             };
             places.push(entries.map(|(free, a)| (place(free), a)).collect());
         }
-        rows.extend((0..pressure.n).map(|i| (self.frames.free + pressure.dof(cell, 0, i)) as u32));
-        let first = self.first();
-        let block = |cell: usize| (cell * n + first) as u32..((cell + 1) * n + first) as u32;
-        rows.extend(block(cell));
+        rows.extend(self.pressures(cell));
+        rows.extend(self.block(cell));
         out.columns.clear();
         out.columns.extend_from_slice(&out.rows);
         for other in self.neighbours[cell].into_iter().filter(|&o| o != NONE) {
-            out.columns.extend(block(other));
+            out.columns.extend(self.block(other));
         }
         places
     }
 
     /// One group for every cell's polarity and every velocity node, and who couples to whom; pressures come late.
     fn groups(&self) -> (Vec<Group>, Vec<Vec<u32>>, Vec<LateGroup>) {
-        let (velocity, pressure, n) = (self.velocity, self.pressure, self.polarity.cell_dof_count());
-        let (mesh, neighbours, first) = (&self.polarity.mesh, self.neighbours, self.first());
+        let (velocity, pressure) = (self.velocity, self.pressure);
+        let (mesh, neighbours) = (&velocity.mesh, self.neighbours);
         let cells = mesh.cells.len();
         let mut groups: Vec<Group> = (0..cells)
-            .map(|cell| Group {
-                unknowns: ((cell * n + first) as u32..((cell + 1) * n + first) as u32).collect(),
-                position: mesh.centroid(cell).into(),
-            })
+            .map(|cell| Group { unknowns: self.block(cell).collect(), position: mesh.centroid(cell).into() })
             .collect();
         groups.extend(velocity.node_positions().iter().enumerate().map(|(node, x)| Group {
             unknowns: self.frames.owned(node).map(|u| u as u32).collect(),
             position: (*x).into(),
         }));
         let mut adjacency = vec![BTreeSet::new(); groups.len()];
-        let mut around = vec![BTreeSet::new(); pressure.node_count];
+        let mut around = vec![BTreeSet::new(); pressure.map_or(0, |space| space.node_count)];
         for cell in 0..cells {
             let nodes: Vec<u32> = velocity.cell_nodes(cell).iter().map(|node| node + cells as u32).collect();
             let others = neighbours[cell].into_iter().filter(|&o| o != NONE).map(|o| o as u32);
@@ -194,7 +221,7 @@ impl Layout<'_> {
                     }
                 }
             }
-            for &node in pressure.cell_nodes(cell) {
+            for &node in pressure.iter().flat_map(|space| space.cell_nodes(cell)) {
                 around[node as usize].extend(nodes.iter().copied());
             }
         }
@@ -207,8 +234,21 @@ impl Layout<'_> {
     }
 }
 
-/// What the elements of the coupled matrix are made of.
-struct Parts<'t> {
+impl Elements for Parts<'_> {
+    /// The element of a cell, rows its free velocities, pressures and polarity, columns those and the polarities of its
+    /// neighbours; after those of all cells, what they give to the pressure's mean.
+    fn fill(&self, e: usize, out: &mut Element) {
+        let cells = self.model().loops.mesh.cells.len();
+        if e < cells {
+            self.fill_cell(e, out);
+        } else {
+            self.fill_mean(e - cells, out);
+        }
+    }
+}
+
+/// What the elements of the coupled matrix of an incompressible sheet are made of.
+pub struct Parts<'t> {
     tangent: &'t Tangent<'t>,
     local: Option<ForceTangent>,
     stiffness: Vec<f64>,
@@ -218,7 +258,8 @@ struct Parts<'t> {
 }
 
 impl<'t> Parts<'t> {
-    fn new(tangent: &'t Tangent<'t>) -> Self {
+    /// Assembles what does not come from the tangent.
+    pub fn new(tangent: &'t Tangent<'t>) -> Self {
         let model = tangent.model;
         let (stiffness, divergence) = model.momentum.element_blocks(&model.loops);
         let local = match model.parameters.elastic_force {
@@ -235,17 +276,6 @@ impl<'t> Parts<'t> {
 
     fn model(&self) -> &Incompressible {
         self.tangent.model
-    }
-
-    /// The element of a cell, rows its free velocities, pressures and polarity, columns those and the polarities of its
-    /// neighbours; after those of all cells, what they give to the pressure's mean.
-    fn fill(&self, e: usize, out: &mut Element) {
-        let cells = self.model().loops.mesh.cells.len();
-        if e < cells {
-            self.fill_cell(e, out);
-        } else {
-            self.fill_mean(e - cells, out);
-        }
     }
 
     /// `λ ∫ ξ` and its transposed.

@@ -12,6 +12,7 @@ pub mod parameters;
 pub mod polarity;
 pub mod sources;
 pub mod start;
+pub mod state;
 pub mod tangent;
 
 pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
@@ -19,6 +20,7 @@ pub use expression::{Expression, ExpressionError};
 pub use manufactured::Exact;
 pub use parameters::{ElasticForce, ModelScene, Parameters, Term};
 pub use sources::Sources;
+pub use state::{Residuals, State, Volume};
 
 /// A rule of the model that a value breaks. `key` is relative to the table that was checked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -9,7 +9,8 @@
 
 use rayon::prelude::*;
 
-use super::incompressible::{Incompressible, State};
+use super::incompressible::Incompressible;
+use super::state::State;
 use super::momentum::MomentumError;
 use super::parameters::ElasticForce;
 use crate::form::power::{self, Power};

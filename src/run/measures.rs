@@ -7,7 +7,7 @@ use super::{RunError, Setup};
 use crate::measure::errors::{History, errors};
 use crate::measure::{Budget, Mirror, Overshoot};
 use crate::model::Exact;
-use crate::model::incompressible::{Residuals, State};
+use crate::model::{Residuals, State};
 use crate::scene::{Measure, Scene, What};
 use crate::time::{March, Schedule};
 
@@ -52,8 +52,8 @@ impl<'s> Gauges<'s> {
             }
         }
         let centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
-        let loops = &setup.model.loops;
-        let degree = 2 * setup.model.polarity.space.degree;
+        let loops = setup.model.loops();
+        let degree = 2 * setup.model.polarity().space.degree;
         let mirror = if due.iter().any(|(m, _)| *m == Measure::Asymmetry) {
             Some(Mirror::new(loops, &setup.locator, centre[1], degree)?)
         } else {
@@ -150,7 +150,7 @@ impl<'s> Gauges<'s> {
         match measure {
             Measure::FreeEnergy => Ok(()),
             Measure::EnergyBudget => {
-                values.extend(march.budget().columns());
+                values.extend(Budget::of(march).columns());
                 Ok(())
             }
             Measure::Overshoot => self.overshoot(&march.state, values),
@@ -192,7 +192,7 @@ impl<'s> Gauges<'s> {
     }
 
     fn asymmetry(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
-        let loops = &self.setup.model.loops;
+        let loops = self.setup.model.loops();
         if let Some(mirror) = &self.mirror {
             values.insert("asymmetry_velocity", mirror.asymmetry(loops, &state.v));
             values.insert("asymmetry_polarity", mirror.asymmetry(loops, &state.p));
@@ -242,7 +242,7 @@ impl Readings {
         match column {
             "residual" if self.residuals.is_some() => residual(Residuals::total),
             "residual_velocity" => residual(|r| r.velocity),
-            "residual_pressure" => residual(|r| r.pressure),
+            "residual_pressure" => residual(|r| r.volume),
             "residual_polarity" => residual(|r| r.polarity),
             "free_energy" => self.energy.map(|e| e.0),
             "free_energy_rate" => self.energy.map(|e| e.1),

@@ -96,8 +96,8 @@ impl Unknowns {
     pub fn layout(&self) -> Layout<'_> {
         Layout {
             velocity: &self.velocity,
-            pressure: &self.pressure,
-            polarity: &self.polarity,
+            pressure: Some(&self.pressure),
+            carried: [None, Some(&self.polarity)],
             frames: &self.frames,
             closed: self.closed,
             neighbours: &self.neighbours,
@@ -108,7 +108,7 @@ impl Unknowns {
 /// Bytes that a scene's model and some work take at most at one time, the program included.
 pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
     let r = factor_bound(&stokes_pattern(layout)) as f64;
-    let cells = layout.polarity.mesh.cells.len() as f64;
+    let cells = layout.velocity.mesh.cells.len() as f64;
     let rows = layout.velocity.cell_dof_count() as f64;
     let streams = scene.outputs.iter().any(|output| match &output.what {
         What::Fields(fields) => fields.contains(&Field::StreamFunction),
@@ -126,10 +126,11 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
 impl Work<'_> {
     /// Bytes besides the model.
     fn bytes(self, scene: &Scene, layout: &Layout) -> f64 {
-        let cells = layout.polarity.mesh.cells.len() as f64;
-        let (n, np) = (layout.polarity.n as f64, layout.pressure.n as f64);
-        let (columns, rows) = (layout.polarity.cell_dof_count() as f64, layout.velocity.cell_dof_count() as f64);
-        let vector = NUMBER * layout.polarity.dof_count() as f64;
+        let cells = layout.velocity.mesh.cells.len() as f64;
+        let polarity = polarity_of(layout);
+        let (n, np) = (polarity.n as f64, layout.pressure.map_or(0, |space| space.n) as f64);
+        let (columns, rows) = (polarity.cell_dof_count() as f64, layout.velocity.cell_dof_count() as f64);
+        let vector = NUMBER * layout.carried_count() as f64;
         match self {
             // operator, factors, and room to assemble
             Work::Apart { vectors } => {
@@ -163,7 +164,7 @@ pub fn need(scene: &Scene, layout: &Layout) -> Result<Need, SolveError> {
         (None, CouplingKind::Anderson { depth }) => return Ok(apart(scene, layout, depth)),
         (None, CouplingKind::FixedPoint) => return Ok(apart(scene, layout, 0)),
     };
-    let structure = Structure::new(layout)?;
+    let structure = Structure::new("coupled", layout)?;
     let bytes = memory_of(scene, layout, Work::Coupled { structure: &structure, vectors });
     Ok(Need { bytes, structure: Some(structure) })
 }
@@ -209,16 +210,22 @@ fn hint(scene: &Scene) -> String {
     format!("take a coarser mesh, a lower degree `space.k`{gentler}; MONOLAYER_MEMORY (MiB) sets what is available")
 }
 
+/// The space of the polarity, which every sheet has.
+fn polarity_of<'m>(layout: &Layout<'m>) -> &'m Space {
+    layout.carried[1].expect("a sheet has a polarity")
+}
+
 /// Unknowns that each free velocity and pressure of the Stokes matrix couples to, ascending.
 fn stokes_pattern(layout: &Layout) -> Vec<Vec<usize>> {
-    let (velocity, pressure, frames) = (layout.velocity, layout.pressure, layout.frames);
-    let mut columns = vec![Vec::new(); frames.free + pressure.dof_count() - usize::from(layout.closed)];
+    let (velocity, frames) = (layout.velocity, layout.frames);
+    let count = layout.pressure.map_or(0, |space| space.dof_count());
+    let mut columns = vec![Vec::new(); frames.free + count - usize::from(layout.closed)];
     for cell in 0..velocity.mesh.cells.len() {
         let dofs = (0..velocity.cell_dof_count()).map(|k| velocity.dof(cell, k / velocity.n, k % velocity.n));
         let mut moving: Vec<usize> = dofs.flat_map(|dof| frames.of(dof)).map(|(free, _)| free).collect();
         moving.sort_unstable();
         moving.dedup();
-        let pressures = (0..pressure.n).map(|i| frames.free + pressure.dof(cell, 0, i));
+        let pressures = layout.pressures(cell).map(|unknown| unknown as usize);
         let pressures: Vec<usize> = pressures.filter(|&unknown| unknown < columns.len()).collect();
         for &v in &moving {
             columns[v].extend(moving.iter().chain(&pressures));
@@ -237,12 +244,12 @@ fn stokes_pattern(layout: &Layout) -> Vec<Vec<usize>> {
 /// Bytes that the aligned start takes besides the model. The entries of R of its matrix, which has the polarity's degree and two
 /// components, follow from those of the Stokes matrix and the numbers of unknowns.
 fn aligned(layout: &Layout, stokes: f64) -> f64 {
-    let mesh = &layout.polarity.mesh;
+    let (mesh, polarity) = (&layout.velocity.mesh, polarity_of(layout));
     let (vertices, edges, cells) = (mesh.vertices.len(), mesh.faces.len(), mesh.cells.len());
-    let inside = layout.polarity.degree - 1;
+    let inside = polarity.degree - 1;
     let nodes = vertices + edges * inside + cells * (inside * inside.saturating_sub(1)) / 2;
-    let unknowns = layout.frames.free + layout.pressure.dof_count();
+    let unknowns = layout.frames.free + layout.pressure.map_or(0, |space| space.dof_count());
     let entries = 0.52 * stokes * (2.0 * nodes as f64 / unknowns as f64).powf(1.6);
-    let block = layout.polarity.cell_dof_count().pow(2);
+    let block = polarity.cell_dof_count().pow(2);
     (ALIGNED[0] * entries + ALIGNED[1] * (cells * block) as f64 - FREED * stokes).max(0.0)
 }

@@ -18,14 +18,14 @@ use crate::measure::MeasureError;
 use crate::measure::errors::History;
 use crate::mesh::MeshError;
 use crate::model::ExpressionError;
-use crate::model::incompressible::Residuals;
+use crate::model::Residuals;
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;
 use crate::output::checkpoint::Saved;
 use crate::output::progress::{Progress, Status, Verbosity};
 use crate::scene::{Scene, SceneError};
 use crate::solve::SolveError;
-use crate::time::{March, MarchError};
+use crate::time::{March, MarchError, StepFailure};
 
 use measures::Gauges;
 pub use setup::Setup;
@@ -41,6 +41,8 @@ pub enum RunError {
     Mesh { origin: String, error: Box<MeshError> },
     #[error("{origin}: {error}")]
     Model { origin: String, error: Box<MomentumError> },
+    #[error("{origin}: the start cannot be solved for: {error}")]
+    Begin { origin: String, error: Box<StepFailure> },
     #[error("{origin}: {error}")]
     Formula { origin: String, error: Box<ExpressionError> },
     #[error(transparent)]
@@ -73,6 +75,17 @@ pub enum RunError {
     BadMemory { value: String },
     #[error("{file}: {what}; hint: {hint}")]
     Start { file: String, what: String, hint: String },
+}
+
+impl RunError {
+    /// A flow that cannot be solved for, in the scene of that origin.
+    pub(crate) fn begin(origin: &str, failure: StepFailure) -> Self {
+        let origin = origin.to_owned();
+        match failure {
+            StepFailure::Momentum(error) => RunError::Model { origin, error: Box::new(error) },
+            other => RunError::Begin { origin, error: Box::new(other) },
+        }
+    }
 }
 
 impl From<SceneError> for RunError {
@@ -145,7 +158,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
                 let file = options.out.join("checkpoint.bin").display().to_string();
                 return Err(RunError::OtherProblem { file, key: "space".into() });
             }
-            March::resume(model, scene.march(), saved.march)
+            March::resume(&**model, scene.march(), saved.march)
         }
         None => setup.start(scene)?,
     };

@@ -18,7 +18,7 @@ use crate::model::start;
 use crate::output::checkpoint::Saved;
 use crate::scene::{Initial, Measure, Scene, What};
 use crate::space::{Continuity, Field, Space, project};
-use crate::time::{Checkpoint, March};
+use crate::time::{Checkpoint, March, Sheet};
 
 /// All that is built before the first step.
 #[derive(Debug)]
@@ -26,7 +26,7 @@ pub struct Setup {
     pub mesh: Arc<Mesh>,
     pub quality: Quality,
     pub locator: Locator,
-    pub model: Incompressible,
+    pub model: Box<dyn Sheet>,
     /// Wall seconds that the setup took.
     pub seconds: f64,
 }
@@ -98,8 +98,10 @@ impl Setup {
         let description = describe(scene, &mesh);
         let need = memory::need(scene, &Unknowns::new(scene, &mesh, &description).layout())?;
         memory::check(scene, &need, available)?;
-        let model = Incompressible::new(&mesh, &description)
-            .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
+        let model: Box<dyn Sheet> = Box::new(
+            Incompressible::new(&mesh, &description)
+                .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?,
+        );
         if let Some(structure) = need.structure {
             model.know_structure(structure);
         }
@@ -113,11 +115,11 @@ impl Setup {
     /// Formulas that are not finite; a file that does not fit.
     pub fn initial(&self, scene: &Scene) -> Result<Field, RunError> {
         let origin = || scene.source().origin().to_owned();
-        let space = &self.model.polarity.space;
+        let space = &self.model.polarity().space;
         match &scene.initial {
             Initial::AlignedAroundDisc => {
                 let length = ALIGNED_LENGTH * scene.mesh.radius.unwrap_or(1.0);
-                start::aligned(&self.model.loops, space, &self.model.conditions, length)
+                start::aligned(self.model.loops(), space, self.model.conditions(), length)
                     .map_err(|e| RunError::Model { origin: origin(), error: Box::new(e) })
             }
             Initial::Exact => {
@@ -147,29 +149,29 @@ impl Setup {
     /// As [`Setup::initial`]; a formula that is not finite.
     pub fn start(&self, scene: &Scene) -> Result<March<'_>, RunError> {
         let origin = || scene.source().origin().to_owned();
-        let model = |e| RunError::Model { origin: origin(), error: Box::new(e) };
+        let failed = |e| RunError::begin(scene.source().origin(), e);
         let formula = |e| RunError::Formula { origin: origin(), error: Box::new(e) };
         self.model.check_formulas(0.0).map_err(formula)?;
         let settings = scene.march();
         let Some(exact) = scene.sources.exact.as_ref().filter(|_| scene.time.exact_start) else {
-            return March::start(&self.model, settings, self.initial(scene)?).map_err(model);
+            return March::start(&*self.model, settings, self.initial(scene)?.values).map_err(failed);
         };
         let mut past = Vec::new();
         let mut t = 0.0;
         for step in 0..settings.order {
-            past.insert(0, (t, start::formulas(&self.model.polarity.space, exact.polarity(), t).map_err(formula)?));
+            past.insert(0, (t, start::formulas(&self.model.polarity().space, exact.polarity(), t).map_err(formula)?.values));
             t += settings.length(settings.control.step, step);
         }
-        March::start_after(&self.model, settings, past).map_err(model)
+        March::start_after(&*self.model, settings, past).map_err(failed)
     }
 
     /// Whether a saved state has the unknowns of this problem.
     pub fn fits(&self, saved: &Checkpoint) -> bool {
-        let (momentum, unknowns) = (&self.model.momentum, self.model.polarity.space.dof_count());
-        saved.velocity.len() == momentum.velocity.dof_count()
-            && saved.pressure.len() == momentum.pressure.dof_count()
-            && saved.rate_of_p.len() == unknowns
-            && saved.origin.as_ref().is_none_or(|o| o.fits(momentum.velocity.dof_count(), unknowns))
+        let (velocity, unknowns) = (self.model.velocity().dof_count(), self.model.carried_len());
+        saved.velocity.len() == velocity
+            && saved.volume.len() == self.model.volume().dof_count()
+            && saved.rate_of_p.len() == self.model.polarity().space.dof_count()
+            && saved.origin.as_ref().is_none_or(|o| o.fits(velocity, unknowns))
             && !saved.past.is_empty()
             && saved.past.iter().all(|(_, p)| p.len() == unknowns)
     }

@@ -65,7 +65,7 @@ pub(super) fn search(
     progress: &mut Progress,
 ) -> Result<(Ending, SteadyReport), RunError> {
     let model = march.model;
-    let (start, mut rows) = (march.state.p.clone(), march.counts.steps);
+    let (start, mut rows) = (model.carried(&march.state), march.counts.steps);
     let mut phases = std::mem::take(&mut march.phases);
     let mut broken: Broken = None;
     let mut seen = |event: Event| {
@@ -114,8 +114,7 @@ pub(super) fn search(
     let state = match search.found {
         Found::Steady(steady) => steady.state,
         Found::Oscillating { .. } | Found::Nothing | Found::Interrupted => {
-            let (v, pi) = model.flow(&search.last, march.t)?;
-            crate::model::incompressible::State { v, pi, p: search.last }
+            model.state_of(&search.last, march.t).map_err(|e| RunError::begin(scene.source().origin(), e))?
         }
     };
     march.adopt(state, rows);

@@ -11,7 +11,7 @@ use super::steady::SteadyReport;
 use super::writer::Writer;
 use crate::mesh::quality::Quality;
 use crate::model::Term;
-use crate::model::incompressible::Residuals;
+use crate::model::Residuals;
 use crate::output::{OutputError, write_whole};
 use crate::scene::Scene;
 use crate::time::March;
@@ -149,10 +149,10 @@ impl Summary {
             terms: scene.terms(),
             mesh: setup.quality.clone(),
             unknowns: Unknowns {
-                velocity: model.momentum.velocity.dof_count(),
-                pressure: model.momentum.pressure.dof_count(),
-                polarity: model.polarity.space.dof_count(),
-                stokes_system: model.momentum.unknowns(),
+                velocity: model.velocity().dof_count(),
+                pressure: model.volume().dof_count(),
+                polarity: model.polarity().space.dof_count(),
+                stokes_system: model.flow_unknowns(),
                 stream_function: writer.stream_unknowns(),
             },
             counts: march.counts,

@@ -82,7 +82,7 @@ impl Writer {
             }
         }
         if writer.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
-            writer.stream = Some(StreamFunction::new(&setup.model.loops, &setup.model.momentum.velocity)?);
+            writer.stream = Some(StreamFunction::new(setup.model.loops(), setup.model.velocity())?);
         }
         if !writer.fields.is_empty() {
             writer.open_series(setup, resume.then_some(march.t))?;
@@ -95,7 +95,7 @@ impl Writer {
 
     fn open_series(&mut self, setup: &Setup, resume_at: Option<f64>) -> Result<(), RunError> {
         let model = &setup.model;
-        let degree = [model.momentum.velocity.degree, model.momentum.pressure.degree, model.polarity.space.degree];
+        let degree = [model.velocity().degree, model.volume().degree, model.polarity().space.degree];
         let bent = setup.mesh.curved.iter().flatten().map(|nodes| nodes.degree);
         let degree = degree.into_iter().chain(bent).max().unwrap_or(1);
         make_folder(&self.out.join("fields"))?;
@@ -222,13 +222,13 @@ impl Writer {
             Field::Pressure => model.pressure(state)?,
             Field::Polarity => state.p.clone(),
             Field::MolecularField => {
-                let mut l = model.polarity.molecular_over_b(&model.loops, &state.p, march.t);
+                let mut l = model.polarity().molecular_over_b(model.loops(), &state.p, march.t);
                 l.values.iter_mut().for_each(|v| *v *= self.elasticity);
                 l
             }
             Field::StreamFunction => {
                 let stream = self.stream.as_ref().expect("prepared when a scene asks for it");
-                stream.of(&model.loops, &state.v)?
+                stream.of(model.loops(), &state.v)?
             }
             Field::TissueVelocity => {
                 let mut v = state.v.clone();

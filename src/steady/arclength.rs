@@ -1,16 +1,16 @@
 //! Pseudo-arclength continuation: steady states `R(p, μ) = 0` along a curve that may turn back in μ (Keller 1977).
 
 use super::pseudo::{Stall, Work};
-use crate::model::incompressible::{Incompressible, State};
+use crate::model::State;
 use crate::solve::{axpy, dot, root};
-use crate::time::StepFailure;
+use crate::time::{Sheet, StepFailure, Weights};
 use crate::time::equations::{Equations, Trial};
 use crate::time::memory::{correction, derivative, solve};
 
 /// One tissue for every value of a parameter.
 pub struct Family<'f> {
     /// The model at a value of the parameter.
-    pub model: &'f dyn Fn(f64) -> Result<Incompressible, Stall>,
+    pub model: &'f dyn Fn(f64) -> Result<Box<dyn Sheet>, Stall>,
     /// The values between which the parameter moves: `ξ = 0` and `ξ = 1`.
     pub range: [f64; 2],
     /// Whether ξ is linear in the logarithm of the parameter, not in the parameter.
@@ -30,15 +30,15 @@ impl Family<'_> {
         if self.logarithmic { a * (b / a).powf(xi) } else { a + xi * (b - a) }
     }
 
-    fn at(&self, xi: f64) -> Result<Incompressible, Stall> {
+    fn at(&self, xi: f64) -> Result<Box<dyn Sheet>, Stall> {
         (self.model)(self.parameter(xi))
     }
 }
 
-/// A direction `(ṗ, ξ̇)` in the space of polarities and parameters, of length 1 in `‖ṗ‖²/P² + ξ̇²`.
+/// A direction `(ẏ, ξ̇)` in the space of carried vectors and parameters, of length 1 in `‖ẏ‖²/P² + ξ̇²`.
 #[derive(Debug, Clone)]
 pub struct Direction {
-    pub p: Vec<f64>,
+    pub y: Vec<f64>,
     pub xi: f64,
 }
 
@@ -52,7 +52,7 @@ pub struct Place {
 /// The measure of lengths along a branch.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric {
-    /// `P`: the change of the polarity, L², that counts as much as the whole range of the parameter.
+    /// `P`: the change of what is carried, L², that counts as much as the whole range of the parameter.
     pub scale: f64,
     /// Bound on the residual of the stationary equations.
     pub residual: f64,
@@ -69,22 +69,22 @@ const REDUCTION: f64 = 1e-4;
 
 impl Metric {
     /// `(a|b)_M/P² + ξ_a ξ_b`
-    pub fn product(&self, model: &Incompressible, a: &Direction, b: &Direction) -> f64 {
-        dot(&a.p, &model.polarity.mass_times(&b.p)) / self.scale.powi(2) + a.xi * b.xi
+    pub fn product(&self, model: &dyn Sheet, a: &Direction, b: &Direction) -> f64 {
+        dot(&a.y, &model.mass_times(&b.y)) / self.scale.powi(2) + a.xi * b.xi
     }
 
     /// The direction of length 1.
-    pub fn unit(&self, model: &Incompressible, mut d: Direction) -> Direction {
+    pub fn unit(&self, model: &dyn Sheet, mut d: Direction) -> Direction {
         let length = root(self.product(model, &d, &d));
-        d.p.iter_mut().for_each(|v| *v /= length);
+        d.y.iter_mut().for_each(|v| *v /= length);
         d.xi /= length;
         d
     }
 
     /// From one place to another.
-    pub fn between(&self, a: &Place, b: &Place) -> Direction {
-        let p = b.state.p.values.iter().zip(&a.state.p.values).map(|(b, a)| b - a).collect();
-        Direction { p, xi: b.xi - a.xi }
+    pub fn between(&self, model: &dyn Sheet, a: &Place, b: &Place) -> Direction {
+        let y = model.carried(&b.state).iter().zip(&model.carried(&a.state)).map(|(b, a)| b - a).collect();
+        Direction { y, xi: b.xi - a.xi }
     }
 }
 
@@ -102,18 +102,22 @@ pub fn correct(
     s: f64,
     work: &mut Work,
 ) -> Result<(Place, usize), Stall> {
-    let mut p = base.state.p.clone();
-    axpy(s, &ahead.p, &mut p.values);
     let mut xi = base.xi + s * ahead.xi;
+    let model = family.at(xi)?;
+    let from = model.carried(&base.state);
+    let mut y = from.clone();
+    axpy(s, &ahead.y, &mut y);
     let mut before = base.state.v.clone();
-    let slope = slope(family, &Place { xi, state: State { p: p.clone(), ..base.state.clone() } }, work)?;
+    let guess = model.with_carried(&base.state, &y).ok_or_else(|| impossible(s))?;
+    drop(model);
+    let slope = slope(family, &Place { xi, state: guess }, work)?;
     let (mut last, mut worse) = (f64::INFINITY, 0);
     for corrections in 0..=CORRECTIONS {
         work.check_interrupt()?;
         let model = family.at(xi)?;
-        let scale = model.area.sqrt();
-        let equations = Equations::stationary(&model, &before, 0.0)?;
-        let trial = equations.evaluate(p.clone(), work.phases)?;
+        let scale = model.area().sqrt();
+        let equations = Equations::stationary(&*model, &before, 0.0)?;
+        let trial = equations.evaluate(y.clone(), work.phases)?;
         if trial.size < metric.residual * scale {
             return Ok((Place { xi, state: trial.state }, corrections));
         }
@@ -125,16 +129,21 @@ pub fn correct(
         last = trial.size;
         let (a, b) = bordered(&equations, &trial, &slope, work)?;
         // the step along b makes up for what a and the guess miss in the constraint
-        let weigh = |x: &[f64]| dot(&ahead.p, &model.polarity.mass_times(x)) / metric.scale.powi(2);
-        let moved: Vec<f64> = p.values.iter().zip(&base.state.p.values).map(|(p, q)| p - q).collect();
+        let weigh = |x: &[f64]| dot(&ahead.y, &model.mass_times(x)) / metric.scale.powi(2);
+        let moved: Vec<f64> = y.iter().zip(&from).map(|(y, from)| y - from).collect();
         let missing = s - weigh(&moved) - ahead.xi * (xi - base.xi);
         let dxi = (missing - weigh(&a)) / (weigh(&b) + ahead.xi);
-        axpy(1.0, &a, &mut p.values);
-        axpy(dxi, &b, &mut p.values);
+        axpy(1.0, &a, &mut y);
+        axpy(dxi, &b, &mut y);
         xi += dxi;
         before = trial.state.v;
     }
     unreachable!("the last correction returns")
+}
+
+/// A step to where there can be no sheet.
+fn impossible(s: f64) -> Stall {
+    Stall::Step { dt: s, residual: f64::NAN, cause: "the density would be negative".into() }
 }
 
 /// `−J⁻¹R` and `−J⁻¹ ∂R/∂ξ`.
@@ -144,19 +153,19 @@ fn bordered(
     slope: &[f64],
     work: &mut Work,
 ) -> Result<(Vec<f64>, Vec<f64>), StepFailure> {
-    let (a, _) = correction(equations, work.memory, (trial, 0.0), REDUCTION, work.phases)?;
+    let (a, _) = correction(equations, work.memory, (trial, Weights::default()), REDUCTION, work.phases)?;
     let b = along(equations, trial, slope, work)?;
     Ok((a, b))
 }
 
 /// `−J⁻¹ ∂R/∂ξ`
 fn along(equations: &Equations, trial: &Trial, slope: &[f64], work: &mut Work) -> Result<Vec<f64>, StepFailure> {
-    let tangent = derivative(equations, trial, 0.0, work.phases);
+    let tangent = derivative(equations, trial, Weights::default(), work.phases);
     let right: Vec<f64> = slope.iter().map(|r| -r).collect();
     if right.iter().all(|r| *r == 0.0) {
         return Ok(right);
     }
-    Ok(solve(equations, &tangent, work.memory, (trial, 0.0), &right, REDUCTION, work.phases)?.0)
+    Ok(solve(equations, &*tangent, work.memory, (trial, Weights::default()), &right, REDUCTION, work.phases)?.0)
 }
 
 /// `∂R/∂ξ` at a place, by a central difference, at the ends of the range a one-sided one.
@@ -166,8 +175,8 @@ fn along(equations: &Equations, trial: &Trial, slope: &[f64], work: &mut Work) -
 pub fn slope(family: &Family, at: &Place, work: &mut Work) -> Result<Vec<f64>, Stall> {
     let mut residual = |xi: f64| -> Result<Vec<f64>, Stall> {
         let model = family.at(xi)?;
-        let equations = Equations::stationary(&model, &at.state.v, 0.0)?;
-        Ok(equations.evaluate(at.state.p.clone(), work.phases)?.residual)
+        let equations = Equations::stationary(&*model, &at.state.v, 0.0)?;
+        Ok(equations.evaluate(model.carried(&at.state), work.phases)?.residual)
     };
     let (above, below) =
         ((at.xi + DIFFERENCE).clamp(DIFFERENCE, 1.0), (at.xi - DIFFERENCE).clamp(0.0, 1.0 - DIFFERENCE));
@@ -184,12 +193,12 @@ pub fn direction(
     at: &Place,
     slope: &[f64],
     work: &mut Work,
-) -> Result<(Direction, Incompressible), Stall> {
+) -> Result<(Direction, Box<dyn Sheet>), Stall> {
     let model = family.at(at.xi)?;
-    let p = {
-        let equations = Equations::stationary(&model, &at.state.v, 0.0)?;
-        let trial = equations.evaluate(at.state.p.clone(), work.phases)?;
+    let y = {
+        let equations = Equations::stationary(&*model, &at.state.v, 0.0)?;
+        let trial = equations.evaluate(model.carried(&at.state), work.phases)?;
         along(&equations, &trial, slope, work)?
     };
-    Ok((Direction { p, xi: 1.0 }, model))
+    Ok((Direction { y, xi: 1.0 }, model))
 }

@@ -6,8 +6,8 @@ use nalgebra::Complex;
 use super::arclength::{Direction, Family, Metric, Place, correct, direction, slope};
 use super::pseudo::{Stall, Work};
 use super::spectrum::{Ask, Mode, Spectrum, Stability, spectrum};
-use crate::model::incompressible::Incompressible;
 use crate::solve::root;
+use crate::time::Sheet;
 
 /// What happens at a point of a branch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -106,7 +106,7 @@ struct Fork {
 }
 
 /// What a caller hears of every point: the number of its branch (from 0), the point, and its model.
-pub type Seen<'s> = dyn FnMut(usize, &Point, &Incompressible) -> Result<(), Stall> + 's;
+pub type Seen<'s> = dyn FnMut(usize, &Point, &dyn Sheet) -> Result<(), Stall> + 's;
 
 struct Walk<'w, 's> {
     family: &'w Family<'w>,
@@ -133,10 +133,10 @@ pub fn follow(
     let start = &starts[0];
     let first = slope(family, start, &mut work)?;
     let (along, model) = direction(family, start, &first, &mut work)?;
-    // the polarity's change over the whole range counts as much as the range; states that hardly change need no finer steps
-    let size = |p: &[f64]| root(crate::solve::dot(p, &model.polarity.mass_times(p)));
-    let least = LEAST_CHANGE * size(&start.state.p.values).max(model.area.sqrt());
-    let metric = Metric { scale: size(&along.p).max(least), residual: settings.residual };
+    // the change of what is carried over the whole range counts as much as the range; states that hardly change need no finer steps
+    let size = |y: &[f64]| root(crate::solve::dot(y, &model.mass_times(y)));
+    let least = LEAST_CHANGE * size(&model.carried(&start.state)).max(model.area().sqrt());
+    let metric = Metric { scale: size(&along.y).max(least), residual: settings.residual };
     drop(model);
     let mut walk = Walk { family, metric, settings, work, branches: Vec::new(), forks: Vec::new(), seen };
     let interrupted = match walk.all(starts) {
@@ -166,7 +166,7 @@ impl Walk<'_, '_> {
         }
         for side in [-1.0, 1.0] {
             let mut station = self.examine(start.clone(), None, 0)?;
-            station.ahead.p.iter_mut().for_each(|v| *v *= side);
+            station.ahead.y.iter_mut().for_each(|v| *v *= side);
             station.ahead.xi *= side;
             let leaves = if side < 0.0 { start.xi > 1e-9 } else { start.xi < 1.0 - 1e-9 };
             if leaves {
@@ -181,8 +181,8 @@ impl Walk<'_, '_> {
     fn is_known(&self, place: &Place) -> Result<bool, Stall> {
         let model = (self.family.model)(self.family.parameter(place.xi))?;
         let size = |a: &Place, b: &Place| {
-            let d = self.metric.between(a, b);
-            root(self.metric.product(&model, &Direction { p: d.p.clone(), xi: 0.0 }, &Direction { p: d.p, xi: 0.0 }))
+            let d = Direction { xi: 0.0, ..self.metric.between(&*model, a, b) };
+            root(self.metric.product(&*model, &d, &d))
         };
         let pairs = self.branches.iter().flat_map(|branch| branch.points.windows(2));
         let mut around = pairs.filter(|pair| {
@@ -200,14 +200,14 @@ impl Walk<'_, '_> {
     fn examine(&mut self, place: Place, behind: Option<&Direction>, corrections: usize) -> Result<Station, Stall> {
         let slope = slope(self.family, &place, &mut self.work)?;
         let (along, model) = direction(self.family, &place, &slope, &mut self.work)?;
-        let mut ahead = self.metric.unit(&model, along);
-        if behind.is_some_and(|behind| self.metric.product(&model, &ahead, behind) < 0.0) {
-            ahead.p.iter_mut().for_each(|v| *v = -*v);
+        let mut ahead = self.metric.unit(&*model, along);
+        if behind.is_some_and(|behind| self.metric.product(&*model, &ahead, behind) < 0.0) {
+            ahead.y.iter_mut().for_each(|v| *v = -*v);
             ahead.xi = -ahead.xi;
         }
         // half of the price of a point; where a branch begins they are searched for
         let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: false, fast: behind.is_none() };
-        let spectrum = spectrum(&model, &place.state, ask, &mut self.work)?;
+        let spectrum = spectrum(&*model, &place.state, ask, &mut self.work)?;
         Ok(Station { place, ahead, spectrum, corrections })
     }
 
@@ -229,7 +229,7 @@ impl Walk<'_, '_> {
         let point = self.point(station, special);
         let model = (self.family.model)(point.parameter)?;
         let index = self.branches.len() - 1;
-        (self.seen)(index, &point, &model)?;
+        (self.seen)(index, &point, &*model)?;
         let points = &mut self.branches[index].points;
         points.push(point);
         Ok([index, points.len() - 1])
@@ -306,7 +306,7 @@ impl Walk<'_, '_> {
             Some((place, corrections)) if within(place.xi) => (place, corrections),
             other => {
                 let bound = other.map_or(guess, |(place, _)| place.xi).clamp(0.0, 1.0);
-                let upright = Direction { p: vec![0.0; here.ahead.p.len()], xi: 1.0 };
+                let upright = Direction { y: vec![0.0; here.ahead.y.len()], xi: 1.0 };
                 let left = bound - here.place.xi;
                 let (mut place, more) =
                     correct(self.family, &self.metric, &here.place, &upright, left, &mut self.work)?;
@@ -316,7 +316,7 @@ impl Walk<'_, '_> {
         };
         let next = self.examine(place, Some(&here.ahead), corrections)?;
         let model = (self.family.model)(self.family.parameter(next.place.xi))?;
-        let straight = self.metric.product(&model, &here.ahead, &next.ahead);
+        let straight = self.metric.product(&*model, &here.ahead, &next.ahead);
         if straight < STRAIGHT && step > 0.1 * self.settings.step {
             let cause = "the branch turns too sharply".to_owned();
             return Err(Stall::Step { dt: step, residual: 0.0, cause });
@@ -397,7 +397,7 @@ impl Walk<'_, '_> {
     /// Steps from a branch point along its mode, both ways, and follows what is found.
     fn switch(&mut self, fork: &Fork) -> Result<(), Stall> {
         let model = (self.family.model)(self.family.parameter(fork.station.place.xi))?;
-        let across = self.metric.unit(&model, Direction { p: fork.mode.clone(), xi: 0.0 });
+        let across = self.metric.unit(&*model, Direction { y: fork.mode.clone(), xi: 0.0 });
         drop(model);
         let mut sides = Vec::new();
         for side in [1.0, -1.0] {
@@ -427,7 +427,7 @@ impl Walk<'_, '_> {
             sides.truncate(1);
         }
         for (place, corrections, s) in sides {
-            let away = Direction { p: across.p.iter().map(|v| v * s.signum()).collect(), xi: 0.0 };
+            let away = Direction { y: across.y.iter().map(|v| v * s.signum()).collect(), xi: 0.0 };
             let station = self.examine(place, Some(&away), corrections)?;
             if self.branches.len() < self.settings.max_branches {
                 self.branch(Some(fork.parent), station, self.settings.step)?;
@@ -447,8 +447,8 @@ impl Walk<'_, '_> {
             Err(_) => return false,
         };
         let near = |point: &Point| {
-            let d = self.metric.between(&station.place, &point.place);
-            root(self.metric.product(&model, &d, &d)) < step
+            let d = self.metric.between(&*model, &station.place, &point.place);
+            root(self.metric.product(&*model, &d, &d)) < step
         };
         let forks = self.branches[..self.branches.len() - 1].iter().enumerate().flat_map(|(k, branch)| {
             let forking = |p: &Point| matches!(p.special, Some(Special::BranchPoint | Special::Pitchfork));

@@ -5,12 +5,11 @@ use std::sync::atomic::AtomicBool;
 use super::oscillation::{Oscillation, Watch};
 use super::pseudo::{Pseudo, PseudoStep, Stall, Work, relax};
 use super::spectrum::{Ask, Mode, Spectrum, spectrum};
-use crate::model::incompressible::{Incompressible, Residuals, State};
 use crate::model::parameters::Parameters;
-use crate::space::Field;
+use crate::model::{Residuals, State};
 use crate::time::equations::Trial;
 use crate::time::memory::Memory;
-use crate::time::{CouplingKind, March, MarchError, MarchSettings, Phases, StepReport};
+use crate::time::{CouplingKind, March, MarchError, MarchSettings, Phases, Sheet, StepReport};
 
 /// Which steady state is wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -91,8 +90,8 @@ pub enum Found {
 pub struct Search {
     pub found: Found,
     pub tries: Vec<Try>,
-    /// The polarity that was reached, whatever was found.
-    pub last: Field,
+    /// The carried vector that was reached, whatever was found.
+    pub last: Vec<f64>,
 }
 
 /// What a caller hears while a search goes on.
@@ -120,7 +119,7 @@ const STEPS_PER_PERIOD: f64 = 40.0;
 
 /// A search at work.
 struct Finder<'f, 'm> {
-    model: &'m Incompressible,
+    model: &'m dyn Sheet,
     settings: &'f SteadySettings,
     march: MarchSettings,
     memory: Memory,
@@ -130,13 +129,13 @@ struct Finder<'f, 'm> {
     tries: Vec<Try>,
 }
 
-/// Searches from the polarity `start`; `march` is how time marching would be done.
+/// Searches from the carried vector `start`; `march` is how time marching would be done.
 ///
 /// # Errors
 /// What no other way can cure: the momentum balance or a formula fails, or `seen` does.
 pub fn find<'m>(
-    model: &'m Incompressible,
-    start: Field,
+    model: &'m dyn Sheet,
+    start: Vec<f64>,
     settings: &SteadySettings,
     march: MarchSettings,
     interrupt: &'m AtomicBool,
@@ -163,7 +162,7 @@ enum Marched {
 }
 
 impl Finder<'_, '_> {
-    fn search(&mut self, p: &mut Field) -> Result<Found, Stall> {
+    fn search(&mut self, p: &mut Vec<f64>) -> Result<Found, Stall> {
         let trial = match self.by_pseudo_time(p)? {
             Some(trial) => trial,
             None => match self.by_marching(p, None)? {
@@ -176,7 +175,7 @@ impl Finder<'_, '_> {
     }
 
     /// The first three ways.
-    fn by_pseudo_time(&mut self, p: &mut Field) -> Result<Option<Trial>, Stall> {
+    fn by_pseudo_time(&mut self, p: &mut Vec<f64>) -> Result<Option<Trial>, Stall> {
         let (start, s) = (p.clone(), *self.settings);
         let free = Pseudo {
             residual: s.residual,
@@ -203,7 +202,7 @@ impl Finder<'_, '_> {
     }
 
     /// Judges a steady state, and leaves it if it is unstable and a stable one is wanted.
-    fn settle(&mut self, mut trial: Trial, p: &mut Field) -> Result<Found, Stall> {
+    fn settle(&mut self, mut trial: Trial, p: &mut Vec<f64>) -> Result<Found, Stall> {
         for departure in 0.. {
             let leaves = self.settings.want == Want::Stable && departure < DEPARTURES;
             let steady = self.judge(trial.state, leaves)?;
@@ -214,7 +213,7 @@ impl Finder<'_, '_> {
                 "this steady state is unstable: a disturbance grows at the rate {rate:.4}{}; leaving it along that mode",
                 if omega == 0.0 { String::new() } else { format!(", turning with the angular frequency {omega:.4}") },
             ))?;
-            *p = disturbed(&steady.state.p, &mode);
+            *p = self.disturbed(&steady.state, &mode);
             let next = if omega == 0.0 { self.depart(p, rate, &steady)? } else { None };
             trial = match next {
                 Some(trial) => trial,
@@ -235,7 +234,7 @@ impl Finder<'_, '_> {
     }
 
     /// The next steady state after a disturbance that grows at the rate given.
-    fn depart(&mut self, p: &mut Field, rate: f64, from: &Steady) -> Result<Option<Trial>, Stall> {
+    fn depart(&mut self, p: &mut Vec<f64>, rate: f64, from: &Steady) -> Result<Option<Trial>, Stall> {
         let s = *self.settings;
         // implicit Euler amplifies a growing mode only at steps below 2/λ
         let bounded = Pseudo {
@@ -248,9 +247,10 @@ impl Finder<'_, '_> {
         };
         let begin = p.clone();
         let found = self.relax(Way::Departure, p, &bounded)?;
-        let moved = |trial: &Trial| distance(self.model, &trial.state.p, &from.state.p);
+        let from = self.model.carried(&from.state);
+        let moved = |trial: &Trial| distance(self.model, &self.model.carried(&trial.state), &from);
         match found {
-            Some(trial) if moved(&trial) > 1e-3 * distance(self.model, &begin, &from.state.p) => Ok(Some(trial)),
+            Some(trial) if moved(&trial) > 1e-3 * distance(self.model, &begin, &from) => Ok(Some(trial)),
             Some(_) | None => {
                 *p = begin;
                 Ok(None)
@@ -269,7 +269,7 @@ impl Finder<'_, '_> {
     }
 
     /// Pseudo-transient continuation; `None` where another way may do better.
-    fn relax(&mut self, way: Way, p: &mut Field, settings: &Pseudo) -> Result<Option<Trial>, Stall> {
+    fn relax(&mut self, way: Way, p: &mut Vec<f64>, settings: &Pseudo) -> Result<Option<Trial>, Stall> {
         let (mut steps, mut failed) = (0, None);
         let seen = &mut self.seen;
         let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
@@ -288,7 +288,7 @@ impl Finder<'_, '_> {
     fn conclude(&mut self, way: Way, steps: usize, outcome: Result<Trial, Stall>) -> Result<Option<Trial>, Stall> {
         match outcome {
             Ok(trial) => {
-                let residual = trial.size / self.model.area.sqrt();
+                let residual = trial.size / self.model.area().sqrt();
                 self.tries.push(Try { way, steps, outcome: format!("steady, residual {residual:.1e}") });
                 Ok(Some(trial))
             }
@@ -302,8 +302,8 @@ impl Finder<'_, '_> {
     }
 
     /// Follows steady states from easier parameters to the scene's.
-    fn by_parameters(&mut self, p: &mut Field, settings: &Pseudo) -> Result<Option<Trial>, Stall> {
-        let target = self.model.parameters;
+    fn by_parameters(&mut self, p: &mut Vec<f64>, settings: &Pseudo) -> Result<Option<Trial>, Stall> {
+        let target = *self.model.parameters();
         let easy = easier(&target);
         let (mut reached, mut step, mut steps) = (0.0_f64, 0.25_f64, 0);
         let mut at = 0.0;
@@ -311,13 +311,13 @@ impl Finder<'_, '_> {
             let parameters = between(&easy, &target, at);
             let here = self
                 .model
-                .changed(&parameters, &self.model.conditions, &self.model.sources)
+                .changed(&parameters, self.model.conditions(), self.model.sources())
                 .map_err(crate::time::StepFailure::from)?;
             let bound = if at == 1.0 { settings.residual } else { settings.residual.max(1e-6) };
             let mut guess = p.clone();
             let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
             let quick = Pseudo { residual: bound, max_steps: settings.max_steps.min(60), ..*settings };
-            let found = relax(&here, &mut guess, &quick, &mut work, &mut |_, _| steps += 1);
+            let found = relax(&*here, &mut guess, &quick, &mut work, &mut |_, _| steps += 1);
             match found {
                 Ok(trial) => {
                     *p = guess;
@@ -337,7 +337,7 @@ impl Finder<'_, '_> {
     }
 
     /// Marches in time until the state is steady or repeats itself; `mode` is one whose period has to be resolved.
-    fn by_marching(&mut self, p: &mut Field, mode: Option<&Mode>) -> Result<Marched, Stall> {
+    fn by_marching(&mut self, p: &mut Vec<f64>, mode: Option<&Mode>) -> Result<Marched, Stall> {
         self.memory = Memory::default();
         let mut settings = self.march;
         if let Some(omega) = mode.map(|m| m.value.im.abs()).filter(|omega| *omega > 0.0) {
@@ -350,7 +350,7 @@ impl Finder<'_, '_> {
             return Ok(Marched::Neither);
         }
         self.note(format!("marching in time, Δt = {}, at most to t = {end}", settings.control.step))?;
-        let mut march = March::start(self.model, settings, p.clone()).map_err(crate::time::StepFailure::from)?;
+        let mut march = March::start(self.model, settings, p.clone())?;
         march.interrupt = self.interrupt;
         let mut watch = Watch::default();
         let outcome = loop {
@@ -372,7 +372,7 @@ impl Finder<'_, '_> {
             if report.step.is_multiple_of(LOOK) {
                 let residual = march.residuals().map_err(crate::time::StepFailure::from)?.total();
                 if residual < NEARLY_STEADY.max(self.settings.residual) {
-                    let mut near = march.state.p.clone();
+                    let mut near = self.model.carried(&march.state);
                     let polish = Pseudo {
                         residual: self.settings.residual,
                         step: 1e3,
@@ -391,7 +391,7 @@ impl Finder<'_, '_> {
                 }
             }
         };
-        *p = march.state.p.clone();
+        *p = self.model.carried(&march.state);
         let (steps, t) = (march.counts.steps, march.t);
         self.phases.add(&march.phases);
         let outcome = outcome?;
@@ -402,6 +402,20 @@ impl Finder<'_, '_> {
         };
         self.tries.push(Try { way: Way::Marching, steps, outcome: said });
         Ok(outcome)
+    }
+
+    /// A state with a visible share of a mode; as much of it as the density allows.
+    fn disturbed(&self, state: &State, mode: &Mode) -> Vec<f64> {
+        let largest = mode.vector[0].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let mut share = DISTURBANCE / largest;
+        loop {
+            let mut y = self.model.carried(state);
+            crate::solve::axpy(share, &mode.vector[0], &mut y);
+            match self.model.with_carried(state, &y) {
+                Some(disturbed) => return self.model.carried(&disturbed),
+                None => share *= 0.5,
+            }
+        }
     }
 
     fn note(&mut self, text: String) -> Result<(), Stall> {
@@ -422,18 +436,10 @@ impl Way {
     }
 }
 
-/// `‖p − q‖`
-fn distance(model: &Incompressible, p: &Field, q: &Field) -> f64 {
-    let d: Vec<f64> = p.values.iter().zip(&q.values).map(|(p, q)| p - q).collect();
-    crate::solve::root(crate::solve::dot(&d, &model.polarity.mass_times(&d)))
-}
-
-/// A state with a visible share of a mode.
-fn disturbed(p: &Field, mode: &Mode) -> Field {
-    let largest = mode.vector[0].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let mut out = p.clone();
-    crate::solve::axpy(DISTURBANCE / largest, &mode.vector[0], &mut out.values);
-    out
+/// `‖a − b‖`
+fn distance(model: &dyn Sheet, a: &[f64], b: &[f64]) -> f64 {
+    let d: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    crate::solve::root(crate::solve::dot(&d, &model.mass_times(&d)))
 }
 
 /// No elasticity, no active stress, at most moderate relaxation times, and no short coherence length.

@@ -1,13 +1,14 @@
 //! Recognises a flow that repeats itself: the distance to an earlier state returns to nearly zero, again and again.
 
-use crate::model::incompressible::{Incompressible, State};
+use crate::model::State;
 use crate::solve::{dot, root};
+use crate::time::Sheet;
 
 /// A flow that repeats itself.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Oscillation {
     pub period: f64,
-    /// Half of the largest root mean square distance between the polarity and that at the cycle's start.
+    /// Half of the largest root mean square distance between what is carried (the polarity, and a density) and that at the cycle's start.
     pub amplitude: f64,
     /// The same of the velocity.
     pub amplitude_velocity: f64,
@@ -15,11 +16,11 @@ pub struct Oscillation {
     pub spread: f64,
 }
 
-/// Coefficients of polarity and velocity at the start of a cycle.
+/// What is carried, and the velocity, at the start of a cycle.
 #[derive(Debug)]
 struct Reference {
     t: f64,
-    p: Vec<f64>,
+    y: Vec<f64>,
     v: Vec<f64>,
 }
 
@@ -27,9 +28,9 @@ struct Reference {
 #[derive(Debug)]
 pub struct Watch {
     reference: Option<Reference>,
-    /// Times and distances of the polarity since, the last three.
+    /// Times and distances of what is carried since, the last three.
     last: Vec<(f64, f64)>,
-    /// Largest distances of polarity and velocity since.
+    /// Largest distances of that and of the velocity since.
     largest: [f64; 2],
     steps: usize,
     /// Steps after which a reference that does not recur is given up.
@@ -57,21 +58,21 @@ impl Default for Watch {
 
 impl Watch {
     /// Takes in the state at time `t`; an oscillation when the last cycles agree.
-    pub fn see(&mut self, model: &Incompressible, state: &State, t: f64) -> Option<Oscillation> {
-        let scale = model.area.sqrt();
+    pub fn see(&mut self, model: &dyn Sheet, state: &State, t: f64) -> Option<Oscillation> {
+        let scale = model.area().sqrt();
         let Some(reference) = &self.reference else {
-            self.restart(state, t);
+            self.restart(model, state, t);
             return None;
         };
         let minus = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
-        let dp = minus(&state.p.values, &reference.p);
-        let distance = root(dot(&dp, &model.polarity.mass_times(&dp))) / scale;
-        let dv = model.momentum.velocity_mass.quadratic(&minus(&state.v.values, &reference.v));
+        let dy = minus(&model.carried(state), &reference.y);
+        let distance = root(dot(&dy, &model.mass_times(&dy))) / scale;
+        let dv = model.velocity_mass().quadratic(&minus(&state.v.values, &reference.v));
         let begin = reference.t;
         self.largest[1] = self.largest[1].max(root(dv) / scale);
         self.distance(begin, t, distance)
             .and_then(|cycle| {
-                self.restart(state, t);
+                self.restart(model, state, t);
                 self.agree(cycle)
             })
             .or_else(|| {
@@ -79,14 +80,14 @@ impl Watch {
                     // the reference may have been a transient
                     self.patience = self.patience * 3 / 2;
                     self.cycles.clear();
-                    self.restart(state, t);
+                    self.restart(model, state, t);
                 }
                 None
             })
     }
 
-    fn restart(&mut self, state: &State, t: f64) {
-        self.reference = Some(Reference { t, p: state.p.values.clone(), v: state.v.values.clone() });
+    fn restart(&mut self, model: &dyn Sheet, state: &State, t: f64) {
+        self.reference = Some(Reference { t, y: model.carried(state), v: state.v.values.clone() });
         (self.last, self.largest, self.steps) = (vec![(t, 0.0)], [0.0; 2], 0);
     }
 

@@ -2,12 +2,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::model::incompressible::{Incompressible, Residuals};
+use crate::model::Residuals;
 use crate::model::parameters::ElasticForce;
-use crate::space::Field;
 use crate::time::equations::{Equations, Trial};
 use crate::time::memory::{Memory, correction};
-use crate::time::{Phases, StepFailure};
+use crate::time::{Phases, Sheet, StepFailure, Weights};
 
 /// How pseudo-time is stepped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +35,7 @@ pub struct PseudoStep {
     pub dt: f64,
     /// Total residual after it.
     pub residual: f64,
-    /// Largest `|δp|` at a node.
+    /// Largest `|δy|` at a node.
     pub change: f64,
     /// GMRES products.
     pub products: usize,
@@ -44,7 +43,7 @@ pub struct PseudoStep {
     pub rejected: usize,
 }
 
-/// Why no steady state was reached; the last polarity is kept.
+/// Why no steady state was reached; what was carried last is kept.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum Stall {
     #[error("{steps} pseudo-steps were not enough: the residual is {residual:.1e}")]
@@ -57,7 +56,7 @@ pub enum Stall {
     Failed(#[from] StepFailure),
 }
 
-/// A pseudo-step that changes the polarity anywhere by more than this, relative to its largest value or 1, is rejected.
+/// A pseudo-step that changes what is carried anywhere by more than this, relative to its largest value or 1, is rejected.
 const LARGEST_CHANGE: f64 = 1.0;
 
 /// A pseudo-step that changes it by less may grow even where the residual does not fall.
@@ -86,20 +85,20 @@ impl Work<'_> {
 
 /// Steps from `start` until the residual is below its bound. `seen` is told of every accepted step.
 ///
-/// Pseudo-step n solves `Pe (p − pⁿ)/Δτ + R(p) = 0` by one Newton correction, and `Δτ` follows the residual: `Δτⁿ⁺¹ = Δτⁿ ‖Rⁿ⁻¹‖/‖Rⁿ‖`
+/// Pseudo-step n solves `N (y − yⁿ)/Δτ + R(y) = 0` (`N = Pe M` in the incompressible sheet) by one Newton correction, and `Δτ` follows the residual: `Δτⁿ⁺¹ = Δτⁿ ‖Rⁿ⁻¹‖/‖Rⁿ‖`
 /// (switched evolution relaxation, Mulder and van Leer 1985; Kelley and Keyes 1998).
 ///
 /// # Errors
-/// [`Stall`]; in `start` is then the last polarity.
+/// [`Stall`]; in `start` is then the last carried vector.
 pub fn relax(
-    model: &Incompressible,
-    start: &mut Field,
+    model: &dyn Sheet,
+    start: &mut Vec<f64>,
     settings: &Pseudo,
     work: &mut Work,
     seen: &mut dyn FnMut(&PseudoStep, &Trial),
 ) -> Result<Trial, Stall> {
-    let scale = model.area.sqrt();
-    let (flow, _) = model.flow(start, 0.0).map_err(StepFailure::from)?;
+    let scale = model.area().sqrt();
+    let flow = model.state_of(start, 0.0)?.v;
     let mut equations = Equations::stationary(model, &flow, 0.0)?;
     let mut now = equations.evaluate(start.clone(), work.phases)?;
     let (mut dt, mut t, mut rejected, mut taken, mut accepted) = (settings.step, 0.0, 0, 0, 0);
@@ -108,19 +107,19 @@ pub fn relax(
         let residual = now.size / scale;
         peak = peak.max(residual);
         if residual < settings.residual {
-            *start = now.state.p.clone();
+            *start = model.carried(&now.state);
             return Ok(now);
         }
         if let Err(stall) = work.check_interrupt() {
-            *start = now.state.p.clone();
+            *start = model.carried(&now.state);
             return Err(stall);
         }
         if taken == settings.max_steps {
-            *start = now.state.p.clone();
+            *start = model.carried(&now.state);
             return Err(Stall::Steps { steps: taken, residual });
         }
         if dt < SHORTEST * settings.step {
-            *start = now.state.p.clone();
+            *start = model.carried(&now.state);
             return Err(Stall::Step { dt, residual, cause });
         }
         taken += 1;
@@ -137,9 +136,9 @@ pub fn relax(
                 let free = dt * ratio.clamp(least, LARGEST_RATIO);
                 let bound = residual > settings.release * peak;
                 dt = if bound { free.clamp(dt.min(settings.most), settings.most) } else { free };
-                if model.parameters.elastic_force == ElasticForce::Energy {
+                if model.parameters().elastic_force == ElasticForce::Energy {
                     equations.before = now.state.v.clone();
-                    now = equations.evaluate(now.state.p, work.phases)?;
+                    now = equations.evaluate(now.y, work.phases)?;
                 }
             }
             Err(why) => {
@@ -164,30 +163,39 @@ fn attempt(
     work: &mut Work,
 ) -> Result<(Trial, f64, usize), StepFailure> {
     let model = equations.model;
-    let scale = model.area.sqrt();
+    let scale = model.area().sqrt();
     // quadratic convergence at the end, but no more than the bound needs
     let reduction = progress.clamp(1e-6, 1e-2).max(0.1 * settings.residual * scale / now.size).min(0.1);
-    let weight = if dt < 1e10 { 1.0 / dt } else { 0.0 };
-    let (delta, products) = correction(equations, work.memory, (now, weight), reduction, work.phases)?;
+    // what is conserved has to be held by the time derivative
+    let longest = if model.conserves() { 1e6 } else { 1e10 };
+    let weight = if dt < longest {
+        1.0 / dt
+    } else if model.conserves() {
+        1.0 / longest
+    } else {
+        0.0
+    };
+    let (delta, products) = correction(equations, work.memory, (now, Weights::both(weight)), reduction, work.phases)?;
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, v| if v.is_nan() { f64::NAN } else { m.max(v.abs()) });
     let change = largest(&delta);
     let too_much = StepFailure::Diverged { scheme: "pseudo-transient", iterations: 1, increment: change };
-    if change.is_nan() || change > LARGEST_CHANGE * largest(&now.state.p.values).max(1.0) {
+    if change.is_nan() || change > LARGEST_CHANGE * largest(&now.y).max(1.0) {
         return Err(too_much);
     }
-    let mut p = now.state.p.clone();
-    crate::solve::axpy(1.0, &delta, &mut p.values);
-    let next = equations.evaluate(p, work.phases)?;
+    // from what the limiter left, as a time step goes on from there
+    let mut y = model.carried(&now.state);
+    crate::solve::axpy(1.0, &delta, &mut y);
+    let next = equations.evaluate(y, work.phases)?;
     if next.size.is_nan() || next.size > settings.growth * now.size {
         return Err(too_much);
     }
     Ok((next, change, products))
 }
 
-/// The residuals of a trial as [`Incompressible::residuals`] has them.
+/// The residuals of a trial as [`Sheet::residuals`] has them.
 ///
 /// # Errors
 /// As there.
-pub fn residuals(model: &Incompressible, trial: &Trial) -> Result<Residuals, StepFailure> {
+pub fn residuals(model: &dyn Sheet, trial: &Trial) -> Result<Residuals, StepFailure> {
     Ok(model.residuals(&trial.state, 0.0)?)
 }

@@ -1,7 +1,7 @@
 //! Eigenvalues of the linearisation about a steady state: how small disturbances grow or decay.
 //!
-//! A disturbance `δp e^{λt}` of a steady state obeys `λ Pe M δp + R′ δp = 0` with `R′ = J_pp + D S⁻¹ F′`. Arnoldi's method is applied to
-//! `T = (R′ + σ Pe M)⁻¹ Pe M`, whose eigenvalues are `1/(σ − λ)`: it finds those λ first that are nearest to the real shift σ. A small
+//! A disturbance `δy e^{λt}` of a steady state obeys `λ N δy + R′ δy = 0` with `N = Pe M` and `R′ = J_pp + D S⁻¹ F′` in the
+//! incompressible sheet; in a compressible one `N` also has the density. Arnoldi's method is applied to `T = (R′ + σ N)⁻¹ N`, whose eigenvalues are `1/(σ − λ)`: it finds those λ first that are nearest to the real shift σ. A small
 //! shift finds the slow modes, a large one fast oscillations that grow.
 
 use std::cell::RefCell;
@@ -12,24 +12,24 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::pseudo::{Stall, Work};
-use crate::model::incompressible::{Incompressible, State};
+use crate::model::State;
 use crate::model::lagged::Lagged;
 use crate::model::momentum::MomentumError;
-use crate::model::parameters::ElasticForce;
-use crate::model::tangent::Tangent;
 use crate::solve::arnoldi::Arnoldi;
 use crate::solve::krylov::gmres;
 use crate::solve::{SolveError, axpy, dot, norm, root};
-use crate::time::{Phases, StepFailure};
+use crate::time::equations::Equations;
+use crate::time::sheet::Tangent;
+use crate::time::{Phases, Sheet, StepFailure, Weights};
 
 /// An eigenvalue with its mode; of a complex pair the one with positive imaginary part.
 #[derive(Debug, Clone)]
 pub struct Mode {
     /// `λ`: growth rate and angular frequency.
     pub value: Complex<f64>,
-    /// Real and imaginary part of `δp`.
+    /// Real and imaginary part of `δy`.
     pub vector: [Vec<f64>; 2],
-    /// `‖λ Pe δp + M⁻¹R′ δp‖/(|λ| + |σ|) Pe ‖δp‖`
+    /// `‖M⁻¹(λ N + R′) δy‖/(|λ| + |σ|) Pe ‖δy‖`
     pub residual: f64,
 }
 
@@ -134,7 +134,7 @@ pub struct Ask {
 ///
 /// # Errors
 /// A factorisation that fails; an interrupt.
-pub fn spectrum(model: &Incompressible, state: &State, ask: Ask, work: &mut Work) -> Result<Spectrum, Stall> {
+pub fn spectrum(model: &dyn Sheet, state: &State, ask: Ask, work: &mut Work) -> Result<Spectrum, Stall> {
     let mut found = Spectrum { modes: Vec::new(), searched: Vec::new() };
     let shifts = if ask.fast { &SHIFTS[..] } else { &SHIFTS[..1] };
     for &shift in shifts {
@@ -157,16 +157,19 @@ pub fn spectrum(model: &Incompressible, state: &State, ask: Ask, work: &mut Work
 
 /// The converged eigenvalues nearest to a shift.
 fn near(
-    model: &Incompressible,
+    model: &dyn Sheet,
     state: &State,
     shift: f64,
     wanted: Option<usize>,
     growing_suffices: bool,
     work: &mut Work,
 ) -> Result<(Vec<Mode>, Disc), Stall> {
-    let tangent = work.phases.measure("tangent", || Tangent::new(model, state, &state.v, shift, 0.0));
-    work.memory.borrow_for(model, &tangent, work.phases)?;
-    let krylov = Krylov { lagged: work.memory.factors().expect("just made"), tangent: &tangent, shift };
+    let equations = Equations::stationary(model, &state.v, 0.0)?;
+    let at = equations.evaluate(model.carried(state), work.phases)?;
+    let tangent = work.phases.measure("tangent", || model.tangent(&equations, &at, Weights::both(shift)));
+    work.memory.borrow_for(model, &*tangent, work.phases)?;
+    let lagged = work.memory.factors().expect("just made");
+    let krylov = Krylov { model, state, lagged, tangent: &*tangent, shift };
     let (mut modes, disc) = krylov.search(1, wanted, growing_suffices, work.phases, work.interrupt)?;
     // of a multiple eigenvalue a Krylov space shows one mode, that of another start another one
     let growing = modes.iter().filter(|mode| mode.value.re > NEUTRAL).count();
@@ -182,7 +185,9 @@ fn near(
 
 /// What makes `T` at a state.
 struct Krylov<'k> {
-    tangent: &'k Tangent<'k>,
+    model: &'k dyn Sheet,
+    state: &'k State,
+    tangent: &'k dyn Tangent,
     lagged: &'k Lagged,
     shift: f64,
 }
@@ -197,13 +202,16 @@ impl Krylov<'_> {
         phases: &mut Phases,
         interrupt: &AtomicBool,
     ) -> Result<(Vec<Mode>, Disc), Stall> {
-        let (model, shift) = (self.tangent.model, self.shift);
-        let gram = |x: &[f64]| model.polarity.mass_times(x);
-        let mut arnoldi = Arnoldi::new(&any_direction(model.polarity.space.dof_count(), seed), &gram);
+        let (model, shift) = (self.model, self.shift);
+        let gram = |x: &[f64]| model.mass_times(x);
+        // the mode of what is conserved has the eigenvalue zero in every state: it is kept out
+        let mut begin = any_direction(model.carried_len(), seed);
+        model.without_conserved(&mut begin);
+        let mut arnoldi = Arnoldi::new(&begin, &gram);
         let mut apply = |x: &[f64]| -> Result<Vec<f64>, StepFailure> {
-            let pe = model.parameters.peclet;
-            let right: Vec<f64> = model.polarity.mass_times(x).into_iter().map(|v| pe * v).collect();
-            solve(self.tangent, self.lagged, right)
+            let mut image = self.solve(model.inertia_times(self.state, x))?;
+            model.without_conserved(&mut image);
+            Ok(image)
         };
         let (count, radius, doubtful) = loop {
             if interrupt.load(Ordering::Relaxed) {
@@ -232,7 +240,7 @@ impl Krylov<'_> {
             let value = Complex::new(shift, 0.0) - ritz.value.inv();
             // of a pair, T and A exchange the signs of the imaginary parts
             if value.im >= 0.0 {
-                let residual = defect(self.tangent, shift, value, &ritz.vector)?;
+                let residual = self.defect(value, &ritz.vector)?;
                 modes.push(Mode { value, vector: ritz.vector, residual });
             }
         }
@@ -240,53 +248,54 @@ impl Krylov<'_> {
     }
 }
 
-/// `(R′ + σ Pe M)⁻¹ b`: the factors invert it exactly, but for the energy-consistent force.
-fn solve(tangent: &Tangent, lagged: &Lagged, right: Vec<f64>) -> Result<Vec<f64>, StepFailure> {
-    if tangent.model.parameters.elastic_force == ElasticForce::Stress {
-        let mut x = right;
-        lagged.solve(&mut x);
-        return match x.iter().all(|v| v.is_finite()) {
-            true => Ok(x),
-            false => Err(SolveError::NotFinite { system: "coupled".into(), hint: "shift it".into() }.into()),
+impl Krylov<'_> {
+    /// `(R′ + σ N)⁻¹ b`: the factors invert it exactly, but for the energy-consistent force.
+    fn solve(&self, right: Vec<f64>) -> Result<Vec<f64>, StepFailure> {
+        if self.tangent.factors_are_exact() {
+            let mut x = right;
+            self.lagged.solve(&mut x);
+            return match x.iter().all(|v| v.is_finite()) {
+                true => Ok(x),
+                false => Err(SolveError::NotFinite { system: "coupled".into(), hint: "shift it".into() }.into()),
+            };
+        }
+        let failure: RefCell<Option<MomentumError>> = RefCell::new(None);
+        let product = |x: &[f64], y: &mut [f64]| {
+            if let Err(error) = self.tangent.times(x, y) {
+                failure.borrow_mut().get_or_insert(error);
+                y.fill(f64::NAN);
+            }
         };
-    }
-    let failure: RefCell<Option<MomentumError>> = RefCell::new(None);
-    let product = |x: &[f64], y: &mut [f64]| {
-        if let Err(error) = tangent.times(x, y) {
-            failure.borrow_mut().get_or_insert(error);
-            y.fill(f64::NAN);
-        }
-    };
-    let (mut x, target) = (vec![0.0; right.len()], 1e-10 * norm(&right));
-    let outcome = gmres(&product, &|x: &mut [f64]| lagged.solve(x), &right, &mut x, target, 100);
-    match failure.into_inner() {
-        Some(error) => Err(error.into()),
-        None if outcome.converged => Ok(x),
-        None => {
-            let residual = outcome.residual / norm(&right);
-            let hint = "the energy-consistent force is far from the factors' there".to_owned();
-            Err(SolveError::Inaccurate { system: "eigenvalue".into(), residual, hint }.into())
+        let (mut x, target) = (vec![0.0; right.len()], 1e-10 * norm(&right));
+        let outcome = gmres(&product, &|x: &mut [f64]| self.lagged.solve(x), &right, &mut x, target, 100);
+        match failure.into_inner() {
+            Some(error) => Err(error.into()),
+            None if outcome.converged => Ok(x),
+            None => {
+                let residual = outcome.residual / norm(&right);
+                let hint = "the energy-consistent force is far from the factors' there".to_owned();
+                Err(SolveError::Inaccurate { system: "eigenvalue".into(), residual, hint }.into())
+            }
         }
     }
-}
 
-/// The relative residual of an eigenpair.
-fn defect(tangent: &Tangent, shift: f64, value: Complex<f64>, vector: &[Vec<f64>; 2]) -> Result<f64, Stall> {
-    let model = tangent.model;
-    let pe = model.parameters.peclet;
-    let (mut square, mut size) = (0.0, 0.0);
-    // the tangent has the weight σ: (R′ + σ Pe M) φ = (σ − λ) Pe M φ
-    let factor = Complex::new(shift, 0.0) - value;
-    let mass: Vec<Vec<f64>> = vector.iter().map(|x| model.polarity.mass_times(x)).collect();
-    for part in 0..2 {
-        let mut r = vec![0.0; vector[part].len()];
-        tangent.times(&vector[part], &mut r).map_err(StepFailure::from)?;
-        axpy(-pe * factor.re, &mass[part], &mut r);
-        axpy(if part == 0 { pe * factor.im } else { -pe * factor.im }, &mass[1 - part], &mut r);
-        square += dot(&r, &model.polarity.mass_solve(&r));
-        size += dot(&vector[part], &mass[part]);
+    /// The relative residual of an eigenpair.
+    fn defect(&self, value: Complex<f64>, vector: &[Vec<f64>; 2]) -> Result<f64, Stall> {
+        let (model, shift) = (self.model, self.shift);
+        let (mut square, mut size) = (0.0, 0.0);
+        // the tangent has the weight σ: (R′ + σ N) φ = (σ − λ) N φ
+        let factor = Complex::new(shift, 0.0) - value;
+        let inertia: Vec<Vec<f64>> = vector.iter().map(|x| model.inertia_times(self.state, x)).collect();
+        for part in 0..2 {
+            let mut r = vec![0.0; vector[part].len()];
+            self.tangent.times(&vector[part], &mut r).map_err(StepFailure::from)?;
+            axpy(-factor.re, &inertia[part], &mut r);
+            axpy(if part == 0 { factor.im } else { -factor.im }, &inertia[1 - part], &mut r);
+            square += dot(&r, &model.mass_solve(&r));
+            size += dot(&vector[part], &model.mass_times(&vector[part]));
+        }
+        Ok(square.max(0.0).sqrt() / (model.parameters().peclet * (value.norm() + shift) * size.sqrt()))
     }
-    Ok(square.max(0.0).sqrt() / (pe * (value.norm() + shift) * size.sqrt()))
 }
 
 /// Eigenvalues nearer to each other, relative to 1 and themselves, may be one.
@@ -296,9 +305,9 @@ const SAME: f64 = 1e-5;
 const INDEPENDENT: f64 = 0.02;
 
 /// Whether a mode is none of the known ones, nor a combination of those with its eigenvalue.
-fn is_new(model: &Incompressible, known: &[Mode], mode: &Mode) -> bool {
+fn is_new(model: &dyn Sheet, known: &[Mode], mode: &Mode) -> bool {
     let product = |a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]| -> Complex<f64> {
-        let [re, im] = [&b[0], &b[1]].map(|part| model.polarity.mass_times(part));
+        let [re, im] = [&b[0], &b[1]].map(|part| model.mass_times(part));
         Complex::new(dot(&a[0], &re) + dot(&a[1], &im), dot(&a[0], &im) - dot(&a[1], &re))
     };
     // what is left of b without its share of the unit vector a

@@ -8,7 +8,6 @@ use std::time::Instant;
 use super::StudyError;
 use super::branch_file::{BranchStudy, ParameterScale};
 use super::table::{refuse_occupied, write_rows, write_study};
-use crate::model::incompressible::Incompressible;
 use crate::output::plot::{Axis, Line, Markers, Plot, Scale, Series, Symbol};
 use crate::output::progress::{Progress, Verbosity};
 use crate::output::{OutputError, number};
@@ -19,6 +18,7 @@ use crate::steady::arclength::{Family, Place};
 use crate::steady::branch::{Branch, Point, Special, follow};
 use crate::steady::pseudo::Work;
 use crate::steady::{Event, Found, Stability, Stall, SteadySettings, Want, find};
+use crate::time::Sheet;
 use crate::time::Phases;
 use crate::time::memory::Memory;
 
@@ -47,7 +47,7 @@ pub fn run(
     let begin = Instant::now();
     let scene = study.scene_at(study.start)?;
     let base = Setup::new(&scene)?;
-    let start = base.start(&scene)?.state.p;
+    let start = base.model.carried(&base.start(&scene)?.state);
     write_study(&study.text(), out)?;
     let progress = Progress::new(verbosity, 0.0);
     for remark in base.remarks(&scene) {
@@ -72,8 +72,8 @@ pub fn run(
             // where this leads nowhere, the forks of the first branch may lead there
             Want::Stable => SteadySettings { want, eigenvalues, march: 0.0, ..settings },
         };
-        let from = starts.last().map_or_else(|| start.clone(), |place: &Place| place.state.p.clone());
-        let found = find(&base.model, from, &search, scene.march(), interrupt, &mut phases, &mut seen)
+        let from = starts.last().map_or_else(|| start.clone(), |place: &Place| base.model.carried(&place.state));
+        let found = find(&*base.model, from, &search, scene.march(), interrupt, &mut phases, &mut seen)
             .map_err(|stall| no_start(study, &stall.to_string()))?;
         let state = match (found.found, want) {
             (Found::Steady(steady), _) => steady.state,
@@ -83,7 +83,7 @@ pub fn run(
             (Found::Oscillating { .. } | Found::Nothing, Want::Stable) => continue,
         };
         let place = Place { xi, state };
-        if starts.iter().all(|other: &Place| differ(&base.model, other, &place)) {
+        if starts.iter().all(|other: &Place| differ(&*base.model, other, &place)) {
             starts.push(place);
         }
     }
@@ -109,7 +109,7 @@ pub fn run(
             begin.elapsed().as_secs_f64()
         ));
     };
-    let mut take = |branch: usize, point: &Point, _: &Incompressible| {
+    let mut take = |branch: usize, point: &Point, _: &dyn Sheet| {
         if measures.len() <= branch {
             measures.resize_with(branch + 1, Vec::new);
         }
@@ -150,10 +150,11 @@ fn position(study: &BranchStudy, value: f64) -> f64 {
 }
 
 /// Whether two states of one parameter are not the same.
-fn differ(model: &Incompressible, a: &Place, b: &Place) -> bool {
-    let d: Vec<f64> = a.state.p.values.iter().zip(&b.state.p.values).map(|(a, b)| a - b).collect();
-    let size = root(dot(&d, &model.polarity.mass_times(&d)));
-    size > 1e-4 * root(dot(&a.state.p.values, &model.polarity.mass_times(&a.state.p.values)))
+fn differ(model: &dyn Sheet, a: &Place, b: &Place) -> bool {
+    let [a, b] = [a, b].map(|place| model.carried(&place.state));
+    let d: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+    let size = root(dot(&d, &model.mass_times(&d)));
+    size > 1e-4 * root(dot(&a, &model.mass_times(&a)))
 }
 
 fn no_start(study: &BranchStudy, reason: &str) -> StudyError {

@@ -148,7 +148,7 @@ fn run_level(
         h: setup.quality.h_max,
         dt: (0..2).map(|k| scene.march().length(scene.time.control.step, k)).fold(0.0, f64::max),
         cells: setup.mesh.cells.len(),
-        unknowns: model.momentum.unknowns() + model.polarity.space.dof_count(),
+        unknowns: model.flow_unknowns() + model.carried_len(),
         errors,
         counts: steps.counts,
         factorisations: crate::solve::sparse::counts()[0] - before,

@@ -3,14 +3,14 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::equations::Equations;
+use super::sheet::{Sheet, Weights};
 use super::{Phases, bdf, newton};
 use crate::model::ExpressionError;
-use crate::model::incompressible::{Incompressible, State};
+use crate::model::State;
 use crate::model::momentum::MomentumError;
 use crate::solve::SolveError;
 use crate::solve::anderson::Anderson;
-use crate::solve::dot;
-use crate::space::Field;
 
 /// How a step is solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,9 +57,6 @@ impl CouplingKind {
         }
     }
 }
-
-/// Each polarity solve reduces its residual by this factor: the iteration around it corrects what is left.
-const LINEAR_REDUCTION: f64 = 1e-2;
 
 /// A step that was solved.
 #[derive(Debug, Clone)]
@@ -115,14 +112,14 @@ impl StepFailure {
     }
 }
 
-/// One step to be solved: `past` holds `(t_{n−i}, p^{n−i})`, newest first, as many as the order asks for.
+/// One step to be solved: `past` holds `(t_{n−i}, y^{n−i})`, newest first, as many as the order asks for.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
-    pub model: &'a Incompressible,
+    pub model: &'a dyn Sheet,
     pub t: f64,
-    pub past: &'a [(f64, &'a Field)],
+    pub past: &'a [(f64, &'a [f64])],
     /// The same and possibly one more, for a prediction.
-    pub known: &'a [(f64, &'a Field)],
+    pub known: &'a [(f64, &'a [f64])],
     /// The state at the last step.
     pub guess: &'a State,
     pub settings: &'a CouplingSettings,
@@ -130,16 +127,23 @@ pub struct Step<'a> {
     pub interrupt: &'a AtomicBool,
 }
 
-impl Step<'_> {
+impl<'a> Step<'a> {
+    /// The equations of the step.
+    pub(super) fn equations(&self, phases: &mut Phases) -> Result<Equations<'a>, StepFailure> {
+        let inputs = phases.measure("inputs", || self.model.inputs(self.t))?;
+        let (weights, history) = self.differences();
+        Ok(Equations { model: self.model, inputs, before: self.guess.v.clone(), weights, history })
+    }
+
     /// `α₀/Δt`, and `Σ_{i≥1} α_i p^{n−i}/Δt`.
-    pub(super) fn differences(&self) -> (f64, Vec<f64>) {
+    fn differences(&self) -> (Weights, Vec<f64>) {
         let times: Vec<f64> = std::iter::once(self.t).chain(self.past.iter().map(|(t, _)| *t)).collect();
         let weights = bdf::derivative_weights(&times);
-        let mut history = vec![0.0; self.guess.p.values.len()];
-        for (d, (_, p)) in weights[1..].iter().zip(self.past) {
-            crate::solve::axpy(*d, &p.values, &mut history);
+        let mut history = vec![0.0; self.model.carried_len()];
+        for (d, (_, y)) in weights[1..].iter().zip(self.past) {
+            crate::solve::axpy(*d, y, &mut history);
         }
-        (weights[0], history)
+        (Weights { density: 0.0, polarity: weights[0] }, history)
     }
 
     /// Gives up where the caller asks for it.
@@ -169,62 +173,35 @@ pub fn solve_step(
     })
 }
 
-/// Iteration k: `L_h` and the force from the last p; velocity and pressure from them; then the polarity, with `|p|²` and the
-/// `−p` term from the last iterate and everything else implicit   [8.33], [8.34], [8.35]; Anderson acceleration of depth `depth`.
+/// The model's equations in turn, again and again; Anderson acceleration of depth `depth`.
 fn fixed_point(step: &Step, depth: usize, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
-    let Step { model, t, guess, settings, .. } = *step;
-    let inputs = phases.measure("inputs", || model.inputs(t))?;
-    let (weight, history) = step.differences();
-    let mut fixed = model.polarity_inputs(&inputs);
-    let pe = model.parameters.peclet;
-    for (f, h) in fixed.iter_mut().zip(model.polarity.mass_times(&history)) {
-        *f -= pe * h;
-    }
+    let Step { model, guess, settings, .. } = *step;
+    let equations = step.equations(phases)?;
+    let mut passes = model.passes(&equations)?;
     let scheme = settings.kind.name();
     let mut anderson = Anderson::new(depth);
     let mut state = guess.clone();
-    let mut factors = None;
-    let mut operator = model.polarity.empty_operator();
     let (mut first, mut linear_iterations) = (0.0, 0);
     for k in 1..=settings.max_iterations {
         step.check_interrupt()?;
-        let force = phases.measure("force", || model.force(&state.p, &guess.v, &inputs));
-        let (v, pi) = phases.measure("stokes", || model.flow_of(&force, &inputs))?;
-        let carrier = model.carrier(&v, &guess.v);
-        phases.measure("polarity assembly", || {
-            model.polarity.operator(&model.loops, weight, carrier, &state.p, &mut operator);
-        });
-        let mut b = phases.measure("polarity assembly", || model.polarity.inflow(&model.loops, carrier, t));
-        for ((b, f), p) in b.iter_mut().zip(&fixed).zip(model.polarity.mass_times(&state.p.values)) {
-            *b += f + p;
-        }
-        // factors of the first iterate serve the whole step: later ones differ little
-        if factors.is_none() {
-            factors = Some(phases.measure("polarity factors", || model.polarity.precondition(&operator))?);
-        }
-        let factors = factors.as_ref().expect("just made");
-        let mut image = state.p.values.clone();
-        linear_iterations += phases
-            .measure("polarity solve", || model.polarity.solve(&operator, factors, &b, &mut image, LINEAR_REDUCTION))?;
-        let increment = increment(model, &state, &v, &pi, &image);
+        let (image, iterations) = passes.image(&state, phases)?;
+        linear_iterations += iterations;
+        let increment = model.increment(&state, &image);
         if k == 1 {
             first = increment;
         }
         let rate = rate(increment, first);
         let converged = increment < settings.tolerance;
         let late = k == settings.max_iterations && increment < settings.accept;
-        // what is accepted is the image, whose increment was measured, never an extrapolation
-        let p = if converged || late { image } else { anderson.next(&state.p.values, &image) };
-        state = State { v, pi, p: Field::new(&model.polarity.space, p) };
         if increment >= settings.diverged || increment.is_nan() {
             return Err(StepFailure::Diverged { scheme, iterations: k, increment });
         }
+        // what is accepted is the image, whose increment was measured, never an extrapolation
         if converged || late {
-            let mut rate_of_p = history;
-            crate::solve::axpy(weight, &state.p.values, &mut rate_of_p);
+            let state = model.settle(&equations, image, phases)?;
             return Ok(StepOutcome {
+                rate_of_p: equations.rate_of_p(&state),
                 state,
-                rate_of_p,
                 iterations: k,
                 linear_iterations,
                 first_increment: first,
@@ -236,6 +213,8 @@ fn fixed_point(step: &Step, depth: usize, phases: &mut Phases) -> Result<StepOut
         if k == settings.max_iterations {
             return Err(StepFailure::Slow { scheme, iterations: k, increment });
         }
+        let y = anderson.next(&model.carried(&state), &model.carried(&image));
+        state = model.with_carried(&image, &y).unwrap_or(image);
     }
     unreachable!("max_iterations is at least one")
 }
@@ -243,13 +222,4 @@ fn fixed_point(step: &Step, depth: usize, phases: &mut Phases) -> Result<StepOut
 /// `η_k = −log10(e_k/e_1)`
 pub(super) fn rate(increment: f64, first: f64) -> f64 {
     if increment > 0.0 { -(increment / first).log10() } else { f64::INFINITY }
-}
-
-/// `e_k = (‖δv‖² + ‖δΠ‖² + ‖δp‖²)^½`   [9.1]
-pub(super) fn increment(model: &Incompressible, last: &State, v: &Field, pi: &Field, p: &[f64]) -> f64 {
-    let minus = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
-    let dv = model.momentum.velocity_mass.quadratic(&minus(&v.values, &last.v.values));
-    let dpi = model.momentum.pressure_mass.quadratic(&minus(&pi.values, &last.pi.values));
-    let dp = minus(p, &last.p.values);
-    crate::solve::root(dv + dpi + dot(&dp, &model.polarity.mass_times(&dp)))
 }

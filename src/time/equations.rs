@@ -1,69 +1,73 @@
-//! The polarity's equation with velocity and pressure eliminated: `R(p) = R_p(p, v(p))`, of a time step or stationary.
+//! The equations of what is carried with the flow eliminated: `R(y) = R_y(y, v(y))`, of a time step or stationary.
 
 use super::Phases;
 use super::coupling::StepFailure;
-use crate::model::incompressible::{Incompressible, Inputs, State};
+use super::sheet::{Sheet, Weights};
+use crate::model::State;
+use crate::model::incompressible::Inputs;
 use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::Field;
 
-/// A polarity with the flow that follows from it, and the residual of its equation.
+/// A carried vector with the flow that follows from it, and the residual of its equations.
 #[derive(Debug, Clone)]
 pub struct Trial {
+    /// What the equations were evaluated at; the density as it was before the limiter.
+    pub y: Vec<f64>,
     pub state: State,
-    /// As a functional on the polarity space.
+    /// As a functional on the spaces of what is carried.
     pub residual: Vec<f64>,
     /// `(R|M⁻¹R)^½`
     pub size: f64,
 }
 
-/// `R(p) = Pe (w p + h) + Pe [a_upw − ω − a δ](p; v(p)) + (1/B) L_h(p) − inputs`   [7.11c]
+/// `R(y)`: `Pe (w p + h) + Pe [a_upw − ω − a δ](p; v(p)) + (1/B) L_h(p) − inputs` in the incompressible sheet   [7.11c]
 #[derive(Debug)]
 pub struct Equations<'m> {
-    pub model: &'m Incompressible,
+    pub model: &'m dyn Sheet,
     pub inputs: Inputs,
     /// The flow whose directions the energy-consistent force keeps.
     pub before: Field,
-    /// `w = α₀/Δt`; 0 for the stationary equation.
-    pub weight: f64,
-    /// `h = Σ_{i≥1} α_i p^{n−i}/Δt`; 0 for the stationary equation.
+    /// Those of the newest level; 0 for the stationary equations.
+    pub weights: Weights,
+    /// What the earlier levels give to the time derivative, `h`; 0 for the stationary equations.
     pub history: Vec<f64>,
 }
 
 impl<'m> Equations<'m> {
-    /// The stationary equation at time `t`, upwind directions from `before`.
+    /// The stationary equations at time `t`, upwind directions from `before`.
     ///
     /// # Errors
     /// A formula that is not finite at `t`.
-    pub fn stationary(model: &'m Incompressible, before: &Field, t: f64) -> Result<Self, StepFailure> {
-        let history = vec![0.0; model.polarity.space.dof_count()];
-        Ok(Self { model, inputs: model.inputs(t)?, before: before.clone(), weight: 0.0, history })
+    pub fn stationary(model: &'m dyn Sheet, before: &Field, t: f64) -> Result<Self, StepFailure> {
+        let history = vec![0.0; model.carried_len()];
+        Ok(Self { model, inputs: model.inputs(t)?, before: before.clone(), weights: Weights::default(), history })
     }
 
-    /// Velocity and pressure of `p`, then the residual of the polarity equation [7.11c].
+    /// The flow of `y`, then the residual of its equations.
     ///
     /// # Errors
-    /// A residual that is not finite; a flow that cannot be solved for.
-    pub fn evaluate(&self, p: Field, phases: &mut Phases) -> Result<Trial, StepFailure> {
-        let (model, inputs, before) = (self.model, &self.inputs, &self.before);
-        let well = phases.measure("residual", || model.polarity.molecular_functional(&model.loops, &p, inputs.t));
-        let force = phases.measure("force", || {
-            let l = (model.parameters.elasticity != 0.0)
-                .then(|| Field::new(&model.polarity.space, model.polarity.mass_solve(&well)));
-            model.force_of(&p, l.as_ref(), before, inputs)
-        });
-        let (v, pi) = phases.measure("stokes", || model.flow_of(&force, inputs))?;
-        let residual = phases.measure("residual", || {
-            let mut rate = self.history.clone();
-            axpy(self.weight, &p.values, &mut rate);
-            let carrier = model.carrier(&v, before);
-            let mut r = model.polarity_residual_of(carrier, &p, &well, &inputs.source, inputs.t);
-            axpy(model.parameters.peclet, &model.polarity.mass_times(&rate), &mut r);
-            r
-        });
+    /// A residual that is not finite; a flow that cannot be solved for; a density that is negative.
+    pub fn evaluate(&self, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
+        self.model.evaluate(self, y, phases)
+    }
+
+    /// `∂_t p` at a state by the formula of the step.
+    pub fn rate_of_p(&self, state: &State) -> Vec<f64> {
+        let p = &state.p.values;
+        let mut rate = self.history[self.history.len() - p.len()..].to_vec();
+        axpy(self.weights.polarity, p, &mut rate);
+        rate
+    }
+
+    /// A trial of its parts.
+    ///
+    /// # Errors
+    /// A residual that is not finite.
+    pub(super) fn trial(&self, y: Vec<f64>, state: State, residual: Vec<f64>) -> Result<Trial, StepFailure> {
         if let Some(index) = residual.iter().position(|r| !r.is_finite()) {
             return Err(SolveError::NotFiniteInput { system: "polarity".to_owned(), index }.into());
         }
-        let size = root(dot(&residual, &model.polarity.mass_solve(&residual)));
-        Ok(Trial { state: State { v, pi, p }, residual, size })
+        let size = root(dot(&residual, &self.model.mass_solve(&residual)));
+        Ok(Trial { y, state, residual, size })
     }
 }

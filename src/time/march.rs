@@ -8,10 +8,10 @@ use super::control::{Control, ControlSettings};
 use super::coupling::{CouplingKind, CouplingSettings, Step, StepFailure, StepOutcome, solve_step};
 use super::memory::{Memory, Origin};
 use super::schedule::trim;
+use super::sheet::{Kind, Sheet};
 use super::{Phases, bdf};
-use crate::measure::Budget;
-use crate::model::incompressible::{Incompressible, Residuals, State};
 use crate::model::momentum::MomentumError;
+use crate::model::{Residuals, State, Volume};
 use crate::space::Field;
 
 /// How time is discretised.
@@ -87,10 +87,11 @@ pub struct Checkpoint {
     pub t: f64,
     pub counts: Counts,
     pub control: Control,
-    /// Times and polarities, newest first; the newest is the current state.
+    /// Times and carried vectors, newest first; the newest is the current state.
     pub past: Vec<(f64, Vec<f64>)>,
     pub velocity: Vec<f64>,
-    pub pressure: Vec<f64>,
+    /// Pressure or density.
+    pub volume: Vec<f64>,
     pub rate_of_p: Vec<f64>,
     /// Steps in a row with `|dF/dt|` below its bound.
     pub quiet: usize,
@@ -104,7 +105,7 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 /// A march in progress.
 #[derive(Debug)]
 pub struct March<'m> {
-    pub model: &'m Incompressible,
+    pub model: &'m dyn Sheet,
     pub settings: MarchSettings,
     pub t: f64,
     pub state: State,
@@ -115,46 +116,49 @@ pub struct March<'m> {
     /// Set from outside to give up the step at work.
     pub interrupt: &'m AtomicBool,
     control: Control,
-    past: Vec<(f64, Field)>,
+    past: Vec<(f64, Vec<f64>)>,
     rate_of_p: Vec<f64>,
     memory: Memory,
 }
 
 impl<'m> March<'m> {
-    /// Starts at `t = 0` from the polarity `p`; velocity and pressure follow from it.
+    /// Starts at `t = 0` from the carried vector `y`; the flow follows from it.
     ///
     /// # Errors
-    /// As [`Incompressible::flow`].
-    pub fn start(model: &'m Incompressible, settings: MarchSettings, p: Field) -> Result<Self, MomentumError> {
-        Self::start_after(model, settings, vec![(0.0, p)])
+    /// As [`Sheet::state_of`].
+    pub fn start(model: &'m dyn Sheet, settings: MarchSettings, y: Vec<f64>) -> Result<Self, StepFailure> {
+        Self::start_after(model, settings, vec![(0.0, y)])
     }
 
-    /// Starts after known polarities `(t_i, p_i)`, newest first: all but the oldest count as steps.
+    /// Starts after known levels `(t_i, y_i)`, newest first: all but the oldest count as steps.
     ///
     /// # Errors
-    /// As [`Incompressible::flow`].
+    /// As [`Sheet::state_of`].
     ///
     /// # Panics
-    /// Without a polarity.
+    /// Without a level.
     pub fn start_after(
-        model: &'m Incompressible,
+        model: &'m dyn Sheet,
         settings: MarchSettings,
-        past: Vec<(f64, Field)>,
-    ) -> Result<Self, MomentumError> {
-        let (t, p) = past.first().cloned().expect("at least one polarity");
-        let (v, pi) = model.flow(&p, t)?;
-        let mut rate_of_p = vec![0.0; p.values.len()];
+        mut past: Vec<(f64, Vec<f64>)>,
+    ) -> Result<Self, StepFailure> {
+        let (t, y) = past.first().cloned().expect("at least one level");
+        let state = model.state_of(&y, t)?;
+        // the density may have been limited
+        past[0].1 = model.carried(&state);
+        let size = state.p.values.len();
+        let mut rate_of_p = vec![0.0; size];
         if past.len() > 1 {
             let times: Vec<f64> = past.iter().map(|(t, _)| *t).collect();
-            for (weight, (_, p)) in bdf::derivative_weights(&times).into_iter().zip(&past) {
-                crate::solve::axpy(weight, &p.values, &mut rate_of_p);
+            for (weight, (_, y)) in bdf::derivative_weights(&times).into_iter().zip(&past) {
+                crate::solve::axpy(weight, &y[y.len() - size..], &mut rate_of_p);
             }
         }
         Ok(Self {
             model,
             settings,
             t,
-            state: State { v, pi, p },
+            state,
             counts: Counts { steps: past.len() - 1, ..Counts::default() },
             phases: Phases::default(),
             quiet: 0,
@@ -167,13 +171,17 @@ impl<'m> March<'m> {
     }
 
     /// Continues from a checkpoint of the same problem.
-    pub fn resume(model: &'m Incompressible, settings: MarchSettings, from: Checkpoint) -> Self {
-        let space = &model.polarity.space;
-        let past: Vec<_> = from.past.into_iter().map(|(t, p)| (t, Field::new(space, p))).collect();
+    pub fn resume(model: &'m dyn Sheet, settings: MarchSettings, from: Checkpoint) -> Self {
+        let past = from.past;
+        let newest = &past[0].1;
+        let volume = Field::new(model.volume(), from.volume);
+        let space = &model.polarity().space;
         let state = State {
-            v: Field::new(&model.momentum.velocity, from.velocity),
-            pi: Field::new(&model.momentum.pressure, from.pressure),
-            p: past[0].1.clone(),
+            v: Field::new(model.velocity(), from.velocity),
+            volume: match model.kind() {
+                Kind::Incompressible(_) => Volume::Pressure(volume),
+            },
+            p: Field::new(space, newest[newest.len() - space.dof_count()..].to_vec()),
         };
         Self {
             model,
@@ -199,7 +207,7 @@ impl<'m> March<'m> {
     pub fn adopt(&mut self, state: State, steps: usize) {
         self.counts.steps = steps;
         self.rate_of_p.fill(0.0);
-        self.past = vec![(self.t, state.p.clone())];
+        self.past = vec![(self.t, self.model.carried(&state))];
         self.state = state;
     }
 
@@ -214,9 +222,9 @@ impl<'m> March<'m> {
             t: self.t,
             counts: self.counts,
             control: self.control.clone(),
-            past: self.past.iter().map(|(t, p)| (*t, p.values.clone())).collect(),
+            past: self.past.clone(),
             velocity: self.state.v.values.clone(),
-            pressure: self.state.pi.values.clone(),
+            volume: self.state.volume().values.clone(),
             rate_of_p: self.rate_of_p.clone(),
             quiet: self.quiet,
             origin: self.memory.origin().cloned(),
@@ -236,8 +244,8 @@ impl<'m> March<'m> {
             let lands = self.t + dt >= landing - 1e-9 * dt;
             let t = if lands { landing } else { self.t + dt };
             let order = self.order_for(dt);
-            let known: Vec<(f64, &Field)> =
-                self.past.iter().take(self.usable(dt).min(order + 1)).map(|(t, p)| (*t, p)).collect();
+            let known: Vec<(f64, &[f64])> =
+                self.past.iter().take(self.usable(dt).min(order + 1)).map(|(t, y)| (*t, &y[..])).collect();
             let coupling = &self.settings.coupling;
             let attempt = Step {
                 model: self.model,
@@ -310,7 +318,7 @@ impl<'m> March<'m> {
         self.t = t;
         self.state = outcome.state;
         self.rate_of_p = outcome.rate_of_p;
-        self.past.insert(0, (t, self.state.p.clone()));
+        self.past.insert(0, (t, self.model.carried(&self.state)));
         // one level more than the formula needs, for predictions
         self.past.truncate(self.settings.order.min(bdf::MAX_ORDER) + 1);
         // an iteration that begins next to its tolerance has no rate to show, and is as good as any
@@ -323,27 +331,24 @@ impl<'m> March<'m> {
     /// Residuals of the stationary equations at the current state.
     ///
     /// # Errors
-    /// As [`Incompressible::residuals`].
+    /// As [`Sheet::residuals`].
     pub fn residuals(&mut self) -> Result<Residuals, MomentumError> {
         let (model, state, t) = (self.model, &self.state, self.t);
         self.phases.measure("residuals", || model.residuals(state, t))
     }
 
-    /// The terms of the energy law at the current state.
-    pub fn budget(&self) -> Budget {
-        Budget::of(self.model, &self.state, &self.rate_of_p, self.t)
+    /// `∂_t p` at the current state by the time scheme.
+    pub fn rate_of_p(&self) -> &[f64] {
+        &self.rate_of_p
     }
 
-    /// Free energy `F_h` and its rate `(L_h|∂_t p)`.
+    /// Free energy `F_h` and its rate, `(L_h|∂_t p)` and what a density adds.
     pub fn energy(&mut self) -> (f64, f64) {
-        let (model, p, t) = (self.model, &self.state.p, self.t);
+        let (model, state, t) = (self.model, &self.state, self.t);
         let rate_of_p = &self.rate_of_p;
         self.phases.measure("energy", || {
-            let rate = match model.parameters.elasticity {
-                0.0 => 0.0,
-                b => b * crate::solve::dot(&model.polarity.molecular_functional(&model.loops, p, t), rate_of_p),
-            };
-            (model.free_energy(p, t), rate)
+            let rate = model.energy_rate(state, rate_of_p, t);
+            (model.free_energy(state, t), rate)
         })
     }
 }

@@ -8,10 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
-use crate::model::incompressible::{Incompressible, State};
+use super::sheet::{Sheet, Tangent, Weights};
 use crate::model::lagged::{Lagged, Structure};
 use crate::model::momentum::MomentumError;
-use crate::model::tangent::Tangent;
 use crate::solve::krylov::gmres;
 use crate::solve::{SolveError, norm};
 use crate::space::Field;
@@ -27,13 +26,14 @@ pub struct Memory {
 /// Where the factors come from: enough to make them anew, bit for bit, and to know when they are worn out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
-    /// Coefficients of the polarity and the velocity that the derivative was taken at.
-    p: Vec<f64>,
-    v: Vec<f64>,
+    /// The carried vector that the derivative was taken at.
+    y: Vec<f64>,
     /// The velocity before the step.
     before: Vec<f64>,
-    /// `α₀/Δt`, and the time.
-    weight: f64,
+    /// What the earlier levels gave to the time derivative.
+    history: Vec<f64>,
+    /// Those of the newest level, and the time.
+    weights: Weights,
     t: f64,
     /// GMRES iterations of the first solve with the factors (0 before it), and the surplus over it since.
     fresh: usize,
@@ -41,26 +41,29 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Whether it has so many unknowns of velocity and polarity.
-    pub fn fits(&self, velocity: usize, polarity: usize) -> bool {
-        self.v.len() == velocity && self.before.len() == velocity && self.p.len() == polarity
+    /// Whether it has so many unknowns of velocity and of what is carried.
+    pub fn fits(&self, velocity: usize, carried: usize) -> bool {
+        self.before.len() == velocity && self.y.len() == carried && self.history.len() == carried
     }
 }
 
 impl Memory {
     pub(crate) fn factorise(
         &mut self,
-        model: &Incompressible,
-        tangent: &Tangent,
+        model: &dyn Sheet,
+        tangent: &dyn Tangent,
         phases: &mut Phases,
     ) -> Result<(), StepFailure> {
         if self.structure.is_none() {
             self.structure = Some(phases.measure("dissection", || model.structure().cloned())?);
         }
         let structure = self.structure.as_ref().expect("just made");
-        let made = phases.measure("factors", || match self.lagged.take() {
-            Some(mut lagged) => lagged.renew(tangent).map(|()| lagged),
-            None => Lagged::new(structure, tangent),
+        let made = phases.measure("factors", || {
+            let elements = tangent.elements();
+            match self.lagged.take() {
+                Some(mut lagged) => lagged.renew(&*elements).map(|()| lagged),
+                None => Lagged::new(structure, &*elements),
+            }
         });
         self.lagged = Some(made?);
         Ok(())
@@ -73,7 +76,7 @@ impl Memory {
 
     /// The factors, where they are near enough to those of the weight `w = α₀/Δt` that their correction measures the error.
     pub(super) fn near(&self, w: f64) -> Option<&Lagged> {
-        let near = |origin: &Origin| w <= 2.0 * origin.weight && origin.weight <= 2.0 * w;
+        let near = |origin: &Origin| w <= 2.0 * origin.weights.polarity && origin.weights.polarity <= 2.0 * w;
         self.lagged.as_ref().filter(|_| self.serves() && self.origin.as_ref().is_some_and(near))
     }
 
@@ -85,8 +88,8 @@ impl Memory {
     /// Makes factors that no time step may use.
     pub(crate) fn borrow_for(
         &mut self,
-        model: &Incompressible,
-        tangent: &Tangent,
+        model: &dyn Sheet,
+        tangent: &dyn Tangent,
         phases: &mut Phases,
     ) -> Result<(), StepFailure> {
         self.origin = None;
@@ -114,16 +117,15 @@ impl Memory {
     }
 
     /// The memory that a checkpoint kept, with the factors made anew; an empty one where that fails.
-    pub fn restore(model: &Incompressible, origin: Origin) -> Self {
-        let mut memory = Self::default();
-        let state = State {
-            v: Field::new(&model.momentum.velocity, origin.v.clone()),
-            pi: Field::zero(&model.momentum.pressure),
-            p: Field::new(&model.polarity.space, origin.p.clone()),
-        };
-        let before = Field::new(&model.momentum.velocity, origin.before.clone());
-        let tangent = Tangent::new(model, &state, &before, origin.weight, origin.t);
-        if memory.factorise(model, &tangent, &mut Phases::default()).is_ok() {
+    pub fn restore(model: &dyn Sheet, origin: Origin) -> Self {
+        let (mut memory, mut phases) = (Self::default(), Phases::default());
+        let Ok(inputs) = model.inputs(origin.t) else { return memory };
+        let before = Field::new(model.velocity(), origin.before.clone());
+        let (weights, history) = (origin.weights, origin.history.clone());
+        let equations = Equations { model, inputs, before, weights, history };
+        let Ok(trial) = equations.evaluate(origin.y.clone(), &mut phases) else { return memory };
+        let tangent = model.tangent(&equations, &trial, weights);
+        if memory.factorise(model, &*tangent, &mut phases).is_ok() {
             memory.origin = Some(origin);
         }
         memory
@@ -136,36 +138,35 @@ const KRYLOV_LIMIT: usize = 60;
 /// Factors are made anew when the iterations in excess of those that fresh factors need reach this number.
 const SURPLUS: usize = 40;
 
-/// Solves `(R′ + Pe (w − w₀) M) δ = −R` with the exact derivative of the equations of weight w₀.
+/// Solves `(R′ + (w − w₀) N) δ = −R` with the exact derivative of the equations of weight w₀ and `N` what multiplies `∂_t y`.
 pub(crate) fn correction(
     equations: &Equations,
     memory: &mut Memory,
-    (now, weight): (&Trial, f64),
+    (now, weights): (&Trial, Weights),
     reduction: f64,
     phases: &mut Phases,
 ) -> Result<(Vec<f64>, usize), StepFailure> {
-    let tangent = derivative(equations, now, weight, phases);
+    let tangent = derivative(equations, now, weights, phases);
     let right: Vec<f64> = now.residual.iter().map(|r| -r).collect();
-    solve(equations, &tangent, memory, (now, weight), &right, reduction, phases)
+    solve(equations, &*tangent, memory, (now, weights), &right, reduction, phases)
 }
 
-/// The exact derivative at a trial, with the weight `w` of the new polarity.
+/// The exact derivative at a trial, with weights of its own.
 pub(crate) fn derivative<'e>(
     equations: &'e Equations,
     now: &'e Trial,
-    weight: f64,
+    weights: Weights,
     phases: &mut Phases,
-) -> Tangent<'e> {
-    let t = equations.inputs.t;
-    phases.measure("tangent", || Tangent::new(equations.model, &now.state, &equations.before, weight, t))
+) -> Box<dyn Tangent + 'e> {
+    phases.measure("tangent", || equations.model.tangent(equations, now, weights))
 }
 
 /// Solves with a derivative; makes factors anew where there are none or GMRES has become slow.
 pub(crate) fn solve(
     equations: &Equations,
-    tangent: &Tangent,
+    tangent: &dyn Tangent,
     memory: &mut Memory,
-    (now, weight): (&Trial, f64),
+    (now, weights): (&Trial, Weights),
     right: &[f64],
     reduction: f64,
     phases: &mut Phases,
@@ -177,10 +178,10 @@ pub(crate) fn solve(
             memory.origin = None;
             memory.factorise(model, tangent, phases)?;
             memory.origin = Some(Origin {
-                p: now.state.p.values.clone(),
-                v: now.state.v.values.clone(),
+                y: now.y.clone(),
                 before: equations.before.values.clone(),
-                weight,
+                history: equations.history.clone(),
+                weights,
                 t: equations.inputs.t,
                 fresh: 0,
                 surplus: 0,

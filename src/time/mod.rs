@@ -4,14 +4,17 @@ pub mod bdf;
 pub mod control;
 pub mod coupling;
 pub mod equations;
+mod incompressible;
 pub mod march;
 pub mod memory;
 pub mod newton;
 pub mod phases;
 pub mod schedule;
+pub mod sheet;
 
 pub use control::{Control, ControlSettings};
 pub use coupling::{CouplingKind, CouplingSettings, StepFailure, StepOutcome};
 pub use march::{Checkpoint, Counts, March, MarchError, MarchSettings, StepReport};
 pub use phases::Phases;
 pub use schedule::Schedule;
+pub use sheet::{Kind, Sheet, Weights};

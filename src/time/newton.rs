@@ -7,11 +7,10 @@
 //! lagged factors alone, as long as each of them lowers the residual enough.
 
 use super::Phases;
-use super::coupling::{Step, StepFailure, StepOutcome, increment, rate};
+use super::coupling::{Step, StepFailure, StepOutcome, rate};
 use super::equations::{Equations, Trial};
 use super::memory::{Memory, correction};
 use crate::solve::{axpy, dot, root};
-use crate::space::Field;
 
 /// Corrections by the lagged factors alone are tried below so many tolerances.
 const NEAR: f64 = 1000.0;
@@ -19,16 +18,16 @@ const NEAR: f64 = 1000.0;
 /// Most halvings of a correction.
 const HALVINGS: usize = 12;
 
-/// The polynomial through the past polarities at the new time.
-fn predict(step: &Step) -> Field {
+/// The polynomial through the past at the new time.
+fn predict(step: &Step) -> Vec<f64> {
     let times: Vec<f64> = step.known.iter().map(|(t, _)| *t).collect();
-    let mut p = vec![0.0; step.guess.p.values.len()];
-    for (i, (ti, field)) in step.known.iter().enumerate() {
+    let mut y = vec![0.0; step.model.carried_len()];
+    for (i, (ti, known)) in step.known.iter().enumerate() {
         let others = times.iter().enumerate().filter(|(j, _)| *j != i);
         let weight: f64 = others.map(|(_, tj)| (step.t - tj) / (ti - tj)).product();
-        axpy(weight, &field.values, &mut p);
+        axpy(weight, known, &mut y);
     }
-    Field::new(&step.guess.p.space, p)
+    y
 }
 
 /// Solves a step from the polynomial through the past or, where that leads nowhere, from the last state. An iteration is one
@@ -39,7 +38,7 @@ fn predict(step: &Step) -> Field {
 pub(super) fn iterate(step: &Step, memory: &mut Memory, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
     match iterate_from(step, predict(step), memory, phases) {
         Err(failure) if step.known.len() > 1 && failure.may_be_cured_by_a_smaller_step() => {
-            iterate_from(step, step.guess.p.clone(), memory, phases)
+            iterate_from(step, step.model.carried(step.guess), memory, phases)
         }
         other => other,
     }
@@ -47,15 +46,14 @@ pub(super) fn iterate(step: &Step, memory: &mut Memory, phases: &mut Phases) -> 
 
 fn iterate_from(
     step: &Step,
-    start: Field,
+    start: Vec<f64>,
     memory: &mut Memory,
     phases: &mut Phases,
 ) -> Result<StepOutcome, StepFailure> {
     let (model, settings) = (step.model, step.settings);
     let scheme = settings.kind.name();
-    let inputs = phases.measure("inputs", || model.inputs(step.t))?;
-    let (weight, history) = step.differences();
-    let equations = Equations { model, inputs, before: step.guess.v.clone(), weight, history };
+    let equations = step.equations(phases)?;
+    let weights = equations.weights;
     let mut now = equations.evaluate(start, phases)?;
     let (mut first, mut linear_iterations) = (0.0, 0);
     let mut last_size = f64::INFINITY;
@@ -74,7 +72,7 @@ fn iterate_from(
             }
             None => {
                 let reduction = forcing(now.size, last_size);
-                let (delta, products) = correction(&equations, memory, (&now, weight), reduction, phases)?;
+                let (delta, products) = correction(&equations, memory, (&now, weights), reduction, phases)?;
                 linear_iterations += products;
                 match search(&equations, &now, &delta, settings.tolerance, phases)? {
                     Search::Found(next, change) => {
@@ -97,11 +95,10 @@ fn iterate_from(
         let converged = change < settings.tolerance;
         let ends = stuck || k == settings.max_iterations;
         if converged || (ends && change < settings.accept) {
-            let mut rate_of_p = equations.history;
-            axpy(weight, &now.state.p.values, &mut rate_of_p);
+            let state = model.settle(&equations, now.state, phases)?;
             return Ok(StepOutcome {
-                state: now.state,
-                rate_of_p,
+                rate_of_p: equations.rate_of_p(&state),
+                state,
                 iterations: k,
                 linear_iterations,
                 first_increment: first,
@@ -131,16 +128,16 @@ fn quick_correction(
     tolerance: f64,
     phases: &mut Phases,
 ) -> Result<Option<(Trial, f64)>, StepFailure> {
-    let Some(lagged) = memory.near(equations.weight) else { return Ok(None) };
+    let Some(lagged) = memory.near(equations.weights.polarity) else { return Ok(None) };
     let model = equations.model;
     let mut delta: Vec<f64> = now.residual.iter().map(|r| -r).collect();
     phases.measure("factored solve", || lagged.solve(&mut delta));
-    let size = root(dot(&delta, &model.polarity.mass_times(&delta)));
+    let size = root(dot(&delta, &model.mass_times(&delta)));
     if size.is_nan() || size >= NEAR * tolerance {
         return Ok(None);
     }
     let Some(next) = moved(equations, now, &delta, 1.0, phases)? else { return Ok(None) };
-    let change = increment(model, &now.state, &next.state.v, &next.state.pi, &next.state.p.values);
+    let change = model.increment(&now.state, &next.state);
     // a residual that falls by less would mean that the correction is not the error
     Ok((next.size < 0.3 * now.size).then_some((next, change)))
 }
@@ -153,9 +150,9 @@ fn moved(
     scale: f64,
     phases: &mut Phases,
 ) -> Result<Option<Trial>, StepFailure> {
-    let mut p = now.state.p.clone();
-    axpy(scale, delta, &mut p.values);
-    match equations.evaluate(p, phases) {
+    let mut y = now.y.clone();
+    axpy(scale, delta, &mut y);
+    match equations.evaluate(y, phases) {
         Ok(trial) => Ok(Some(trial)),
         Err(failure) if failure.may_be_cured_by_a_smaller_step() => Ok(None),
         Err(failure) => Err(failure),
@@ -180,7 +177,7 @@ fn search(
     let (mut scale, mut whole) = (1.0, f64::INFINITY);
     for _ in 0..=HALVINGS {
         if let Some(next) = moved(equations, now, delta, scale, phases)? {
-            let change = increment(equations.model, &now.state, &next.state.v, &next.state.pi, &next.state.p.values);
+            let change = equations.model.increment(&now.state, &next.state);
             whole = whole.min(change / scale);
             // at the end rounding hides whether the residual still falls
             let last = scale == 1.0 && change < tolerance && next.size <= 2.0 * now.size;

@@ -1,0 +1,268 @@
+//! The incompressible sheet in a time step: its residual, its derivative, and its equations solved in turn [8.33–8.35].
+
+use std::sync::Arc;
+
+use super::Phases;
+use super::coupling::StepFailure;
+use super::equations::{Equations, Trial};
+use super::sheet::{Kind, Passes, Sheet, Tangent, Weights};
+use crate::form::Integrator;
+use crate::model::expression::ExpressionError;
+use crate::model::incompressible::{Incompressible, Inputs};
+use crate::model::lagged::{Elements, Layout, Parts, Structure};
+use crate::model::momentum::MomentumError;
+use crate::model::parameters::ElasticForce;
+use crate::model::polarity::Polarity;
+use crate::model::{Conditions, Parameters, Residuals, Sources, State, Volume, tangent};
+use crate::solve::blocks::{Incomplete, VectorBlocks};
+use crate::solve::sparse::Matrix;
+use crate::solve::{SolveError, axpy, dot, root};
+use crate::space::{Field, Space};
+
+/// Each polarity solve reduces its residual by this factor: the iteration around it corrects what is left.
+pub(super) const LINEAR_REDUCTION: f64 = 1e-2;
+
+impl Sheet for Incompressible {
+    fn kind(&self) -> Kind<'_> {
+        Kind::Incompressible(self)
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    fn conditions(&self) -> &[Conditions] {
+        &self.conditions
+    }
+
+    fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
+    fn loops(&self) -> &Integrator {
+        &self.loops
+    }
+
+    fn area(&self) -> f64 {
+        self.area
+    }
+
+    fn velocity(&self) -> &Arc<Space> {
+        &self.momentum.velocity
+    }
+
+    fn volume(&self) -> &Arc<Space> {
+        &self.momentum.pressure
+    }
+
+    fn polarity(&self) -> &Polarity {
+        &self.polarity
+    }
+
+    fn velocity_mass(&self) -> &Matrix {
+        &self.momentum.velocity_mass
+    }
+
+    fn flow_unknowns(&self) -> usize {
+        self.momentum.unknowns()
+    }
+
+    fn layout(&self) -> Layout<'_> {
+        Incompressible::layout(self)
+    }
+
+    fn carried_len(&self) -> usize {
+        self.polarity.space.dof_count()
+    }
+
+    fn carried(&self, state: &State) -> Vec<f64> {
+        state.p.values.clone()
+    }
+
+    fn mass_times(&self, y: &[f64]) -> Vec<f64> {
+        self.polarity.mass_times(y)
+    }
+
+    fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
+        self.polarity.mass_solve(f)
+    }
+
+    fn inertia_times(&self, _: &State, y: &[f64]) -> Vec<f64> {
+        let pe = self.parameters.peclet;
+        self.polarity.mass_times(y).into_iter().map(|v| pe * v).collect()
+    }
+
+    fn without_conserved(&self, _: &mut [f64]) {}
+
+    fn conserves(&self) -> bool {
+        false
+    }
+
+    fn state_of(&self, y: &[f64], t: f64) -> Result<State, StepFailure> {
+        let p = Field::new(&self.polarity.space, y.to_vec());
+        let (v, pi) = self.flow(&p, t)?;
+        Ok(State::incompressible(v, pi, p))
+    }
+
+    fn with_carried(&self, state: &State, y: &[f64]) -> Option<State> {
+        Some(State { p: Field::new(&self.polarity.space, y.to_vec()), ..state.clone() })
+    }
+
+    fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError> {
+        Incompressible::inputs(self, t)
+    }
+
+    fn evaluate(&self, equations: &Equations, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
+        let (inputs, before) = (&equations.inputs, &equations.before);
+        let p = Field::new(&self.polarity.space, y.clone());
+        let well = phases.measure("residual", || self.polarity.molecular_functional(&self.loops, &p, inputs.t));
+        let force = phases.measure("force", || {
+            let l = (self.parameters.elasticity != 0.0)
+                .then(|| Field::new(&self.polarity.space, self.polarity.mass_solve(&well)));
+            self.force_of(&p, l.as_ref(), before, inputs)
+        });
+        let (v, pi) = phases.measure("stokes", || self.flow_of(&force, inputs))?;
+        let residual = phases.measure("residual", || {
+            let mut rate = equations.history.clone();
+            axpy(equations.weights.polarity, &p.values, &mut rate);
+            let carrier = self.carrier(&v, before);
+            let mut r = self.polarity_residual_of(carrier, &p, &well, &inputs.source, inputs.t);
+            axpy(self.parameters.peclet, &self.polarity.mass_times(&rate), &mut r);
+            r
+        });
+        equations.trial(y, State::incompressible(v, pi, p), residual)
+    }
+
+    fn tangent<'t>(&'t self, equations: &'t Equations, at: &'t Trial, weights: Weights) -> Box<dyn Tangent + 't> {
+        let (before, t) = (&equations.before, equations.inputs.t);
+        Box::new(tangent::Tangent::new(self, &at.state, before, weights.polarity, t))
+    }
+
+    fn passes<'e>(&'e self, equations: &'e Equations) -> Result<Box<dyn Passes + 'e>, StepFailure> {
+        Ok(Box::new(InTurn::new(self, equations)))
+    }
+
+    fn settle(&self, _: &Equations, state: State, _: &mut Phases) -> Result<State, StepFailure> {
+        Ok(state)
+    }
+
+    fn density_rate(&self, _: &State, _: f64) -> Result<Vec<f64>, ExpressionError> {
+        Ok(Vec::new())
+    }
+
+    fn stiffness(&self, _: &State) -> f64 {
+        0.0
+    }
+
+    fn increment(&self, from: &State, to: &State) -> f64 {
+        let minus = |a: &Field, b: &Field| -> Vec<f64> { a.values.iter().zip(&b.values).map(|(a, b)| a - b).collect() };
+        let dv = self.momentum.velocity_mass.quadratic(&minus(&to.v, &from.v));
+        let dpi = self.momentum.pressure_mass.quadratic(&minus(to.pressure(), from.pressure()));
+        let dp = minus(&to.p, &from.p);
+        root(dv + dpi + dot(&dp, &self.polarity.mass_times(&dp)))
+    }
+
+    fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
+        Incompressible::residuals(self, state, t)
+    }
+
+    fn free_energy(&self, state: &State, t: f64) -> f64 {
+        Incompressible::free_energy(self, &state.p, t)
+    }
+
+    fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64 {
+        match self.parameters.elasticity {
+            0.0 => 0.0,
+            b => b * dot(&self.polarity.molecular_functional(&self.loops, &state.p, t), rate_of_p),
+        }
+    }
+
+    fn check_formulas(&self, t: f64) -> Result<(), ExpressionError> {
+        Incompressible::check_formulas(self, t)
+    }
+
+    fn changed(
+        &self,
+        parameters: &Parameters,
+        conditions: &[Conditions],
+        sources: &Sources,
+    ) -> Result<Box<dyn Sheet>, MomentumError> {
+        Ok(Box::new(Incompressible::changed(self, parameters, conditions, sources)?))
+    }
+
+    fn structure(&self) -> Result<&Structure, SolveError> {
+        Incompressible::structure(self)
+    }
+
+    fn know_structure(&self, structure: Structure) {
+        Incompressible::know_structure(self, structure);
+    }
+
+    fn pressure(&self, state: &State) -> Result<Field, SolveError> {
+        Incompressible::pressure(self, state)
+    }
+}
+
+impl Tangent for tangent::Tangent<'_> {
+    fn times(&self, y: &[f64], out: &mut [f64]) -> Result<(), MomentumError> {
+        tangent::Tangent::times(self, y, out)
+    }
+
+    fn elements(&self) -> Box<dyn Elements + '_> {
+        Box::new(Parts::new(self))
+    }
+
+    fn factors_are_exact(&self) -> bool {
+        self.model.parameters.elastic_force == ElasticForce::Stress
+    }
+}
+
+/// `L_h` and the force from the last p; velocity and pressure from them; then the polarity, with `|p|²` and the `−p` term from the
+/// last iterate and everything else implicit   [8.33], [8.34], [8.35]
+struct InTurn<'e> {
+    model: &'e Incompressible,
+    equations: &'e Equations<'e>,
+    /// What no iterate changes on the right side.
+    fixed: Vec<f64>,
+    operator: VectorBlocks,
+    factors: Option<Incomplete>,
+}
+
+impl<'e> InTurn<'e> {
+    fn new(model: &'e Incompressible, equations: &'e Equations<'e>) -> Self {
+        let mut fixed = model.polarity_inputs(&equations.inputs);
+        let pe = model.parameters.peclet;
+        for (f, h) in fixed.iter_mut().zip(model.polarity.mass_times(&equations.history)) {
+            *f -= pe * h;
+        }
+        Self { model, equations, fixed, operator: model.polarity.empty_operator(), factors: None }
+    }
+}
+
+impl Passes for InTurn<'_> {
+    fn image(&mut self, state: &State, phases: &mut Phases) -> Result<(State, usize), StepFailure> {
+        let Equations { inputs, before, weights, .. } = self.equations;
+        let model = self.model;
+        let force = phases.measure("force", || model.force(&state.p, before, inputs));
+        let (v, pi) = phases.measure("stokes", || model.flow_of(&force, inputs))?;
+        let carrier = model.carrier(&v, before);
+        phases.measure("polarity assembly", || {
+            model.polarity.operator(&model.loops, weights.polarity, carrier, &state.p, &mut self.operator);
+        });
+        let mut b = phases.measure("polarity assembly", || model.polarity.inflow(&model.loops, carrier, inputs.t));
+        for ((b, f), p) in b.iter_mut().zip(&self.fixed).zip(model.polarity.mass_times(&state.p.values)) {
+            *b += f + p;
+        }
+        // factors of the first iterate serve the whole step: later ones differ little
+        if self.factors.is_none() {
+            self.factors = Some(phases.measure("polarity factors", || model.polarity.precondition(&self.operator))?);
+        }
+        let factors = self.factors.as_ref().expect("just made");
+        let mut image = state.p.values.clone();
+        let iterations = phases.measure("polarity solve", || {
+            model.polarity.solve(&self.operator, factors, &b, &mut image, LINEAR_REDUCTION)
+        })?;
+        let p = Field::new(&model.polarity.space, image);
+        Ok((State { v, volume: Volume::Pressure(pi), p }, iterations))
+    }
+}

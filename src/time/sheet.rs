@@ -1,0 +1,184 @@
+//! What time stepping, Newton's method and the search for steady states need of a model.
+//!
+//! A *carried* vector `y` holds the coefficients of what has a time derivative: the polarity of an incompressible sheet, density
+//! and polarity, one after the other, of a compressible one. The flow follows from it without delay.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::Phases;
+use super::coupling::StepFailure;
+use super::equations::{Equations, Trial};
+use crate::form::Integrator;
+use crate::model::expression::ExpressionError;
+use crate::model::incompressible::{Incompressible, Inputs};
+use crate::model::lagged::{Elements, Layout, Structure};
+use crate::model::momentum::MomentumError;
+use crate::model::polarity::Polarity;
+use crate::model::{Conditions, Parameters, Residuals, Sources, State};
+use crate::solve::SolveError;
+use crate::solve::sparse::Matrix;
+use crate::space::{Field, Space};
+
+/// Weights of the newest level in the time derivatives; zero for the stationary equations.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Weights {
+    /// Of the density: `1/(Δt β̃₀)`.
+    pub density: f64,
+    /// Of the polarity: `α₀/Δt`.
+    pub polarity: f64,
+}
+
+impl Weights {
+    /// The same for both.
+    pub fn both(w: f64) -> Self {
+        Self { density: w, polarity: w }
+    }
+}
+
+/// A model, by its kind.
+#[derive(Debug, Clone, Copy)]
+pub enum Kind<'m> {
+    Incompressible(&'m Incompressible),
+}
+
+/// The exact derivative of the equations of one step with the flow eliminated, `R′`.
+pub trait Tangent: Sync {
+    /// `out = R′ y`
+    ///
+    /// # Errors
+    /// A flow that cannot be solved for.
+    fn times(&self, y: &[f64], out: &mut [f64]) -> Result<(), MomentumError>;
+
+    /// The elements of the whole coupled matrix, flow included.
+    fn elements(&self) -> Box<dyn Elements + '_>;
+
+    /// Whether the factors of those elements invert `R′` exactly.
+    fn factors_are_exact(&self) -> bool;
+}
+
+/// The solution of a step's equations in turn, one after the other.
+pub trait Passes {
+    /// The image of a state, and the iterations of its linear solves.
+    ///
+    /// # Errors
+    /// A linear solve that failed.
+    fn image(&mut self, state: &State, phases: &mut Phases) -> Result<(State, usize), StepFailure>;
+}
+
+/// A model of a thin sheet.
+pub trait Sheet: Debug + Sync {
+    /// Which one it is.
+    fn kind(&self) -> Kind<'_>;
+    fn parameters(&self) -> &Parameters;
+    /// One per mesh tag.
+    fn conditions(&self) -> &[Conditions];
+    fn sources(&self) -> &Sources;
+    fn loops(&self) -> &Integrator;
+    /// `|Ω|`
+    fn area(&self) -> f64;
+    /// The space of v.
+    fn velocity(&self) -> &Arc<Space>;
+    /// The space of Π or ρ.
+    fn volume(&self) -> &Arc<Space>;
+    /// What never changes in the polarity equation.
+    fn polarity(&self) -> &Polarity;
+    /// Mass matrix of the velocity.
+    fn velocity_mass(&self) -> &Matrix;
+    /// Unknowns of the linear system of the flow.
+    fn flow_unknowns(&self) -> usize;
+    /// How the unknowns of the coupled matrix hang together.
+    fn layout(&self) -> Layout<'_>;
+
+    /// Length of a carried vector.
+    fn carried_len(&self) -> usize;
+    /// The carried vector of a state.
+    fn carried(&self, state: &State) -> Vec<f64>;
+    /// `M y` with the mass matrix of the carried fields.
+    fn mass_times(&self, y: &[f64]) -> Vec<f64>;
+    /// `M⁻¹ f`
+    fn mass_solve(&self, f: &[f64]) -> Vec<f64>;
+    /// What multiplies `∂_t y` at a state: `Pe M`, or `(M, Pe M(ρ))`.
+    fn inertia_times(&self, state: &State, y: &[f64]) -> Vec<f64>;
+    /// Takes from a direction what the equations conserve; no steady state can be left along it.
+    fn without_conserved(&self, y: &mut [f64]);
+    /// Whether something is conserved, so that the stationary equations alone do not determine the state.
+    fn conserves(&self) -> bool;
+
+    /// The flow that follows from a carried vector at time `t`.
+    ///
+    /// # Errors
+    /// A flow that cannot be solved for; a density that is negative.
+    fn state_of(&self, y: &[f64], t: f64) -> Result<State, StepFailure>;
+    /// `state` with another carried vector and the same flow; `None` where its density cannot be.
+    fn with_carried(&self, state: &State, y: &[f64]) -> Option<State>;
+    /// All that is given from outside at time `t`.
+    ///
+    /// # Errors
+    /// A formula that is not finite.
+    fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError>;
+    /// The flow of `y` and the residual of its equations.
+    ///
+    /// # Errors
+    /// A residual that is not finite; a flow that cannot be solved for; a density that is negative.
+    fn evaluate(&self, equations: &Equations, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure>;
+    /// The derivative at a trial, with other weights than those of the equations.
+    fn tangent<'t>(&'t self, equations: &'t Equations, at: &'t Trial, weights: Weights) -> Box<dyn Tangent + 't>;
+    /// The solution in turn.
+    ///
+    /// # Errors
+    /// What cannot be assembled.
+    fn passes<'e>(&'e self, equations: &'e Equations) -> Result<Box<dyn Passes + 'e>, StepFailure>;
+    /// What a converged step is accepted with.
+    ///
+    /// # Errors
+    /// A density that is negative or cannot be solved for.
+    fn settle(&self, equations: &Equations, state: State, phases: &mut Phases) -> Result<State, StepFailure>;
+    /// `∂_t` of the density that follows from the flow; empty without density.
+    ///
+    /// # Errors
+    /// A formula that is not finite.
+    fn density_rate(&self, state: &State, t: f64) -> Result<Vec<f64>, ExpressionError>;
+    /// A bound on `|λ|` of what the density's equation brings, per time.
+    fn stiffness(&self, state: &State) -> f64;
+    /// Root of the sum of the squared L² distances of velocity, volume and polarity   [9.1]
+    fn increment(&self, from: &State, to: &State) -> f64;
+    /// Residuals of the stationary equations   [9.8], [9.9], [9.10]
+    ///
+    /// # Errors
+    /// A formula that is not finite; a mass matrix that cannot be solved with.
+    fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError>;
+    /// The free energy `F_h`   [7.2]
+    fn free_energy(&self, state: &State, t: f64) -> f64;
+    /// `dF_h/dt` for the given rate of the polarity.
+    fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64;
+    /// Evaluates every formula at time `t` where it is used.
+    ///
+    /// # Errors
+    /// One that is not finite.
+    fn check_formulas(&self, t: f64) -> Result<(), ExpressionError>;
+    /// The same sheet with other parameters, conditions and sources.
+    ///
+    /// # Errors
+    /// As the model's constructor.
+    fn changed(
+        &self,
+        parameters: &Parameters,
+        conditions: &[Conditions],
+        sources: &Sources,
+    ) -> Result<Box<dyn Sheet>, MomentumError>;
+    /// The structure of the coupled matrix, found once.
+    ///
+    /// # Errors
+    /// A structure that contradicts itself.
+    fn structure(&self) -> Result<&Structure, SolveError>;
+    /// Keeps a structure that was found from the same layout.
+    fn know_structure(&self, structure: Structure);
+    /// The pressure Π at a state, for output.
+    ///
+    /// # Errors
+    /// A projection that cannot be solved for.
+    fn pressure(&self, state: &State) -> Result<Field, SolveError>;
+}
