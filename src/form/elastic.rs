@@ -2,42 +2,48 @@
 
 use nalgebra::Matrix2;
 
+use super::density::Density;
 use super::integrate::{FacePoint, Faces, Integrator};
 use super::words::{Vector, penalty_constant};
 use super::{Bilinear, Linear, mass};
 use crate::mesh::Point;
 use crate::space::{Field, Space};
 
-/// `c_h(p,p,w) = ∫ (∇_hpᵀ·∇_hp) : D(w)`, test w   [7.6d]
-pub fn ericksen<'a>(velocity: &Space, p: &'a Field) -> Linear<'a, Vector> {
-    Linear::cells(velocity.degree - 1 + 2 * (p.space.degree - 1), move |x| {
+/// `c_h(p,p,w;ρ) = ∫ ρ(∇_hpᵀ·∇_hp) : D(w)`, test w   [7.6d]
+pub fn ericksen<'a>(velocity: &Space, p: &'a Field, rho: Density<'a>) -> Linear<'a, Vector> {
+    Linear::cells(velocity.degree - 1 + 2 * (p.space.degree - 1) + rho.degree(), move |x| {
         let g = p.vector_gradient(&x.site);
-        let product = g.transpose() * g;
+        let product = g.transpose() * g * rho.at(&x.site);
         move |w: Vector| product.dot(&w.sym())
     })
 }
 
-/// Derivative of [`ericksen`] along p: `∫ (∇_hφᵀ·∇_hp + ∇_hpᵀ·∇_hφ) : D(w)`, trial φ, test w   [7.6d]
-pub fn ericksen_tangent<'a>(velocity: &Space, p: &'a Field) -> Bilinear<'a, Vector, Vector> {
-    Bilinear::cells(velocity.degree - 1 + 2 * (p.space.degree - 1), move |x| {
-        let g = p.vector_gradient(&x.site);
-        move |phi: Vector, w: Vector| 2.0 * (phi.grad.transpose() * g).dot(&w.sym())
+/// Derivative of [`ericksen`] along p: `∫ ρ(∇_hφᵀ·∇_hp + ∇_hpᵀ·∇_hφ) : D(w)`, trial φ, test w   [7.6d]
+pub fn ericksen_tangent<'a>(velocity: &Space, p: &'a Field, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(velocity.degree - 1 + 2 * (p.space.degree - 1) + rho.degree(), move |x| {
+        let (g, twice) = (p.vector_gradient(&x.site), 2.0 * rho.at(&x.site));
+        move |phi: Vector, w: Vector| twice * (phi.grad.transpose() * g).dot(&w.sym())
     })
 }
 
-/// Derivative of [`double_well`] along p: `∫ q·[(|p|²−1) I + 2 p⊗p]·φ`, trial φ, test q   [7.10]
-pub fn double_well_tangent<'a>(space: &Space, p: &'a Field) -> Bilinear<'a, Vector, Vector> {
-    mass::matrix_mass(space, 2 * p.space.degree, |x| {
-        let p = p.vector(&x.site);
-        Matrix2::identity() * (p.norm_squared() - 1.0) + p * p.transpose() * 2.0
+/// Derivative of [`double_well`] along p: `∫ q·{[ρ|p|² − (ρ − ρ_min)] I + 2ρ p⊗p}·φ`, trial φ, test q   [7.10]
+pub fn double_well_tangent<'a>(
+    space: &Space,
+    p: &'a Field,
+    rho: Density<'a>,
+    critical: f64,
+) -> Bilinear<'a, Vector, Vector> {
+    mass::matrix_mass(space, 2 * p.space.degree + rho.degree(), move |x| {
+        let (p, rho) = (p.vector(&x.site), rho.at(&x.site));
+        Matrix2::identity() * (rho * p.norm_squared() - (rho - critical)) + p * p.transpose() * (2.0 * rho)
     })
 }
 
-/// `∫ (|p|²−1) p·q`, test q: the double-well part of `(1/B)(L_h|q)`   [7.10]
-pub fn double_well<'a>(space: &Space, p: &'a Field) -> Linear<'a, Vector> {
-    mass::load(space, 3 * p.space.degree, |x| {
-        let p = p.vector(&x.site);
-        p * (p.norm_squared() - 1.0)
+/// `∫ [ρ|p|² − (ρ − ρ_min)] p·q`, test q: the double-well part of `(1/B)(L_h|q)`; `critical` is ρ_min   [7.10]
+pub fn double_well<'a>(space: &Space, p: &'a Field, rho: Density<'a>, critical: f64) -> Linear<'a, Vector> {
+    mass::load(space, 3 * p.space.degree + rho.degree(), move |x| {
+        let (p, rho) = (p.vector(&x.site), rho.at(&x.site));
+        p * (rho * p.norm_squared() - (rho - critical))
     })
 }
 

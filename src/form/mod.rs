@@ -4,6 +4,7 @@
 //! `phi` (trial) and `chi` (test) at one point, and the loops of [`integrate`] turn it into matrices and vectors.
 
 pub mod bilinear;
+pub mod density;
 pub mod elastic;
 pub mod gradient;
 pub mod integrate;
@@ -19,5 +20,6 @@ pub mod words;
 mod worker;
 
 pub use bilinear::Bilinear;
+pub use density::Density;
 pub use integrate::{CellPoint, FacePoint, Faces, Integrator};
 pub use linear::Linear;

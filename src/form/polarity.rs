@@ -1,24 +1,29 @@
 //! How the flow turns and stretches the polarity, and how the polarity's molecular field pushes back.
 
+use super::density::Density;
 use super::words::{Vector, skw, sym};
 use super::{Bilinear, Linear};
 use crate::space::{Field, Space};
 
-/// `ω(p,q,v) = ∫ q·W(v)·p`, trial p, test q   [7.6d]
-pub fn rotation<'a>(space: &Space, flow: &'a Field) -> Bilinear<'a, Vector, Vector> {
-    super::mass::matrix_mass(space, flow.space.degree - 1, |x| skw(&flow.vector_gradient(&x.site)))
+/// `ω(p,ρq,v) = ∫ ρ q·W(v)·p`, trial p, test q   [7.6d]
+pub fn rotation<'a>(space: &Space, flow: &'a Field, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
+    super::mass::matrix_mass(space, flow.space.degree - 1 + rho.degree(), move |x| {
+        skw(&flow.vector_gradient(&x.site)) * rho.at(&x.site)
+    })
 }
 
-/// `δ(p,q,v) = ∫ q·D(v)·p`, trial p, test q   [7.6d]
-pub fn stretching<'a>(space: &Space, flow: &'a Field) -> Bilinear<'a, Vector, Vector> {
-    super::mass::matrix_mass(space, flow.space.degree - 1, |x| sym(&flow.vector_gradient(&x.site)))
+/// `δ(p,ρq,v) = ∫ ρ q·D(v)·p`, trial p, test q   [7.6d]
+pub fn stretching<'a>(space: &Space, flow: &'a Field, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
+    super::mass::matrix_mass(space, flow.space.degree - 1 + rho.degree(), move |x| {
+        sym(&flow.vector_gradient(&x.site)) * rho.at(&x.site)
+    })
 }
 
-/// `ω(p,q,v) + a δ(p,q,v) = ∫ q·[W(v) + a D(v)]·p`, both at once   [7.11c]
-pub fn objective<'a>(space: &Space, flow: &'a Field, a: f64) -> Bilinear<'a, Vector, Vector> {
-    super::mass::matrix_mass(space, flow.space.degree - 1, move |x| {
+/// `ω(p,ρq,v) + a δ(p,ρq,v) = ∫ ρ q·[W(v) + a D(v)]·p`, both at once   [7.11c]
+pub fn objective<'a>(space: &Space, flow: &'a Field, a: f64, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
+    super::mass::matrix_mass(space, flow.space.degree - 1 + rho.degree(), move |x| {
         let g = flow.vector_gradient(&x.site);
-        skw(&g) + sym(&g) * a
+        (skw(&g) + sym(&g) * a) * rho.at(&x.site)
     })
 }
 
@@ -30,27 +35,27 @@ pub fn rotation_force<'a>(velocity: &Space, p: &'a Field, l: &'a Field) -> Linea
     })
 }
 
-/// `δ(p,ℓ,w) = ∫ ℓ·D(w)·p`, test w   [7.6d]
-pub fn stretching_force<'a>(velocity: &Space, p: &'a Field, l: &'a Field) -> Linear<'a, Vector> {
-    Linear::cells(velocity.degree - 1 + p.space.degree + l.space.degree, move |x| {
-        let (p, l) = (p.vector(&x.site), l.vector(&x.site));
+/// `δ(ρp,ℓ,w) = ∫ ρ ℓ·D(w)·p`, test w   [7.6d]
+pub fn stretching_force<'a>(velocity: &Space, p: &'a Field, l: &'a Field, rho: Density<'a>) -> Linear<'a, Vector> {
+    Linear::cells(velocity.degree - 1 + p.space.degree + l.space.degree + rho.degree(), move |x| {
+        let (p, l) = (p.vector(&x.site) * rho.at(&x.site), l.vector(&x.site));
         move |w: Vector| l.dot(&(w.sym() * p))
     })
 }
 
-/// `ω(p,q,v) + a δ(p,q,v)` as a functional of q   [7.6d]
-pub fn turning<'a>(p: &'a Field, flow: &'a Field, a: f64) -> Linear<'a, Vector> {
-    Linear::cells(2 * p.space.degree + flow.space.degree - 1, move |x| {
+/// `ω(p,ρq,v) + a δ(p,ρq,v)` as a functional of q   [7.6d]
+pub fn turning<'a>(p: &'a Field, flow: &'a Field, a: f64, rho: Density<'a>) -> Linear<'a, Vector> {
+    Linear::cells(2 * p.space.degree + flow.space.degree - 1 + rho.degree(), move |x| {
         let g = flow.vector_gradient(&x.site);
-        let turned = (skw(&g) + sym(&g) * a) * p.vector(&x.site);
+        let turned = (skw(&g) + sym(&g) * a) * p.vector(&x.site) * rho.at(&x.site);
         move |q: Vector| turned.dot(&q.value)
     })
 }
 
-/// `ω(p,q,w) + a δ(p,q,w)` for a given p, trial w, test q: how the polarity's turning depends on the flow   [7.6d]
-pub fn turning_by_flow<'a>(velocity: &Space, p: &'a Field, a: f64) -> Bilinear<'a, Vector, Vector> {
-    Bilinear::cells(2 * p.space.degree + velocity.degree - 1, move |x| {
-        let p = p.vector(&x.site);
+/// `ω(p,ρq,w) + a δ(p,ρq,w)` for a given p, trial w, test q: how the polarity's turning depends on the flow   [7.6d]
+pub fn turning_by_flow<'a>(velocity: &Space, p: &'a Field, a: f64, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(2 * p.space.degree + velocity.degree - 1 + rho.degree(), move |x| {
+        let p = p.vector(&x.site) * rho.at(&x.site);
         move |w: Vector, q: Vector| q.value.dot(&((w.skw() + w.sym() * a) * p))
     })
 }
@@ -63,10 +68,16 @@ pub fn force_by_polarity<'a>(velocity: &Space, l: &'a Field, b: f64, c: f64) -> 
     })
 }
 
-/// `b ω(p,λ,w) + c δ(p,λ,w)` for a given p, trial λ, test w   [7.6d]
-pub fn force_by_field<'a>(velocity: &Space, p: &'a Field, b: f64, c: f64) -> Bilinear<'a, Vector, Vector> {
-    Bilinear::cells(velocity.degree - 1 + 2 * p.space.degree, move |x| {
-        let p = p.vector(&x.site);
+/// `b ω(ρp,λ,w) + c δ(ρp,λ,w)` for a given p, trial λ, test w   [7.6d]
+pub fn force_by_field<'a>(
+    velocity: &Space,
+    p: &'a Field,
+    b: f64,
+    c: f64,
+    rho: Density<'a>,
+) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(velocity.degree - 1 + 2 * p.space.degree + rho.degree(), move |x| {
+        let p = p.vector(&x.site) * rho.at(&x.site);
         move |lambda: Vector, w: Vector| lambda.value.dot(&((w.skw() * b + w.sym() * c) * p))
     })
 }

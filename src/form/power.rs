@@ -17,7 +17,7 @@ pub struct Power<'a, G> {
     pub p: &'a Field,
     /// `ℓ = L_h`, or `L_h/B`.
     pub l: &'a Field,
-    /// The flow, and the directions that pick the upwind side: those of the advection.
+    /// The flow, and the directions that pick the upwind side: those of the advection. The density is one.
     pub carrier: Carrier<'a>,
     /// Faces with a Dirichlet polarity, and its value there.
     pub inflow: Faces,

@@ -1,12 +1,13 @@
 //! Advection by upwind fluxes.
 
+use super::density::Density;
 use super::integrate::{FacePoint, Faces};
 use super::words::{Scalar, Trace, Vector};
 use super::{Bilinear, Linear};
 use crate::mesh::Point;
 use crate::space::{Field, Space};
 
-/// A flow, and the flow whose direction decides on every face which side is upstream.
+/// A flow, the density that it carries along, and the flow whose direction decides on every face which side is upstream.
 ///
 /// Usually they are the same, and `s (v·n) = |v·n|` for `s = sgn(v·n)`. The energy-consistent force freezes the directions for
 /// the length of a step, so that it is linear in v.
@@ -14,18 +15,25 @@ use crate::space::{Field, Space};
 pub struct Carrier<'a> {
     pub flow: &'a Field,
     pub sides: &'a Field,
+    /// ρ of `a_upw(φ,χ;ρv)`: the carrier is ρv in the cells and `{ρ}v` on the faces.
+    pub density: Density<'a>,
 }
 
 impl<'a> From<&'a Field> for Carrier<'a> {
     fn from(flow: &'a Field) -> Self {
-        Self { flow, sides: flow }
+        Self { flow, sides: flow, density: Density::One }
     }
 }
 
 impl Carrier<'_> {
-    /// `v·n`
-    pub fn speed(&self, s: &FacePoint) -> f64 {
-        self.flow.vector(&s.minus).dot(&s.n)
+    /// Polynomial degree of ρv.
+    pub fn degree(&self) -> usize {
+        self.flow.space.degree + self.density.degree()
+    }
+
+    /// `{ρ}(v·n)`; ρ is the inner trace on the boundary.
+    pub fn flux(&self, s: &FacePoint) -> f64 {
+        self.flow.vector(&s.minus).dot(&s.n) * self.density.mean(s)
     }
 
     /// `s = sgn(v·n)`, zero at zero.
@@ -34,23 +42,25 @@ impl Carrier<'_> {
         if vn == 0.0 { 0.0 } else { vn.signum() }
     }
 
-    /// `(v·n)⊖` on the boundary.
+    /// `ρ(v·n)⊖` on the boundary.
     pub fn entering(&self, s: &FacePoint) -> f64 {
-        if self.side(s) < 0.0 { -self.speed(s) } else { 0.0 }
+        if self.side(s) < 0.0 { -self.flux(s) } else { 0.0 }
     }
 }
 
 /// `a_upw(φ,χ;v) = ∫ (v·∇_hφ)χ + ∫_Γ (v·n)⊖ φχ + Σ ∫ {½|v·n|[χ] − (v·n){χ}}[φ]`, Γ = `inflow`   [6.13]
+///
+/// With a density, ρv takes the place of v in the cells and `{ρ}v` on the faces (6.2.I in the source).
 pub fn a_upw<'a>(space: &Space, carrier: impl Into<Carrier<'a>>, inflow: Faces) -> Bilinear<'a, Scalar, Scalar> {
     let carrier = carrier.into();
     let flow = carrier.flow;
-    let (q, k) = (space.degree, flow.space.degree);
+    let (q, k) = (space.degree, carrier.degree());
     Bilinear::cells(2 * q - 1 + k, move |x| {
-        let v = flow.vector(&x.site);
+        let v = flow.vector(&x.site) * carrier.density.at(&x.site);
         move |phi: Scalar, chi: Scalar| v.dot(&phi.grad) * chi.value
     })
     .faces(Faces::INTERIOR, 2 * q + k, move |s| {
-        let vn = carrier.speed(s);
+        let vn = carrier.flux(s);
         let upstream = 0.5 * carrier.side(s) * vn;
         move |phi: Trace<Scalar>, chi: Trace<Scalar>| (upstream * chi.jump() - vn * chi.mean()) * phi.jump()
     })
@@ -60,7 +70,7 @@ pub fn a_upw<'a>(space: &Space, carrier: impl Into<Carrier<'a>>, inflow: Faces) 
     })
 }
 
-/// `∫_Γ (v·n)⊖ g·q`: what flows in with the value `g` of degree `degree`   [7.11c]
+/// `∫_Γ ρ(v·n)⊖ g·q`: what flows in with the value `g` of degree `degree`   [7.11c]
 pub fn l_upw<'a>(
     space: &Space,
     carrier: impl Into<Carrier<'a>>,
@@ -69,13 +79,13 @@ pub fn l_upw<'a>(
     g: impl Fn(&FacePoint) -> Point + Sync + 'a,
 ) -> Linear<'a, Vector> {
     let carrier = carrier.into();
-    Linear::zero().faces(inflow, space.degree + carrier.flow.space.degree + degree, move |s| {
+    Linear::zero().faces(inflow, space.degree + carrier.degree() + degree, move |s| {
         let g = g(s) * carrier.entering(s);
         move |q: Trace<Vector>| g.dot(&q.minus.value)
     })
 }
 
-/// `a_upw(p,q;v) − ∫_Γ (v·n)⊖ g·q`: advection of `p` with what flows in, as a functional of q   [6.13], [7.11c]
+/// `a_upw(p,q;ρv) − ∫_Γ ρ(v·n)⊖ g·q`: advection of `p` with what flows in, as a functional of q   [6.13], [7.11c]
 pub fn advection<'a>(
     p: &'a Field,
     carrier: impl Into<Carrier<'a>>,
@@ -84,13 +94,13 @@ pub fn advection<'a>(
 ) -> Linear<'a, Vector> {
     let carrier = carrier.into();
     let flow = carrier.flow;
-    let (q, k) = (p.space.degree, flow.space.degree);
+    let (q, k) = (p.space.degree, carrier.degree());
     Linear::cells(2 * q - 1 + k, move |x| {
-        let carried = p.vector_gradient(&x.site) * flow.vector(&x.site);
+        let carried = p.vector_gradient(&x.site) * flow.vector(&x.site) * carrier.density.at(&x.site);
         move |q: Vector| carried.dot(&q.value)
     })
     .faces(Faces::INTERIOR, 2 * q + k, move |s| {
-        let (vn, upstream, jump) = (carrier.speed(s), carrier.side(s) * carrier.speed(s), jump_of(p, s));
+        let (vn, upstream, jump) = (carrier.flux(s), carrier.side(s) * carrier.flux(s), jump_of(p, s));
         let (inner, outer) = (jump * (0.5 * (upstream - vn)), jump * (0.5 * (upstream + vn)));
         move |q: Trace<Vector>| inner.dot(&q.minus.value) - outer.dot(&q.plus.value)
     })
@@ -102,7 +112,7 @@ pub fn advection<'a>(
 
 /// Derivative of [`advection`] along the flow, trial w, test q:
 ///
-/// `∫ (w·∇_hp)·q + Σ_Si ∫ {½ sgn(v·n)(w·n)[q] − (w·n){q}}·[p] − ∫_{Γ, v·n<0} (w·n)(p−g)·q`   [6.13]
+/// `∫ ρ(w·∇_hp)·q + Σ_Si ∫ {ρ}{½ sgn(v·n)(w·n)[q] − (w·n){q}}·[p] − ∫_{Γ, v·n<0} ρ(w·n)(p−g)·q`   [6.13]
 ///
 /// Each side of a face sees w by its own trace, so that every block belongs to one cell.
 pub fn advection_by_flow<'a>(
@@ -112,20 +122,20 @@ pub fn advection_by_flow<'a>(
     g: impl Fn(&FacePoint) -> Point + Sync + 'a,
 ) -> Bilinear<'a, Vector, Vector> {
     let carrier = carrier.into();
-    let (q, k) = (p.space.degree, carrier.flow.space.degree);
+    let (q, k, rho) = (p.space.degree, carrier.degree(), carrier.density);
     Bilinear::cells(2 * q - 1 + k, move |x| {
-        let gradient = p.vector_gradient(&x.site);
+        let gradient = p.vector_gradient(&x.site) * rho.at(&x.site);
         move |w: Vector, q: Vector| (gradient * w.value).dot(&q.value)
     })
     .faces(Faces::INTERIOR, 2 * q + k, move |s| {
-        let (jump, n, side) = (jump_of(p, s), s.n, carrier.side(s));
+        let (jump, n, side) = (jump_of(p, s) * rho.mean(s), s.n, carrier.side(s));
         let (inner, outer) = (jump * (0.5 * (side - 1.0)), jump * (0.5 * (side + 1.0)));
         move |w: Trace<Vector>, q: Trace<Vector>| {
             w.minus.value.dot(&n) * inner.dot(&q.minus.value) - w.plus.value.dot(&n) * outer.dot(&q.plus.value)
         }
     })
     .faces(inflow, 2 * q + k, move |s| {
-        let enters = f64::from(u8::from(carrier.side(s) < 0.0));
+        let enters = if carrier.side(s) < 0.0 { rho.mean(s) } else { 0.0 };
         let (defect, n) = ((p.vector(&s.minus) - g(s)) * enters, s.n);
         move |w: Trace<Vector>, q: Trace<Vector>| -w.minus.value.dot(&n) * defect.dot(&q.minus.value)
     })

@@ -13,7 +13,7 @@ pub use super::state::{Residuals, State};
 use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
-use crate::form::{CellPoint, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity};
+use crate::form::{CellPoint, Density, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity};
 use crate::mesh::{Mesh, Point};
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
@@ -174,10 +174,12 @@ impl Incompressible {
             let b = m.elasticity;
             form = form - b * polarity::rotation_force(velocity, p, l);
             if m.slip != 0.0 {
-                form = form - b * m.slip * polarity::stretching_force(velocity, p, l);
+                form = form - b * m.slip * polarity::stretching_force(velocity, p, l, Density::One);
             }
             match m.elastic_force {
-                ElasticForce::Stress => form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p),
+                ElasticForce::Stress => {
+                    form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p, Density::One)
+                }
                 ElasticForce::Energy => {
                     let data = move |s: &FacePoint| self.polarity.data(s, t);
                     let carrier = Carrier::from(sides);
@@ -196,7 +198,7 @@ impl Incompressible {
     fn with_active_stress<'a>(&self, form: Linear<'a, Vector>, p: &'a Field) -> Linear<'a, Vector> {
         match self.parameters.active_stress {
             0.0 => form,
-            s => form + s * polarity::stretching_force(&self.momentum.velocity, p, p),
+            s => form + s * polarity::stretching_force(&self.momentum.velocity, p, p, Density::One),
         }
     }
 
@@ -397,7 +399,7 @@ impl Incompressible {
     pub fn carrier<'a>(&self, flow: &'a Field, before: &'a Field) -> Carrier<'a> {
         match self.parameters.elastic_force {
             ElasticForce::Stress => Carrier::from(flow),
-            ElasticForce::Energy => Carrier { flow, sides: before },
+            ElasticForce::Energy => Carrier { flow, sides: before, density: Density::One },
         }
     }
 

@@ -11,7 +11,7 @@ use super::manufactured::Exact;
 use super::parameters::Parameters;
 use crate::form::upwind::Carrier;
 use crate::form::words::{Scalar, Vector};
-use crate::form::{Bilinear, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, swip, upwind};
+use crate::form::{Bilinear, Density, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, swip, upwind};
 use crate::mesh::{Mesh, Point};
 use crate::solve::blocks::{Incomplete, Neighbours, ScalarBlocks, VectorBlocks, neighbours};
 use crate::solve::krylov::gmres;
@@ -66,7 +66,7 @@ impl Polarity {
         };
         let dirichlet = of_kind(true);
         let slopes = slopes.map(|exact| (of_kind(false), exact));
-        let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet);
+        let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet, Density::One);
         let neighbours = neighbours(mesh);
         let mut diffusion = ScalarBlocks::zero(&neighbours, space.n);
         loops.add_rows(&form, (space, space), &mut diffusion.diagonal, &mut diffusion.off);
@@ -112,7 +112,7 @@ impl Polarity {
         let kappa2 = self.parameters.coherence.powi(2);
         let mut form = Linear::zero();
         if self.dirichlet != Faces::NONE {
-            form = form + swip::l_swip(&self.space, self.dirichlet, FORMULA_DEGREE, |s| self.data(s, t));
+            form = form + swip::l_swip(&self.space, self.dirichlet, Density::One, FORMULA_DEGREE, |s| self.data(s, t));
         }
         if let Some((faces, exact)) = &self.slopes {
             let exact = exact.at_time(t);
@@ -124,7 +124,7 @@ impl Polarity {
 
     /// `∫ (|p|²−1) p·q + κ² [a_swip(p,q) − l_swip(q)] = (1/B)(L_h|q)` as a functional   [7.10]
     pub fn molecular_functional(&self, loops: &Integrator, p: &Field, t: f64) -> Vec<f64> {
-        let mut out = loops.vector(&elastic::double_well(&self.space, p), &self.space);
+        let mut out = loops.vector(&elastic::double_well(&self.space, p, Density::One, 0.0), &self.space);
         let diffusion = self.diffusion.times(&p.values);
         let data = self.diffusion_data(loops, t);
         for ((out, d), g) in out.iter_mut().zip(diffusion).zip(data) {
@@ -186,8 +186,8 @@ impl Polarity {
     fn turning_form<'a>(&self, flow: &'a Field) -> Bilinear<'a, Vector, Vector> {
         let (m, space) = (&self.parameters, &*self.space);
         match m.slip {
-            0.0 => -m.peclet * polarity::rotation(space, flow),
-            a => -m.peclet * polarity::objective(space, flow, a),
+            0.0 => -m.peclet * polarity::rotation(space, flow, Density::One),
+            a => -m.peclet * polarity::objective(space, flow, a, Density::One),
         }
     }
 
@@ -213,7 +213,7 @@ impl Polarity {
     pub fn molecular_tangent(&self, loops: &Integrator, p: &Field) -> VectorBlocks {
         let mut out = self.empty_operator();
         self.assemble(loops, 0.0, &Bilinear::zero(), &mut out);
-        let well = elastic::double_well_tangent(&self.space, p);
+        let well = elastic::double_well_tangent(&self.space, p, Density::One, 0.0);
         loops.add_cell_blocks(&well, &self.space, &self.space, &mut out.diagonal);
         out
     }
@@ -244,7 +244,7 @@ impl Polarity {
     pub fn carried(&self, loops: &Integrator, carrier: Carrier, p: &Field, t: f64) -> Vec<f64> {
         let (m, flow) = (&self.parameters, carrier.flow);
         let advection = upwind::advection(p, carrier, self.dirichlet, |s| self.data(s, t));
-        loops.vector(&(m.peclet * advection - m.peclet * polarity::turning(p, flow, m.slip)), &self.space)
+        loops.vector(&(m.peclet * advection - m.peclet * polarity::turning(p, flow, m.slip, Density::One)), &self.space)
     }
 
     /// `Δ_h p = M⁻¹ [l_swip(q) − a_swip(p,q)]`, the discrete Laplacian   [7.2]

@@ -16,7 +16,7 @@ use super::parameters::ElasticForce;
 use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
-use crate::form::{Bilinear, FacePoint, elastic, mass, polarity, upwind};
+use crate::form::{Bilinear, Density, FacePoint, elastic, mass, polarity, upwind};
 use crate::solve::blocks::{NONE, VectorBlocks};
 use crate::space::Field;
 
@@ -65,7 +65,7 @@ impl<'m> Tangent<'m> {
         let (pe, a) = (model.parameters.peclet, model.parameters.slip);
         let velocity = &*model.momentum.velocity;
         let form = pe * upwind::advection_by_flow(p, carrier, model.polarity.dirichlet, data)
-            - pe * polarity::turning_by_flow(velocity, p, a);
+            - pe * polarity::turning_by_flow(velocity, p, a, Density::One);
         let mut drag = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count() * p.space.cell_dof_count()];
         loops.add_own_rows(&form, (velocity, &p.space), &mut drag);
         Self { model, state, t, operator, molecular, force, drag }
@@ -185,17 +185,17 @@ impl ForceTangent {
             form = form + m.traction * mass::vector_load_by(velocity, space);
         }
         if m.active_stress != 0.0 {
-            form = form + 2.0 * polarity::force_by_field(velocity, p, 0.0, m.active_stress);
+            form = form + 2.0 * polarity::force_by_field(velocity, p, 0.0, m.active_stress, Density::One);
         }
         let Some(l) = l else {
             return Self { by_polarity: ForceRows::local(model, &form), by_field: None };
         };
         let b = m.elasticity;
         form = form - polarity::force_by_polarity(velocity, l, b, b * m.slip);
-        let pushed = -polarity::force_by_field(velocity, p, b, b * m.slip);
+        let pushed = -polarity::force_by_field(velocity, p, b, b * m.slip, Density::One);
         match kind {
             ElasticForce::Stress => {
-                form = form + m.coherence.powi(2) * b * elastic::ericksen_tangent(velocity, p);
+                form = form + m.coherence.powi(2) * b * elastic::ericksen_tangent(velocity, p, Density::One);
                 Self { by_polarity: ForceRows::local(model, &form), by_field: Some(ForceRows::local(model, &pushed)) }
             }
             ElasticForce::Energy => {

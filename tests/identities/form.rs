@@ -1,5 +1,5 @@
 use crate::common::*;
-use monolayer::form::{Faces, elastic, polarity, stokes, swip, upwind};
+use monolayer::form::{Density, Faces, elastic, polarity, stokes, swip, upwind};
 use monolayer::mesh::Point;
 use monolayer::space::project;
 
@@ -12,11 +12,11 @@ fn rotation_of_a_field_against_itself_vanishes() {
         for degree in 1..=5 {
             let p = random(&discontinuous(&mesh, degree, 2), 3);
             let form = polarity::rotation_force(&velocity, &p, &p);
-            let size = loops.vector(&polarity::stretching_force(&velocity, &p, &p), &velocity);
+            let size = loops.vector(&polarity::stretching_force(&velocity, &p, &p, Density::One), &velocity);
             let worst = loops.vector(&form, &velocity).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             assert!(worst < 1e-14 * dot(&size, &size).sqrt().max(1.0), "{worst}");
             let v = random(&velocity, 4);
-            let operator = loops.triplets(&polarity::rotation(&p.space, &v), &p.space, &p.space);
+            let operator = loops.triplets(&polarity::rotation(&p.space, &v, Density::One), &p.space, &p.space);
             let scale: f64 = operator.iter().map(|t| t.2.abs()).sum();
             close(apply(&operator, &p.values, &p.values), 0.0, scale, 1e-14);
         }
@@ -32,12 +32,12 @@ fn what_turns_the_polarity_is_what_the_molecular_field_feels() {
         let (v, p, l) = (random(&velocity, 1), random(&space, 2), random(&space, 3));
         let pairs = [
             (
-                loops.triplets(&polarity::rotation(&space, &v), &space, &space),
+                loops.triplets(&polarity::rotation(&space, &v, Density::One), &space, &space),
                 polarity::rotation_force(&velocity, &p, &l),
             ),
             (
-                loops.triplets(&polarity::stretching(&space, &v), &space, &space),
-                polarity::stretching_force(&velocity, &p, &l),
+                loops.triplets(&polarity::stretching(&space, &v, Density::One), &space, &space),
+                polarity::stretching_force(&velocity, &p, &l, Density::One),
             ),
         ];
         let mut both = 0.0;
@@ -47,7 +47,7 @@ fn what_turns_the_polarity_is_what_the_molecular_field_feels() {
             close(one, other, one.abs().max(1.0), 1e-12);
             both += one;
         }
-        let objective = loops.triplets(&polarity::objective(&space, &v, 1.0), &space, &space);
+        let objective = loops.triplets(&polarity::objective(&space, &v, 1.0, Density::One), &space, &space);
         close(apply(&objective, &l.values, &p.values), both, both.abs().max(1.0), 1e-12);
     }
 }
@@ -77,8 +77,8 @@ fn swip_is_symmetric_and_positive() {
         let loops = loops(&mesh);
         for degree in 1..=5 {
             let space = discontinuous(&mesh, degree, 1);
-            let operator = loops.triplets(&swip::a_swip(&space, Faces::BOUNDARY), &space, &space);
-            let neumann = loops.triplets(&swip::a_swip(&space, Faces::NONE), &space, &space);
+            let operator = loops.triplets(&swip::a_swip(&space, Faces::BOUNDARY, Density::One), &space, &space);
+            let neumann = loops.triplets(&swip::a_swip(&space, Faces::NONE, Density::One), &space, &space);
             for seed in 0..5 {
                 let (a, b) = (random(&space, seed), random(&space, seed + 10));
                 let (ab, ba) = (apply(&operator, &a.values, &b.values), apply(&operator, &b.values, &a.values));
@@ -105,12 +105,15 @@ fn swip_is_exact_on_polynomials() {
     for degree in 2..=5 {
         let (scalar, vector) = (discontinuous(&mesh, degree, 1), discontinuous(&mesh, degree, 2));
         let field = project::interpolate_scalar(&scalar, u);
-        let operator = loops.triplets(&swip::a_swip(&scalar, Faces::BOUNDARY), &scalar, &scalar);
+        let operator = loops.triplets(&swip::a_swip(&scalar, Faces::BOUNDARY, Density::One), &scalar, &scalar);
         let mut residual = vec![0.0; scalar.dof_count()];
         for (i, j, a) in operator {
             residual[i] += a * field.values[j];
         }
-        let data = loops.vector(&swip::l_swip(&vector, Faces::BOUNDARY, 2, |s| Point::new(u(s.minus.x), 0.0)), &vector);
+        let data = loops.vector(
+            &swip::l_swip(&vector, Faces::BOUNDARY, Density::One, 2, |s| Point::new(u(s.minus.x), 0.0)),
+            &vector,
+        );
         let source = loops.vector(&monolayer::form::mass::scalar_load(&scalar, 0, |_| 6.0), &scalar);
         let scale = data.iter().fold(1.0_f64, |m, v| m.max(v.abs()));
         for cell in 0..mesh.cells.len() {
@@ -146,7 +149,7 @@ fn the_ericksen_force_is_the_integral_of_its_stress() {
     let loops = loops(&mesh);
     let (velocity, space) = (continuous(&mesh, 2, 2), discontinuous(&mesh, 3, 2));
     let (v, p) = (random(&velocity, 1), random(&space, 2));
-    let force = dot(&loops.vector(&elastic::ericksen(&velocity, &p), &velocity), &v.values);
+    let force = dot(&loops.vector(&elastic::ericksen(&velocity, &p, Density::One), &velocity), &v.values);
     let direct = loops.sum(12, |x| {
         let (g, d) = (p.vector_gradient(&x.site), v.vector_gradient(&x.site));
         let mut sum = 0.0;

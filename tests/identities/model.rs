@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use monolayer::form::{Faces, elastic, polarity, upwind};
+use monolayer::form::{Density, Faces, elastic, polarity, upwind};
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::incompressible::{Degrees, Description, Incompressible, State};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
@@ -109,7 +109,7 @@ fn polarity_along_the_flow_is_carried_unchanged() {
         &discontinuous(&mesh, 3, 1),
         &discontinuous(&mesh, 3, 1),
     );
-    let turning = loops.triplets(&polarity::objective(&space, &v, 1.0), &space, &space);
+    let turning = loops.triplets(&polarity::objective(&space, &v, 1.0, Density::One), &space, &space);
     let mut residual = vec![0.0; space.dof_count()];
     for (i, j, a) in turning {
         residual[i] -= a * p.values[j];
@@ -146,7 +146,7 @@ fn the_operator_of_a_step_is_the_sum_of_its_forms() {
     });
     let scalar = discontinuous(&mesh, 3, 1);
     let form = m.peclet * upwind::a_upw(&scalar, &v, Faces::NONE)
-        + m.coherence.powi(2) * monolayer::form::swip::a_swip(&scalar, Faces::NONE);
+        + m.coherence.powi(2) * monolayer::form::swip::a_swip(&scalar, Faces::NONE, Density::One);
     let alike = model.loops.triplets(&form, &scalar, &scalar);
     let component = |f: &Field, c: usize| -> Vec<f64> {
         (0..scalar.dof_count()).map(|k| f.values[(k / space.n * 2 + c) * space.n + k % space.n]).collect()
@@ -400,6 +400,9 @@ fn the_elastic_forms_vanish_for_uniform_polarity() {
     let p = project::interpolate_vector(&space, |_| Point::new(0.6, -0.8));
     assert!(elastic::energy_over_b(&loops, &p, 0.3, Faces::NONE, |_| Point::zeros()).abs() < 1e-12);
     let velocity = continuous(&mesh, 2, 2);
-    let worst = loops.vector(&elastic::ericksen(&velocity, &p), &velocity).iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+    let worst = loops
+        .vector(&elastic::ericksen(&velocity, &p, Density::One), &velocity)
+        .iter()
+        .fold(0.0_f64, |m, f| m.max(f.abs()));
     assert!(worst < 1e-13, "{worst}");
 }

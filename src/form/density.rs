@@ -1,0 +1,54 @@
+//! The density as the weight of a form.
+
+use super::integrate::FacePoint;
+use crate::space::Field;
+use crate::space::field::Site;
+
+/// The weight ρ of a form: one in the incompressible sheet, a discontinuous scalar field in the compressible one.
+#[derive(Debug, Clone, Copy)]
+pub enum Density<'a> {
+    One,
+    Of(&'a Field),
+}
+
+impl Density<'_> {
+    /// Polynomial degree of ρ.
+    pub fn degree(&self) -> usize {
+        match self {
+            Density::One => 0,
+            Density::Of(rho) => rho.space.degree,
+        }
+    }
+
+    /// ρ at a point of a cell.
+    pub fn at(&self, site: &Site) -> f64 {
+        match self {
+            Density::One => 1.0,
+            Density::Of(rho) => rho.scalar(site),
+        }
+    }
+
+    /// `{ρ} = ½(ρ− + ρ+)`; the inner trace on the boundary.
+    pub fn mean(&self, s: &FacePoint) -> f64 {
+        match (self, &s.plus) {
+            (Density::One, _) => 1.0,
+            (Density::Of(rho), None) => rho.scalar(&s.minus),
+            (Density::Of(rho), Some(plus)) => 0.5 * (rho.scalar(&s.minus) + rho.scalar(plus)),
+        }
+    }
+
+    /// `η = 2ρ−ρ+/(ρ− + ρ+)`, 0 where both vanish; the inner trace on the boundary.
+    ///
+    /// `η{φ} = {ρφ}_ω`, the mean with the weights `ω∓ = ρ±/(ρ− + ρ+)`.
+    pub fn harmonic(&self, s: &FacePoint) -> f64 {
+        match (self, &s.plus) {
+            (Density::One, _) => 1.0,
+            (Density::Of(rho), None) => rho.scalar(&s.minus),
+            (Density::Of(rho), Some(plus)) => {
+                let (inner, outer) = (rho.scalar(&s.minus), rho.scalar(plus));
+                let sum = inner + outer;
+                if sum == 0.0 { 0.0 } else { 2.0 * inner * outer / sum }
+            }
+        }
+    }
+}
