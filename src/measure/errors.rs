@@ -7,7 +7,6 @@ use crate::form::power::energy_density;
 use crate::form::{CellPoint, Integrator};
 use crate::mesh::Point;
 use crate::model::incompressible::Incompressible;
-use crate::model::parameters::ModelKind;
 use crate::model::{ElasticForce, Exact, State};
 use crate::time::{Kind, Sheet};
 
@@ -29,9 +28,6 @@ pub enum ErrorField {
     Diffusion,
 }
 
-/// How many fields there are.
-const FIELDS: usize = ErrorField::ALL.len();
-
 impl ErrorField {
     pub const ALL: [ErrorField; 6] = [
         ErrorField::Velocity,
@@ -49,14 +45,6 @@ impl ErrorField {
     /// Those of a compressible sheet.
     pub const COMPRESSIBLE: [ErrorField; 4] =
         [ErrorField::Velocity, ErrorField::Density, ErrorField::Polarity, ErrorField::Diffusion];
-
-    /// Those of a model.
-    pub fn of(kind: ModelKind) -> [ErrorField; 4] {
-        match kind {
-            ModelKind::Incompressible => Self::INCOMPRESSIBLE,
-            ModelKind::Compressible => Self::COMPRESSIBLE,
-        }
-    }
 
     /// As in tables.
     pub fn name(self) -> &'static str {
@@ -114,11 +102,19 @@ impl Norm {
     }
 }
 
-/// Squared L² norms and maxima of the errors at one time, in the order of [`ErrorField::ALL`]; zero for fields that the model has not.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// Squared L² norms and maxima of the four errors at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
-    pub squares: [f64; FIELDS],
-    pub largest: [f64; FIELDS],
+    /// Whose they are.
+    pub fields: [ErrorField; 4],
+    pub squares: [f64; 4],
+    pub largest: [f64; 4],
+}
+
+impl Errors {
+    fn none(fields: [ErrorField; 4]) -> Self {
+        Self { fields, squares: [0.0; 4], largest: [0.0; 4] }
+    }
 }
 
 /// Errors of `state` against `exact` at time `t`, by quadrature of degree `2q + 2`, q the polarity's degree.
@@ -144,26 +140,25 @@ fn incompressible(model: &Incompressible, exact: &Exact, state: &State, t: f64) 
         (vectors, state.pressure().scalar(&x.site) - shift - values.pressure)
     };
     let mean = if closed { model.loops.sum(degree, |x| at(x).1) / model.area } else { 0.0 };
-    gather(&model.loops, degree, |x| {
+    gather(&model.loops, degree, ErrorField::INCOMPRESSIBLE, |x| {
         let (vectors, pressure) = at(x);
-        [
-            (ErrorField::Velocity, vectors[0].norm()),
-            (ErrorField::Pressure, (pressure - mean).abs()),
-            (ErrorField::Polarity, vectors[1].norm()),
-            (ErrorField::Laplacian, vectors[2].norm()),
-        ]
+        [vectors[0].norm(), (pressure - mean).abs(), vectors[1].norm(), vectors[2].norm()]
     })
 }
 
 /// Squares and maxima of pointwise errors.
-fn gather(loops: &Integrator, degree: usize, at: impl Fn(&CellPoint) -> [(ErrorField, f64); 4] + Sync) -> Errors {
+fn gather(
+    loops: &Integrator,
+    degree: usize,
+    fields: [ErrorField; 4],
+    at: impl Fn(&CellPoint) -> [f64; 4] + Sync,
+) -> Errors {
     let parts: Vec<Errors> = (0..loops.mesh.cells.len())
         .into_par_iter()
         .map(|cell| {
-            let mut part = Errors::default();
+            let mut part = Errors::none(fields);
             loops.each_cell_point(cell, degree, &mut |x| {
-                for (field, size) in at(x) {
-                    let k = field as usize;
+                for (k, size) in at(x).into_iter().enumerate() {
                     part.squares[k] += x.weight * size * size;
                     part.largest[k] = larger(part.largest[k], size);
                 }
@@ -171,8 +166,8 @@ fn gather(loops: &Integrator, degree: usize, at: impl Fn(&CellPoint) -> [(ErrorF
             part
         })
         .collect();
-    parts.into_iter().fold(Errors::default(), |mut total, part| {
-        for k in 0..FIELDS {
+    parts.into_iter().fold(Errors::none(fields), |mut total, part| {
+        for k in 0..4 {
             total.squares[k] += part.squares[k];
             total.largest[k] = larger(total.largest[k], part.largest[k]);
         }
@@ -183,24 +178,31 @@ fn gather(loops: &Integrator, degree: usize, at: impl Fn(&CellPoint) -> [(ErrorF
 /// Sums and maxima over the steps of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct History {
-    total: Errors,
+    total: Option<Errors>,
 }
 
 impl History {
     /// Adds the errors at the end of a step of length `dt`.
     pub fn add(&mut self, errors: &Errors, dt: f64) {
-        for k in 0..FIELDS {
-            self.total.squares[k] += dt * errors.squares[k];
-            self.total.largest[k] = larger(self.total.largest[k], errors.largest[k]);
+        let total = self.total.get_or_insert(Errors::none(errors.fields));
+        for k in 0..4 {
+            total.squares[k] += dt * errors.squares[k];
+            total.largest[k] = larger(total.largest[k], errors.largest[k]);
         }
     }
 
-    /// The error of a field in a norm   [9.12]
+    /// The fields whose errors were added.
+    pub fn fields(&self) -> &[ErrorField] {
+        self.total.as_ref().map_or(&[], |total| &total.fields)
+    }
+
+    /// The error of a field in a norm, NaN for a field that the model has not   [9.12]
     pub fn error(&self, field: ErrorField, norm: Norm) -> f64 {
-        let k = field as usize;
+        let Some(total) = &self.total else { return f64::NAN };
+        let Some(k) = total.fields.iter().position(|f| *f == field) else { return f64::NAN };
         match norm {
-            Norm::Square => self.total.squares[k].sqrt(),
-            Norm::Largest => self.total.largest[k],
+            Norm::Square => total.squares[k].sqrt(),
+            Norm::Largest => total.largest[k],
         }
     }
 }

@@ -85,6 +85,30 @@ impl Space {
         }
     }
 
+    /// Coefficients of a member cell by cell, component by component on each.
+    pub fn by_cell(&self, values: &[f64]) -> Vec<f64> {
+        let m = self.cell_dof_count();
+        let mut local = vec![0.0; self.mesh.cells.len() * m];
+        for (cell, local) in local.chunks_exact_mut(m).enumerate() {
+            for (k, value) in local.iter_mut().enumerate() {
+                *value = values[self.dof(cell, k / self.n, k % self.n)];
+            }
+        }
+        local
+    }
+
+    /// A functional from its parts cell by cell, added in the order of the cells.
+    pub fn assembled(&self, local: &[f64]) -> Vec<f64> {
+        let m = self.cell_dof_count();
+        let mut global = vec![0.0; self.dof_count()];
+        for (cell, local) in local.chunks_exact(m).enumerate() {
+            for (k, value) in local.iter().enumerate() {
+                global[self.dof(cell, k / self.n, k % self.n)] += value;
+            }
+        }
+        global
+    }
+
     /// Positions of all nodes, by node number.
     pub fn node_positions(&self) -> Vec<Point> {
         let mut positions = vec![Point::zeros(); self.node_count];

@@ -48,7 +48,7 @@ pub fn write(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), StudyE
     measured.sort_unstable();
     measured.dedup();
     let with_errors = rows.iter().any(|row| row.errors().is_some());
-    let errors = if with_errors { error_columns() } else { Vec::new() };
+    let errors = if with_errors { error_columns(rows) } else { Vec::new() };
     let mut header = vec!["run".to_owned()];
     header.extend(named.then(|| "name".to_owned()));
     header.extend(keys.iter().copied().chain(RUN).chain(measured.iter().copied()).map(str::to_owned));
@@ -71,9 +71,10 @@ pub fn write(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), StudyE
 }
 
 /// `error_velocity_L2(L2)` and so on.
-fn error_columns() -> Vec<(String, ErrorField, Norm)> {
+fn error_columns(rows: &[Row]) -> Vec<(String, ErrorField, Norm)> {
+    let measured = |field: &ErrorField| rows.iter().filter_map(Row::errors).any(|e| e.fields().contains(field));
     let of = |field: ErrorField| Norm::ALL.map(|norm| (format!("error_{}_{}", field.name(), norm.name()), field, norm));
-    ErrorField::ALL.into_iter().flat_map(of).collect()
+    ErrorField::ALL.into_iter().filter(measured).flat_map(of).collect()
 }
 
 /// A number that is none is left out: a table never says NaN.

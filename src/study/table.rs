@@ -86,7 +86,7 @@ fn orders(outcome: &Outcome) -> Vec<Vec<String>> {
     let mut rows = vec![header];
     let mut last: Option<&Level> = None;
     for level in outcome.complete() {
-        for field in ErrorField::ALL {
+        for &field in level.errors.fields() {
             for norm in Norm::ALL {
                 let order = last.map(|coarse| number(outcome.order_between(coarse, level, field, norm)));
                 let sizes = [level.n, level.h, level.dt].map(number);
@@ -148,6 +148,11 @@ fn runs(outcomes: &[Outcome]) -> Vec<Vec<String>> {
     rows
 }
 
+/// The fields of the model; of another level if one is empty.
+fn fields(levels: &[&Level]) -> Vec<ErrorField> {
+    levels.iter().map(|level| level.errors.fields()).find(|f| !f.is_empty()).map_or_else(Vec::new, <[_]>::to_vec)
+}
+
 /// Errors by level, orders between levels, and the fit, as text.
 pub fn text(outcome: &Outcome) -> String {
     let levels = outcome.complete();
@@ -163,7 +168,7 @@ pub fn text(outcome: &Outcome) -> String {
         }
     }
     let _ = writeln!(out, " {:>6}", "fit");
-    for field in ErrorField::ALL {
+    for field in fields(&levels) {
         for norm in Norm::ALL {
             let _ = write!(out, "{:<10} {:<11}", field.name(), norm.name());
             for (k, level) in levels.iter().enumerate() {
@@ -206,7 +211,7 @@ fn plot(study: &OrderStudy, outcome: &Outcome) -> Plot {
         let points = levels.iter().map(|l| (l.size(by_mesh), l.errors.error(field, norm))).collect();
         Series::new(format!("{}, {}", field.symbol(), norm.symbol()), points)
     };
-    let all = ErrorField::ALL.into_iter().flat_map(|field| Norm::ALL.map(|norm| (field, norm)));
+    let all = fields(&levels).into_iter().flat_map(|field| Norm::ALL.map(|norm| (field, norm)));
     let (series, fits): (Vec<Series>, Vec<f64>) =
         all.map(|(field, norm)| (series(field, norm), outcome.fit(field, norm).unwrap_or(f64::NAN))).unzip();
     let mut orders: Vec<f64> = fits.iter().filter(|f| f.is_finite()).map(|f| f.round()).filter(|f| *f >= 1.0).collect();

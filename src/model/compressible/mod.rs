@@ -1,0 +1,396 @@
+//! The compressible sheet: a density that the flow carries and squeezes, and a velocity that follows from density and polarity.
+//!
+//! ```text
+//! −div(ρσᵀ) + C_F v = T_a p + f_v,   ∂_t ρ + div(ρ v) = f_ρ
+//! Pe ρ p□ + [ρ|p|² − (ρ − ρ_min)] p − κ² div(ρ∇p) = f_p
+//! ```
+//! The semi-discrete system is [7.34]; density and polarity are what is carried, and in this order.
+
+mod density;
+mod polarity;
+mod tangent;
+mod viscous;
+
+use std::sync::{Arc, OnceLock};
+
+pub use density::Density;
+pub use tangent::{Squeezed, Tangent};
+pub use viscous::Viscous;
+
+use super::boundary::VelocityCondition;
+use super::expression::{Expression, ExpressionError};
+use super::frames::{Frames, WallPoints};
+use super::incompressible::{Description, Inputs};
+use super::lagged::{Layout, Structure};
+use super::limiter::NegativeMean;
+use super::momentum::{MomentumError, SlipTreatment, tagged};
+use super::parameters::DensityLaw;
+use super::polarity::{FORMULA_DEGREE, Polarity};
+use super::state::{Residuals, State};
+use super::{Conditions, Parameters, Sources};
+use crate::form::compression::Compression;
+use crate::form::density::Density as Weight;
+use crate::form::{CellPoint, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity as forms, transport};
+use crate::mesh::Mesh;
+use crate::solve::sparse::{Factored, Matrix};
+use crate::solve::{SolveError, axpy, dot, root};
+use crate::space::{Continuity, Field, Space};
+
+/// The semi-discrete compressible system   [7.34]
+#[derive(Debug)]
+pub struct Compressible {
+    pub parameters: Parameters,
+    /// `c_0`, `γ`, `ρ_min`, `S_a'`
+    pub law: DensityLaw,
+    pub conditions: Vec<Conditions>,
+    pub sources: Sources,
+    pub loops: Integrator,
+    pub velocity: Arc<Space>,
+    pub frames: Frames,
+    pub slip: SlipTreatment,
+    pub velocity_mass: Matrix,
+    /// Of the free velocities, for the stationary residuals.
+    residual_mass: Factored,
+    pub density: Density,
+    pub polarity: Polarity,
+    /// `|Ω|`
+    pub area: f64,
+    flow_structure: Structure,
+    structure: OnceLock<Structure>,
+}
+
+/// Why there is no flow for a density and a polarity.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum FlowError {
+    #[error(transparent)]
+    Density(#[from] NegativeMean),
+    #[error(transparent)]
+    Momentum(#[from] MomentumError),
+}
+
+impl Compressible {
+    /// Builds spaces and assembles what is constant.
+    ///
+    /// # Errors
+    /// A rigid motion that nothing holds; a degenerate cell.
+    ///
+    /// # Panics
+    /// Where the description has no density.
+    pub fn new(mesh: &Arc<Mesh>, description: &Description) -> Result<Self, MomentumError> {
+        let Description { parameters, degrees, conditions, sources, slip } = description;
+        let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.velocity, 2));
+        let density = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.density, 1));
+        let polarity = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
+        let spaces = [&velocity, &density, &polarity];
+        Self::assemble(Integrator::new(mesh), spaces, parameters, conditions, sources, *slip)
+    }
+
+    /// The same sheet with other parameters, conditions and sources.
+    ///
+    /// # Errors
+    /// As [`Compressible::new`].
+    pub fn changed(
+        &self,
+        parameters: &Parameters,
+        conditions: &[Conditions],
+        sources: &Sources,
+    ) -> Result<Self, MomentumError> {
+        let spaces = [&self.velocity, &self.density.space, &self.polarity.space];
+        let other = Self::assemble(self.loops.clone(), spaces, parameters, conditions, sources, self.slip)?;
+        if let (Some(known), true) = (self.structure.get(), conditions == self.conditions) {
+            other.know_structure(known.clone());
+        }
+        Ok(other)
+    }
+
+    fn assemble(
+        loops: Integrator,
+        [velocity, density, polarity]: [&Arc<Space>; 3],
+        parameters: &Parameters,
+        conditions: &[Conditions],
+        sources: &Sources,
+        slip: SlipTreatment,
+    ) -> Result<Self, MomentumError> {
+        let frames = Frames::new(velocity, conditions, slip.points());
+        if parameters.friction == 0.0 && !Frames::new(velocity, conditions, WallPoints::Nodes).hold_rigid_motions(velocity) {
+            return Err(MomentumError::Unheld);
+        }
+        let polarity = Polarity::new(&loops, polarity, conditions, parameters, sources.boundary().cloned())?;
+        let open = tagged(conditions, |c| !matches!(c, VelocityCondition::Slip));
+        let density = Density::new(&loops, density, open, polarity.neighbours(), polarity.sweep())?;
+        let count = velocity.dof_count();
+        let products = loops.triplets(&mass::vector_mass(velocity), velocity, velocity);
+        let velocity_mass = Matrix::from_triplets(count, count, &products);
+        let reduced = Matrix::from_triplets(frames.free, frames.free, &frames.reduce(&velocity_mass));
+        let flow_structure = Structure::new("momentum", &flow_layout(velocity, &frames, &polarity))?;
+        Ok(Self {
+            parameters: *parameters,
+            law: parameters.density.expect("a compressible sheet has a density"),
+            conditions: conditions.to_vec(),
+            sources: sources.clone(),
+            area: loops.mesh.area(),
+            loops,
+            velocity: velocity.clone(),
+            frames,
+            slip,
+            velocity_mass,
+            residual_mass: Factored::new("velocity mass", reduced)?,
+            density,
+            polarity,
+            flow_structure,
+            structure: OnceLock::new(),
+        })
+    }
+
+    pub(super) fn slip_faces(&self) -> Faces {
+        tagged(&self.conditions, |c| matches!(c, VelocityCondition::Slip))
+    }
+
+    pub(super) fn flow_layout(&self) -> Layout<'_> {
+        flow_layout(&self.velocity, &self.frames, &self.polarity)
+    }
+
+    pub(super) fn flow_structure(&self) -> &Structure {
+        &self.flow_structure
+    }
+
+    /// How the unknowns of the coupled matrix hang together.
+    pub fn layout(&self) -> Layout<'_> {
+        Layout { carried: [Some(&self.density.space), Some(&self.polarity.space)], ..self.flow_layout() }
+    }
+
+    /// The structure of the coupled matrix, found once.
+    ///
+    /// # Errors
+    /// As [`Structure::new`].
+    pub fn structure(&self) -> Result<&Structure, SolveError> {
+        if self.structure.get().is_none() {
+            self.know_structure(Structure::new("coupled", &self.layout())?);
+        }
+        Ok(self.structure.get().expect("just found"))
+    }
+
+    /// Keeps a structure that was found from the same layout; a later one changes nothing.
+    pub fn know_structure(&self, structure: Structure) {
+        // whoever was first has found the same
+        let _ = self.structure.set(structure);
+    }
+
+    /// Whether no mass can leave or enter.
+    pub fn is_closed(&self) -> bool {
+        !self.loops.mesh.faces.iter().any(|face| face.tag.is_some() && self.density.open.holds(face))
+            && !self.sources.has_density()
+    }
+
+    /// Density and polarity of a carried vector.
+    pub fn split(&self, y: &[f64]) -> (Field, Field) {
+        let (rho, p) = y.split_at(self.density.space.dof_count());
+        (Field::new(&self.density.space, rho.to_vec()), Field::new(&self.polarity.space, p.to_vec()))
+    }
+
+    /// The carried vector of density and polarity.
+    pub fn joined(&self, rho: &[f64], p: &[f64]) -> Vec<f64> {
+        [rho, p].concat()
+    }
+
+    /// `ρ_in` on a face where tissue may enter.
+    pub fn inflow(&self, s: &FacePoint, t: f64) -> f64 {
+        let tag = self.loops.mesh.faces[s.face].tag.expect("tissue enters through the boundary");
+        self.conditions[tag].inflow(s.minus.x, t)
+    }
+
+    /// All that is given at time `t`: computed once, used by every iteration of a step.
+    ///
+    /// # Errors
+    /// A Dirichlet formula that is not finite at a node; a density of inflow that is negative.
+    pub fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError> {
+        self.check_inflow(t)?;
+        let sources = self.sources.at_time(t);
+        let force = self.loops.vector(&self.outer_force(&sources, t), &self.velocity);
+        let prescribed = self.frames.prescribed(&self.conditions, t)?;
+        let of_density = |x: &CellPoint| sources.density(x.site.x, t);
+        let density = if sources.has_density() {
+            self.loops.vector(&mass::scalar_load(&self.density.space, FORMULA_DEGREE, of_density), &self.density.space)
+        } else {
+            vec![0.0; self.density.space.dof_count()]
+        };
+        let of_polarity = |x: &CellPoint| sources.polarity(&self.parameters, x.site.x, t);
+        let source = if sources.has_polarity() {
+            self.loops.vector(&mass::load(&self.polarity.space, FORMULA_DEGREE, of_polarity), &self.polarity.space)
+        } else {
+            vec![0.0; self.polarity.space.dof_count()]
+        };
+        Ok(Inputs { t, force, source, density, prescribed })
+    }
+
+    fn check_inflow(&self, t: f64) -> Result<(), ExpressionError> {
+        let mut first = Ok(());
+        for (index, face) in self.loops.mesh.faces.iter().enumerate() {
+            let Some(formula) = face.tag.filter(|_| self.density.open.holds(face)).and_then(|tag| self.conditions[tag].density.as_ref())
+            else {
+                continue;
+            };
+            if formula.is_constant() && index > 0 && first.is_ok() && !formula.depends_on_time() && t > 0.0 {
+                continue;
+            }
+            self.loops.each_face_point(index, FORMULA_DEGREE, &mut |s| {
+                let x = s.minus.x;
+                if first.is_ok() {
+                    first = formula.try_eval(x, t).and_then(|value| negative(formula, value, [x.x, x.y, t]));
+                }
+            });
+        }
+        first
+    }
+
+    /// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags, and what exact fields add on natural boundaries.
+    fn outer_force<'a>(&'a self, sources: &'a Sources, t: f64) -> Linear<'a, crate::form::words::Vector> {
+        super::momentum::outer_force(&self.velocity, &self.parameters, &self.conditions, sources, t)
+    }
+
+    /// The isotropic stress of the sheet.
+    pub fn compression(&self) -> Compression {
+        let DensityLaw { penalty, exponent, critical, active_stress_iso } = self.law;
+        Compression { penalty, exponent, elasticity: self.parameters.elasticity, critical, active: active_stress_iso }
+    }
+
+    /// `T_a(p|w) − b(w,ρΠ) − ω(p,L_h,w) − a δ(p,L_h,w) + κ²B c_h(p,p,w;ρ) + S_a δ(ρp,p,w) − S_a' b(w,ρ|p|²)`   [7.34], and what is
+    /// given from outside; `l` is `L_h/B`.
+    pub fn force(&self, rho: &Field, p: &Field, l: Option<&Field>, inputs: &Inputs) -> Vec<f64> {
+        let (m, velocity, weight) = (&self.parameters, &*self.velocity, Weight::Of(rho));
+        let mut form = -self.compression().force(velocity, rho, p);
+        if m.traction != 0.0 {
+            form = form + m.traction * mass::load(velocity, p.space.degree, |x| p.vector(&x.site));
+        }
+        if let Some(l) = l {
+            let b = m.elasticity;
+            form = form - b * forms::rotation_force(velocity, p, l);
+            if m.slip != 0.0 {
+                form = form - b * m.slip * forms::stretching_force(velocity, p, l, Weight::One);
+            }
+            form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p, weight);
+        }
+        if m.active_stress != 0.0 {
+            form = form + m.active_stress * forms::stretching_force(velocity, p, p, weight);
+        }
+        let mut force = self.loops.vector(&form, velocity);
+        axpy(1.0, &inputs.force, &mut force);
+        force
+    }
+
+    /// `L_h/B` of `(1/B)(L_h|q)`, where the model has elasticity.
+    pub fn molecular(&self, well: &[f64]) -> Option<Field> {
+        (self.parameters.elasticity != 0.0)
+            .then(|| Field::new(&self.polarity.space, self.polarity.mass_solve(well)))
+    }
+
+    /// The velocity of density and polarity, with the factors that gave it.
+    ///
+    /// # Errors
+    /// As [`Viscous::new`] and [`Viscous::solve`].
+    pub fn flow(
+        &self,
+        rho: &Field,
+        p: &Field,
+        l: Option<&Field>,
+        inputs: &Inputs,
+    ) -> Result<(Field, Viscous), MomentumError> {
+        let force = self.force(rho, p, l, inputs);
+        let viscous = Viscous::new(self, rho)?;
+        let v = viscous.solve(self, &force, &inputs.prescribed)?;
+        Ok((Field::new(&self.velocity, v), viscous))
+    }
+
+    /// The state of a carried vector at time `t`; its density is limited.
+    ///
+    /// # Errors
+    /// A density whose mean is negative in a cell; a velocity that cannot be solved for.
+    pub fn state_of(&self, y: &[f64], t: f64) -> Result<State, FlowError> {
+        let (u, p) = self.split(y);
+        let rho = self.density.limiter.limit(&u)?.rho;
+        let inputs = self.inputs(t).map_err(MomentumError::from)?;
+        let well = self.molecular_functional(&rho, &p, t);
+        let (v, _) = self.flow(&rho, &p, self.molecular(&well).as_ref(), &inputs)?;
+        Ok(State::compressible(v, rho, p))
+    }
+
+    /// `a_mass(ρ,z;v) − l_mass(z;v) − (f_ρ|z)`, a functional of z   [7.32]
+    pub fn transport(&self, u: &Field, v: &Field, inputs: &Inputs) -> Vec<f64> {
+        let form = transport::transport(u, v, self.density.open, |s| self.inflow(s, inputs.t));
+        let mut out = self.loops.vector(&form, &self.density.space);
+        axpy(-1.0, &inputs.density, &mut out);
+        out
+    }
+
+    /// Net mass that enters per time: through the boundary and from sources.
+    pub fn gain(&self, state: &State, inputs: &Inputs) -> f64 {
+        -self.transport(state.volume(), &state.v, inputs).iter().sum::<f64>()
+    }
+
+    /// Residuals of the stationary equations   [9.8], [9.9], [9.10]
+    ///
+    /// # Errors
+    /// Formulas that are not finite; as [`Factored::solve`].
+    pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
+        let scale = self.area.sqrt();
+        let (rho, p) = (state.volume(), &state.p);
+        let inputs = self.inputs(t)?;
+        let well = self.molecular_functional(rho, p, t);
+        let mut momentum = Viscous::new(self, rho)?.times(self, &state.v.values);
+        axpy(-1.0, &self.force(rho, p, self.molecular(&well).as_ref(), &inputs), &mut momentum);
+        let momentum = self.frames.restrict(&momentum);
+        let velocity = match crate::solve::norm(&momentum) {
+            0.0 => 0.0,
+            _ => root(dot(&momentum, &self.residual_mass.solve(&momentum)?)),
+        };
+        let transport = self.transport(rho, &state.v, &inputs);
+        let volume = root(dot(&transport, &self.density.mass_solve(&transport)));
+        let r = self.polarity_residual(rho, p, &state.v, &well, &inputs);
+        let polarity = root(dot(&r, &self.polarity.mass_solve(&r)));
+        Ok(Residuals { velocity: velocity / scale, volume: volume / scale, polarity: polarity / scale })
+    }
+
+    /// `F_h`   [5.39]
+    pub fn free_energy(&self, state: &State, t: f64) -> f64 {
+        let data = |s: &FacePoint| self.polarity.data(s, t);
+        let (rho, p) = (state.volume(), &state.p);
+        elastic::energy_of(&self.loops, self.compression(), rho, p, self.parameters.coherence, self.polarity.dirichlet, data)
+    }
+
+    /// The pressure Π, `ρΠ = c_0 ρ^(γ+1) − ½Bρ_min|p|²`, at the nodes of the density; zero where there is no tissue   [5.50]
+    pub fn pressure(&self, state: &State) -> Field {
+        let (rho, p) = (state.volume(), &state.p);
+        let stress = Compression { active: 0.0, ..self.compression() };
+        let mut pi = Field::zero(&rho.space);
+        let nodes = crate::element::basis::nodes(rho.space.degree);
+        for cell in 0..self.loops.mesh.cells.len() {
+            for (i, xi) in nodes.iter().enumerate() {
+                let density = rho.scalar_at(cell, *xi);
+                let value = stress.stress(density, p.vector_at(cell, *xi).norm_squared());
+                pi.values[rho.space.dof(cell, 0, i)] = if density > 0.0 { value / density } else { 0.0 };
+            }
+        }
+        pi
+    }
+
+    /// Evaluates every formula at time `t` where it is used.
+    ///
+    /// # Errors
+    /// One that is not finite.
+    pub fn check_formulas(&self, t: f64) -> Result<(), ExpressionError> {
+        self.check_inflow(t)?;
+        super::sources::check_formulas(&self.loops, &self.conditions, &self.sources, &self.parameters, t)
+    }
+}
+
+fn flow_layout<'m>(velocity: &'m Space, frames: &'m Frames, polarity: &'m Polarity) -> Layout<'m> {
+    Layout { velocity, pressure: None, carried: [None, None], frames, closed: false, neighbours: polarity.neighbours() }
+}
+
+/// A density that enters must not be negative.
+fn negative(formula: &Expression, value: f64, [x, y, t]: [f64; 3]) -> Result<(), ExpressionError> {
+    if value >= 0.0 {
+        return Ok(());
+    }
+    Err(ExpressionError::Negative { text: formula.to_string(), value, x, y, t })
+}

@@ -1,0 +1,353 @@
+//! The derivative of one step's equations [7.34] at a state, with the velocity eliminated.
+//!
+//! ```text
+//! R_v = K(ρ) v − F(ρ,p),   R_ρ = w_ρ (ρ|z) + a_mass(u,z;v) − …,   R_p = Pe (ρ ∂_t p|q) + … + (1/B) L_h(ρ,p)
+//! ```
+//! The unknown is the density `u` before the limiter, everything else sees the limited one, `ρ = ρ(u)`. With the molecular field
+//! eliminated cell by cell and `K δv = F′`, what remains is `R′ = J + D K⁻¹ F′`.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use super::Compressible;
+use super::viscous::{Viscous, add_velocity_block};
+use crate::form::density::Density as Weight;
+use crate::form::words::{Scalar, Vector};
+use crate::form::{Bilinear, FacePoint, elastic, mass, polarity as forms, stokes, swip, transport, upwind};
+use crate::model::incompressible::Inputs;
+use crate::model::lagged::Elements;
+use crate::model::limiter::Limited;
+use crate::model::momentum::MomentumError;
+use crate::model::state::State;
+use crate::solve::axpy;
+use crate::solve::blocks::VectorBlocks;
+use crate::solve::rows::Rows;
+use crate::solve::symbolic::Element;
+use crate::space::Field;
+
+/// What an evaluation of the equations found on its way.
+#[derive(Debug)]
+pub struct Squeezed {
+    /// The density before the limiter, and what the limiter did.
+    pub u: Field,
+    pub limited: Limited,
+    pub viscous: Viscous,
+    /// `L_h/B`
+    pub molecular: Option<Field>,
+}
+
+/// The derivative at a state.
+#[derive(Debug)]
+pub struct Tangent<'m> {
+    pub model: &'m Compressible,
+    at: Arc<Squeezed>,
+    /// `∂R_ρ/∂u`, `∂R_ρ/∂v`
+    density: Rows,
+    density_drag: Rows,
+    /// `∂R_p/∂ρ`, `∂R_p/∂p`, `∂R_p/∂v`
+    by_density: Rows,
+    operator: VectorBlocks,
+    drag: Rows,
+    /// `∂Λ/∂ρ`, `∂Λ/∂p`
+    well_by_density: Rows,
+    well: VectorBlocks,
+    /// `∂F/∂ρ` with the viscous force, `∂F/∂p`, `∂F/∂(L_h/B)`
+    force_by_density: Rows,
+    force_by_polarity: Rows,
+    force_by_field: Option<Rows>,
+    /// `∂ρ/∂u` of the cells whose density was limited.
+    limiter: Vec<Option<DMatrix<f64>>>,
+}
+
+impl<'m> Tangent<'m> {
+    /// Linearises at `state`, which has the weights `w = [w_ρ, w_p]`; `rate` is the polarity's time derivative that the equations have.
+    pub fn new(
+        model: &'m Compressible,
+        at: &Arc<Squeezed>,
+        state: &State,
+        rate: &Field,
+        w: [f64; 2],
+        inputs: &Inputs,
+    ) -> Self {
+        let (loops, m, law) = (&model.loops, &model.parameters, &model.law);
+        let (velocity, density, space) = (&*model.velocity, &*model.density.space, &*model.polarity.space);
+        let (rho, p, v, t) = (state.volume(), &state.p, &state.v, inputs.t);
+        let (pe, a, kappa2, weight) = (m.peclet, m.slip, m.coherence.powi(2), Weight::Of(rho));
+        let neighbours = model.polarity.neighbours();
+        let sizes = [density.n, space.cell_dof_count(), velocity.cell_dof_count()];
+        let rows = |size: (usize, usize), wide: bool| Rows::zero(neighbours, size, wide);
+        let dirichlet = model.polarity.dirichlet;
+        let data = |s: &FacePoint| model.polarity.data(s, t);
+
+        let mut density_drag = rows((sizes[0], sizes[2]), false);
+        let by_flow = transport::transport_by_flow(&at.u, v, model.density.open, |s| model.inflow(s, t));
+        loops.add_own_rows(&by_flow, (velocity, density), &mut density_drag.own);
+
+        let carrier = model.carrier(v, rho);
+        let mut drag = rows((sizes[1], sizes[2]), false);
+        let form = pe * upwind::advection_by_flow(p, carrier, dirichlet, data)
+            - pe * forms::turning_by_flow(velocity, p, a, weight);
+        loops.add_own_rows(&form, (velocity, space), &mut drag.own);
+
+        let mut well_by_density = rows((sizes[1], sizes[0]), true);
+        let form = elastic::double_well_by_density(p, density.degree)
+            + kappa2 * swip::by_density(p, rho, dirichlet, data);
+        loops.add_rows(&form, (density, space), &mut well_by_density.own, &mut well_by_density.off);
+        if let Some((faces, exact)) = model.polarity.slopes() {
+            let exact = exact.at_time(t);
+            let slope = move |s: &FacePoint| exact.polarity_slope(s.minus.x, t, s.n);
+            let form = -kappa2 * mass::face_load_by_density(space, density, faces, slope);
+            loops.add_rows(&form, (density, space), &mut well_by_density.own, &mut well_by_density.off);
+        }
+        let mut by_density = well_by_density.clone();
+        let form = pe * mass::load_by_density(rate, density.degree)
+            + pe * upwind::advection_by_density(p, v, density.degree, dirichlet, data)
+            - pe * forms::turning_by_density(p, v, a, density.degree);
+        loops.add_rows(&form, (density, space), &mut by_density.own, &mut by_density.off);
+
+        let mut well = model.polarity.empty_operator();
+        model.add_alike(&(kappa2 * swip::a_swip(space, dirichlet, weight)), &mut well);
+        let relaxation = elastic::double_well_tangent(space, p, weight, law.critical);
+        loops.add_cell_blocks(&relaxation, space, space, &mut well.diagonal);
+        let mut operator = well.clone();
+        let inertia = mass::weighted_mass(space, density.degree, |x| pe * w[1] * rho.scalar(&x.site));
+        model.add_alike(&(pe * upwind::a_upw(space, carrier, dirichlet) + inertia), &mut operator);
+        let turning = -pe * forms::objective(space, v, a, weight);
+        loops.add_cell_blocks(&turning, space, space, &mut operator.diagonal);
+
+        let (by_rho, by_p, by_l) = forces(model, state, at.molecular.as_ref());
+        let mut force_by_density = rows((sizes[2], sizes[0]), false);
+        loops.add_cell_blocks(&by_rho, density, velocity, &mut force_by_density.own);
+        let mut force_by_polarity = rows((sizes[2], sizes[1]), false);
+        loops.add_cell_blocks(&by_p, space, velocity, &mut force_by_polarity.own);
+        let force_by_field = by_l.map(|form| {
+            let mut out = rows((sizes[2], sizes[1]), false);
+            loops.add_cell_blocks(&form, space, velocity, &mut out.own);
+            out
+        });
+        let limiter = (0..neighbours.len())
+            .map(|cell| {
+                let whole = at.limited.theta[cell] >= 1.0;
+                (!whole).then(|| model.density.limiter.derivative(&at.limited, &at.u, cell))
+            })
+            .collect();
+        Self {
+            model,
+            at: at.clone(),
+            density: model.density.operator(loops, w[0], v),
+            density_drag,
+            by_density,
+            operator,
+            drag,
+            well_by_density,
+            well,
+            force_by_density,
+            force_by_polarity,
+            force_by_field,
+            limiter,
+        }
+    }
+
+    /// `δρ` of a change of the density before the limiter.
+    fn limited(&self, du: &[f64]) -> Vec<f64> {
+        let n = self.model.density.space.n;
+        let mut out = du.to_vec();
+        for (cell, change) in self.limiter.iter().enumerate() {
+            if let Some(change) = change {
+                let block = &du[cell * n..(cell + 1) * n];
+                for i in 0..n {
+                    out[cell * n + i] = (0..n).map(|j| change[(i, j)] * block[j]).sum();
+                }
+            }
+        }
+        out
+    }
+
+    /// `y = (J + D K⁻¹ F′) φ`
+    ///
+    /// # Errors
+    /// As [`Viscous::solve`].
+    pub fn times(&self, phi: &[f64], y: &mut [f64]) -> Result<(), MomentumError> {
+        let model = self.model;
+        let (du, dp) = phi.split_at(model.density.space.dof_count());
+        let drho = self.limited(du);
+        let velocity = &model.velocity;
+        let mut local = vec![0.0; model.loops.mesh.cells.len() * velocity.cell_dof_count()];
+        self.force_by_density.times_add(&drho, &mut local);
+        self.force_by_polarity.times_add(dp, &mut local);
+        if let Some(rows) = &self.force_by_field {
+            let mut well = vec![0.0; dp.len()];
+            self.well.times(dp, &mut well);
+            self.well_by_density.times_add(&drho, &mut well);
+            rows.times_add(&model.polarity.mass_solve(&well), &mut local);
+        }
+        let force = velocity.assembled(&local);
+        let rest = vec![0.0; force.len()];
+        let dv = velocity.by_cell(&self.at.viscous.solve(model, &force, &rest)?);
+        let (y_rho, y_p) = y.split_at_mut(du.len());
+        y_rho.fill(0.0);
+        self.density.times_add(du, y_rho);
+        self.density_drag.times_add(&dv, y_rho);
+        self.operator.times(dp, y_p);
+        self.by_density.times_add(&drho, y_p);
+        self.drag.times_add(&dv, y_p);
+        Ok(())
+    }
+}
+
+type Forces<'a> = (Bilinear<'a, Scalar, Vector>, Bilinear<'a, Vector, Vector>, Option<Bilinear<'a, Vector, Vector>>);
+
+/// Derivatives of the force along the density (less the viscous force), the polarity and the molecular field over B.
+fn forces<'a>(model: &Compressible, state: &'a State, l: Option<&'a Field>) -> Forces<'a> {
+    let (m, velocity) = (&model.parameters, &*model.velocity);
+    let (rho, p, v) = (state.volume(), &state.p, &state.v);
+    let (r, weight, compression) = (rho.space.degree, Weight::Of(rho), model.compression());
+    let mut by_rho = -compression.by_density(velocity, rho, p) - stokes::viscosity_by_density(v, r);
+    let mut by_p = -compression.by_polarity(velocity, rho, p);
+    if m.traction != 0.0 {
+        by_p = by_p + m.traction * mass::vector_load_by(velocity, &p.space);
+    }
+    if m.active_stress != 0.0 {
+        by_rho = by_rho + m.active_stress * forms::stretching_force_by_density(velocity, p, r);
+        by_p = by_p + 2.0 * forms::force_by_field(velocity, p, 0.0, m.active_stress, weight);
+    }
+    let Some(l) = l else { return (by_rho, by_p, None) };
+    let (b, elastic_stress) = (m.elasticity, m.coherence.powi(2) * m.elasticity);
+    by_rho = by_rho + elastic_stress * elastic::ericksen_by_density(velocity, p, r);
+    by_p = by_p - forms::force_by_polarity(velocity, l, b, b * m.slip)
+        + elastic_stress * elastic::ericksen_tangent(velocity, p, weight);
+    (by_rho, by_p, Some(-forms::force_by_field(velocity, p, b, b * m.slip, Weight::One)))
+}
+
+impl Elements for Tangent<'_> {
+    /// Rows: the free velocities, density and polarity of a cell; columns: those, and density and polarity of the neighbours.
+    fn fill(&self, cell: usize, out: &mut Element) {
+        let model = self.model;
+        let places = model.layout().unknowns(cell, out);
+        let (n, m) = (model.density.space.n, model.polarity.space.cell_dof_count());
+        let columns = out.columns.len();
+        let (p0, r0) = (out.rows.len() - m, out.rows.len() - m - n);
+        out.values.clear();
+        out.values.resize(out.rows.len() * columns, 0.0);
+        let mut sheet = Sheet { places: &places, columns, values: &mut out.values };
+        add_velocity_block(self.at.viscous.blocks.own_of(cell), &places, columns, sheet.values);
+        sheet.add_drag(r0, self.density_drag.own_of(cell));
+        sheet.add_drag(p0, self.drag.own_of(cell));
+        let (rho_rows, wide) = (self.limit_columns(cell, self.by_density.own_of(cell), m), self.operator.n);
+        sheet.add_dense(r0, r0, n, self.density.own_of(cell));
+        sheet.add_dense(p0, r0, n, &rho_rows);
+        let square = m * m;
+        sheet.add_dense(p0, p0, m, &self.operator.diagonal[cell * square..(cell + 1) * square]);
+        let force = self.force_rows(cell);
+        sheet.add_force(r0, n, &force.0);
+        sheet.add_force(p0, m, &force.1);
+        // the neighbours follow, each with its density and its polarity
+        let mut at = r0 + n + m;
+        let size = wide * wide;
+        for (f, &other) in self.operator.neighbours[cell].iter().enumerate() {
+            if other == crate::solve::blocks::NONE {
+                continue;
+            }
+            let block = 3 * cell + f;
+            sheet.add_dense(r0, at, n, &self.density.off[block * n * n..(block + 1) * n * n]);
+            let by_density = &self.by_density.off[block * m * n..(block + 1) * m * n];
+            sheet.add_dense(p0, at, n, &self.limit_columns(other, by_density, m));
+            let alike = &self.operator.off[block * size..(block + 1) * size];
+            sheet.add_dense(p0, at + n, wide, alike);
+            sheet.add_dense(p0 + wide, at + n + wide, wide, alike);
+            if let Some(pushed) = &force.2 {
+                let by_density = &self.well_by_density.off[block * m * n..(block + 1) * m * n];
+                let limited = self.limit_columns(other, by_density, m);
+                sheet.add_force(at, n, &product(pushed, &limited, n));
+                let off = &self.well.off[block * size..(block + 1) * size];
+                sheet.add_force(at + n, m, &pushed_alike(pushed, off, wide));
+            }
+            at += n + m;
+        }
+    }
+}
+
+impl Tangent<'_> {
+    /// `B ∂ρ/∂u` of a block with `rows` rows whose columns are the density of a cell.
+    fn limit_columns(&self, cell: usize, block: &[f64], rows: usize) -> Vec<f64> {
+        let Some(change) = &self.limiter[cell] else { return block.to_vec() };
+        let n = change.nrows();
+        let product = DMatrix::from_row_slice(rows, n, block) * change;
+        product.transpose().as_slice().to_vec()
+    }
+
+    /// The force's rows by a cell's own density and polarity, and `F_L M⁻¹`.
+    fn force_rows(&self, cell: usize) -> (Vec<f64>, Vec<f64>, Option<DMatrix<f64>>) {
+        let (rows, n) = self.force_by_density.size;
+        let m = self.force_by_polarity.size.1;
+        let mut by_density = self.force_by_density.own_of(cell).to_vec();
+        let mut by_polarity = self.force_by_polarity.own_of(cell).to_vec();
+        let pushed = self.force_by_field.as_ref().map(|by_field| {
+            let mut pushed = DMatrix::from_row_slice(rows, m, by_field.own_of(cell));
+            let inverse = self.model.polarity.mass_inverse_of(cell);
+            for c in [0, m / 2] {
+                let part = pushed.columns(c, m / 2) * &inverse;
+                pushed.columns_mut(c, m / 2).copy_from(&part);
+            }
+            axpy(1.0, &product(&pushed, self.well_by_density.own_of(cell), n), &mut by_density);
+            axpy(1.0, &product(&pushed, &self.well.diagonal[cell * m * m..(cell + 1) * m * m], m), &mut by_polarity);
+            pushed
+        });
+        (self.limit_columns(cell, &by_density, rows), by_polarity, pushed)
+    }
+}
+
+/// `A B`, B and the result row-major with `columns` columns.
+fn product(a: &DMatrix<f64>, b: &[f64], columns: usize) -> Vec<f64> {
+    let product = a * DMatrix::from_row_slice(a.ncols(), columns, b);
+    product.transpose().as_slice().to_vec()
+}
+
+/// `A B` where B acts on both components alike.
+fn pushed_alike(a: &DMatrix<f64>, b: &[f64], n: usize) -> Vec<f64> {
+    let b = DMatrix::from_row_slice(n, n, b);
+    let mut out = DMatrix::zeros(a.nrows(), 2 * n);
+    for c in [0, n] {
+        out.columns_mut(c, n).copy_from(&(a.columns(c, n) * &b));
+    }
+    out.transpose().as_slice().to_vec()
+}
+
+/// An element under construction.
+struct Sheet<'s> {
+    places: &'s [Vec<(usize, f64)>],
+    columns: usize,
+    values: &'s mut Vec<f64>,
+}
+
+impl Sheet<'_> {
+    /// Adds a dense block with `width` columns at a row and a column.
+    fn add_dense(&mut self, row: usize, column: usize, width: usize, block: &[f64]) {
+        for (i, block) in block.chunks_exact(width).enumerate() {
+            let start = (row + i) * self.columns + column;
+            axpy(1.0, block, &mut self.values[start..start + width]);
+        }
+    }
+
+    /// Adds rows that depend on the velocities of the cell.
+    fn add_drag(&mut self, row: usize, block: &[f64]) {
+        for (i, block) in block.chunks_exact(self.places.len()).enumerate() {
+            for (place, value) in self.places.iter().zip(block) {
+                for (c, a) in place {
+                    self.values[(row + i) * self.columns + c] += a * value;
+                }
+            }
+        }
+    }
+
+    /// Subtracts the velocity rows of a force.
+    fn add_force(&mut self, column: usize, width: usize, block: &[f64]) {
+        for (place, block) in self.places.iter().zip(block.chunks_exact(width)) {
+            for (r, a) in place {
+                let start = r * self.columns + column;
+                axpy(-a, block, &mut self.values[start..start + width]);
+            }
+        }
+    }
+}

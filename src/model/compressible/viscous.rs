@@ -1,0 +1,117 @@
+//! The velocity of a given density: friction and ρ-weighted viscosity, factorised anew for every density.
+
+use crate::form::{mass, stokes};
+use crate::model::compressible::Compressible;
+use crate::model::lagged::{Elements, Lagged, Layout};
+use crate::model::momentum::{MomentumError, SlipTreatment};
+use crate::solve::rows::{Rows, add_product};
+use crate::solve::symbolic::Element;
+use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, norm};
+use crate::space::Field;
+
+/// `2(ρD(v)|D(w)) + 2(ρ div v|div w) + C_F(v|w)` at a density, factorised   [7.34]
+#[derive(Debug)]
+pub struct Viscous {
+    /// Blocks of the velocities of a cell.
+    pub blocks: Rows,
+    factors: Lagged,
+}
+
+/// The blocks of the free velocities.
+struct Free<'v> {
+    layout: Layout<'v>,
+    blocks: &'v Rows,
+}
+
+impl Elements for Free<'_> {
+    fn fill(&self, e: usize, out: &mut Element) {
+        let places = self.layout.unknowns(e, out);
+        let columns = out.columns.len();
+        out.values.clear();
+        out.values.resize(out.rows.len() * columns, 0.0);
+        add_velocity_block(self.blocks.own_of(e), &places, columns, &mut out.values);
+    }
+}
+
+/// Adds a block of velocity dofs to an element, in terms of the free unknowns.
+pub(super) fn add_velocity_block(block: &[f64], places: &[Vec<(usize, f64)>], columns: usize, values: &mut [f64]) {
+    for (row, block) in places.iter().zip(block.chunks_exact(places.len())) {
+        for (column, k) in places.iter().zip(block) {
+            for (r, a) in row {
+                for (c, b) in column {
+                    values[r * columns + c] += a * k * b;
+                }
+            }
+        }
+    }
+}
+
+impl Viscous {
+    /// Assembles and factorises for the density `rho`.
+    ///
+    /// # Errors
+    /// A matrix that is singular: nothing holds tissue of vanishing density without friction.
+    pub fn new(model: &Compressible, rho: &Field) -> Result<Self, MomentumError> {
+        let (loops, velocity) = (&model.loops, &*model.velocity);
+        let mut form = stokes::weighted_viscosity(velocity, rho);
+        if model.parameters.friction != 0.0 {
+            form = form + model.parameters.friction * mass::vector_mass(velocity);
+        }
+        if let SlipTreatment::Penalty { epsilon } = model.slip {
+            form = form + stokes::slip_penalty(velocity, model.slip_faces(), epsilon);
+        }
+        let m = velocity.cell_dof_count();
+        let mut blocks = Rows::zero(model.polarity.neighbours(), (m, m), false);
+        loops.add_own_rows(&form, (velocity, velocity), &mut blocks.own);
+        let free = Free { layout: model.flow_layout(), blocks: &blocks };
+        let factors = Lagged::new(model.flow_structure(), &free).map_err(|error| unheld(model, error))?;
+        Ok(Self { blocks, factors })
+    }
+
+    /// `K v`, a functional on the velocity space.
+    pub fn times(&self, model: &Compressible, v: &[f64]) -> Vec<f64> {
+        let local = model.velocity.by_cell(v);
+        let mut out = vec![0.0; local.len()];
+        self.blocks.times_add(&local, &mut out);
+        model.velocity.assembled(&out)
+    }
+
+    /// The velocity under the force `f` with the prescribed nodal values.
+    ///
+    /// # Errors
+    /// A force or a velocity that is not finite; a residual that refinement does not make small.
+    pub fn solve(&self, model: &Compressible, f: &[f64], prescribed: &[f64]) -> Result<Vec<f64>, MomentumError> {
+        let frames = &model.frames;
+        let mut force = f.to_vec();
+        if prescribed.iter().any(|v| *v != 0.0) {
+            axpy(-1.0, &self.times(model, prescribed), &mut force);
+        }
+        let right = frames.restrict(&force);
+        let system = || "momentum".to_owned();
+        if let Some(index) = right.iter().position(|r| !r.is_finite()) {
+            return Err(SolveError::NotFiniteInput { system: system(), index }.into());
+        }
+        let rest = vec![0.0; prescribed.len()];
+        let mut free = right.clone();
+        self.factors.solve_flow(&mut free);
+        for refined in [false, true] {
+            let mut residual = frames.restrict(&self.times(model, &frames.expand(&free, &rest)));
+            residual.iter_mut().zip(&right).for_each(|(k, r)| *k = r - *k);
+            let relative = norm(&residual) / norm(&right).max(f64::MIN_POSITIVE);
+            if relative <= 1e-12 || (refined && relative <= DIRECT_TOLERANCE) {
+                return Ok(frames.expand(&free, prescribed));
+            }
+            if refined || relative.is_nan() {
+                let hint = "where the density vanishes, friction alone holds the tissue: raise `model.friction`".to_owned();
+                return Err(SolveError::Inaccurate { system: system(), residual: relative, hint }.into());
+            }
+            self.factors.solve_flow(&mut residual);
+            axpy(1.0, &residual, &mut free);
+        }
+        unreachable!("the second look returns")
+    }
+}
+
+fn unheld(model: &Compressible, error: SolveError) -> MomentumError {
+    if model.parameters.friction == 0.0 { MomentumError::Unheld } else { error.into() }
+}

@@ -1,0 +1,56 @@
+//! Dense blocks by cell and neighbour, between any two spaces whose functions are numbered cell by cell.
+
+use rayon::prelude::*;
+
+use super::blocks::{NONE, Neighbours};
+
+/// An operator with dense blocks, row-major: own cell, and the cells across the three local faces where it sees them.
+#[derive(Debug, Clone)]
+pub struct Rows {
+    /// Rows and columns of a block.
+    pub size: (usize, usize),
+    pub neighbours: Neighbours,
+    pub own: Vec<f64>,
+    /// By cell and local face; empty where a cell only sees itself.
+    pub off: Vec<f64>,
+}
+
+impl Rows {
+    /// The zero operator; `wide` where cells see their neighbours.
+    pub fn zero(neighbours: &Neighbours, size: (usize, usize), wide: bool) -> Self {
+        let count = neighbours.len() * size.0 * size.1;
+        let off = if wide { vec![0.0; 3 * count] } else { Vec::new() };
+        Self { size, neighbours: neighbours.clone(), own: vec![0.0; count], off }
+    }
+
+    /// The block of a cell with itself.
+    pub fn own_of(&self, cell: usize) -> &[f64] {
+        let size = self.size.0 * self.size.1;
+        &self.own[cell * size..(cell + 1) * size]
+    }
+
+    /// The blocks of a cell with its neighbours, and who they are, by local face.
+    pub fn off_of(&self, cell: usize) -> impl Iterator<Item = (usize, &[f64])> {
+        let size = self.size.0 * self.size.1;
+        let blocks = self.off.get(3 * cell * size..3 * (cell + 1) * size).unwrap_or(&[]).chunks_exact(size);
+        self.neighbours[cell].into_iter().zip(blocks).filter(|(other, _)| *other != NONE)
+    }
+
+    /// `y += A x`, both cell by cell.
+    pub fn times_add(&self, x: &[f64], y: &mut [f64]) {
+        let (rows, columns) = self.size;
+        y.par_chunks_mut(rows).enumerate().for_each(|(cell, y)| {
+            add_product(self.own_of(cell), &x[cell * columns..(cell + 1) * columns], y);
+            for (other, block) in self.off_of(cell) {
+                add_product(block, &x[other * columns..(other + 1) * columns], y);
+            }
+        });
+    }
+}
+
+/// `y += A x`, A row-major.
+pub fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
+    for (row, y) in a.chunks_exact(x.len()).zip(y) {
+        *y += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    }
+}
