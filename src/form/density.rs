@@ -51,4 +51,17 @@ impl Density<'_> {
             }
         }
     }
+
+    /// `∂η/∂ρ∓ = 2ρ±²/(ρ− + ρ+)²`, 0 where both vanish; 1 and 0 on the boundary.
+    pub fn harmonic_slopes(&self, s: &FacePoint) -> [f64; 2] {
+        let Some(plus) = &s.plus else { return [1.0, 0.0] };
+        match self {
+            Density::One => [0.5; 2],
+            Density::Of(rho) => {
+                let (inner, outer) = (rho.scalar(&s.minus), rho.scalar(plus));
+                let sum = inner + outer;
+                if sum == 0.0 { [0.0; 2] } else { [outer, inner].map(|other| 2.0 * (other / sum).powi(2)) }
+            }
+        }
+    }
 }

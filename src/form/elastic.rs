@@ -2,9 +2,11 @@
 
 use nalgebra::Matrix2;
 
+use super::compression::Compression;
 use super::density::Density;
 use super::integrate::{FacePoint, Faces, Integrator};
-use super::words::{Vector, penalty_constant};
+use super::swip::jump_and_slope;
+use super::words::{Scalar, Vector, penalty_constant};
 use super::{Bilinear, Linear, mass};
 use crate::mesh::Point;
 use crate::space::{Field, Space};
@@ -26,6 +28,15 @@ pub fn ericksen_tangent<'a>(velocity: &Space, p: &'a Field, rho: Density<'a>) ->
     })
 }
 
+/// Derivative of [`ericksen`] along ρ: `∫ δρ(∇_hpᵀ·∇_hp) : D(w)`, trial δρ, test w   [7.34]
+pub fn ericksen_by_density<'a>(velocity: &Space, p: &'a Field, density: &Space) -> Bilinear<'a, Scalar, Vector> {
+    Bilinear::cells(velocity.degree - 1 + 2 * (p.space.degree - 1) + density.degree, move |x| {
+        let g = p.vector_gradient(&x.site);
+        let product = g.transpose() * g;
+        move |change: Scalar, w: Vector| change.value * product.dot(&w.sym())
+    })
+}
+
 /// Derivative of [`double_well`] along p: `∫ q·{[ρ|p|² − (ρ − ρ_min)] I + 2ρ p⊗p}·φ`, trial φ, test q   [7.10]
 pub fn double_well_tangent<'a>(
     space: &Space,
@@ -44,6 +55,14 @@ pub fn double_well<'a>(space: &Space, p: &'a Field, rho: Density<'a>, critical: 
     mass::load(space, 3 * p.space.degree + rho.degree(), move |x| {
         let (p, rho) = (p.vector(&x.site), rho.at(&x.site));
         p * (rho * p.norm_squared() - (rho - critical))
+    })
+}
+
+/// Derivative of [`double_well`] along ρ: `∫ δρ (|p|²−1) p·q`, trial δρ, test q   [7.34]
+pub fn double_well_by_density<'a>(p: &'a Field, density: &Space) -> Bilinear<'a, Scalar, Vector> {
+    mass::load_by_density(&p.space, density, 3 * p.space.degree, |x| {
+        let p = p.vector(&x.site);
+        p * (p.norm_squared() - 1.0)
     })
 }
 
@@ -72,4 +91,45 @@ pub fn energy_over_b(
         0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump)
     });
     well + kappa * kappa * (slope + face)
+}
+
+/// The free energy of the compressible sheet   [5.39]
+///
+/// `F_h = ∫ [e(ρ) + Bρ¼(|p|²−1)² + ½Bρ_min|p|² + ½κ²Bρ|∇_hp|²] + κ²B Σ_Si∪SD ∫ η (½Cϖ|[p]|² − {∂_np}·[p])`,
+/// `e(ρ)` that of [`Compression::potential`], with `[p] = p − g` on Dirichlet faces for data `g` of degree `degree`.
+///
+/// Its derivative along q is `B∫[ρ|p|² − (ρ−ρ_min)] p·q + κ²B [a_swip(p,q;ρ) − l_swip(q;ρ)]` to rounding: every term has the
+/// quadrature of its form, that of `l_swip` for what the data multiply.
+pub fn energy_of(
+    loops: &Integrator,
+    (rho, p): (&Field, &Field),
+    compression: &Compression,
+    kappa: f64,
+    dirichlet: Faces,
+    degree: usize,
+    data: impl Fn(&FacePoint) -> Point + Sync,
+) -> f64 {
+    let (q, r, b) = (p.space.degree, rho.space.degree, compression.elasticity);
+    let crowding = match compression.penalty {
+        0.0 => 0.0,
+        _ => loops.sum(compression.power_degree(r, 0), |x| compression.potential(rho.scalar(&x.site))),
+    };
+    if b == 0.0 {
+        return crowding;
+    }
+    let well = loops.sum(4 * q + r, |x| {
+        let p2 = p.vector(&x.site).norm_squared();
+        0.25 * rho.scalar(&x.site) * (p2 - 1.0).powi(2) + 0.5 * compression.critical * p2
+    });
+    let slope = loops.sum(2 * (q - 1) + r, |x| 0.5 * rho.scalar(&x.site) * p.vector_gradient(&x.site).norm_squared());
+    let c = penalty_constant(q);
+    let face = loops.sum_faces(Faces::INTERIOR | dirichlet, 2 * q + r, |s| {
+        let (jump, slope) = jump_and_slope(p, s);
+        Density::Of(rho).harmonic(s) * (0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump))
+    });
+    let imposed = loops.sum_faces(dirichlet, q + r + degree, |s| {
+        let (g, (value, slope)) = (data(s), jump_and_slope(p, s));
+        rho.scalar(&s.minus) * (c * s.varpi * (0.5 * g - value) + slope).dot(&g)
+    });
+    crowding + b * (well + kappa * kappa * (slope + face + imposed))
 }

@@ -55,6 +55,19 @@ pub fn load<'a>(space: &Space, degree: usize, f: impl Fn(&CellPoint) -> Point + 
     })
 }
 
+/// `∫ δρ r·q` for a vector `r` of degree `degree`, trial δρ, test q: how a load depends on a density in it   [7.34]
+pub fn load_by_density<'a>(
+    test: &Space,
+    density: &Space,
+    degree: usize,
+    r: impl Fn(&CellPoint) -> Point + Sync + 'a,
+) -> Bilinear<'a, Scalar, Vector> {
+    Bilinear::cells(test.degree + density.degree + degree, move |x| {
+        let r = r(x);
+        move |change: Scalar, q: Vector| change.value * r.dot(&q.value)
+    })
+}
+
 /// `(f|χ) = ∫ fχ` for a scalar `f` of degree `degree`.
 pub fn scalar_load<'a>(space: &Space, degree: usize, f: impl Fn(&CellPoint) -> f64 + Sync + 'a) -> Linear<'a, Scalar> {
     Linear::cells(space.degree + degree, move |x| {

@@ -4,6 +4,7 @@
 //! `phi` (trial) and `chi` (test) at one point, and the loops of [`integrate`] turn it into matrices and vectors.
 
 pub mod bilinear;
+pub mod compression;
 pub mod density;
 pub mod elastic;
 pub mod gradient;
@@ -15,6 +16,7 @@ pub mod polarity;
 pub mod power;
 pub mod stokes;
 pub mod swip;
+pub mod transport;
 pub mod upwind;
 pub mod words;
 mod worker;

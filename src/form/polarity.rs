@@ -1,7 +1,7 @@
 //! How the flow turns and stretches the polarity, and how the polarity's molecular field pushes back.
 
 use super::density::Density;
-use super::words::{Vector, skw, sym};
+use super::words::{Scalar, Vector, skw, sym};
 use super::{Bilinear, Linear};
 use crate::space::{Field, Space};
 
@@ -57,6 +57,27 @@ pub fn turning_by_flow<'a>(velocity: &Space, p: &'a Field, a: f64, rho: Density<
     Bilinear::cells(2 * p.space.degree + velocity.degree - 1 + rho.degree(), move |x| {
         let p = p.vector(&x.site) * rho.at(&x.site);
         move |w: Vector, q: Vector| q.value.dot(&((w.skw() + w.sym() * a) * p))
+    })
+}
+
+/// Derivative of [`turning`] along ρ: `∫ δρ q·[W(v) + a D(v)]·p`, trial δρ, test q   [7.34]
+pub fn turning_by_density<'a>(p: &'a Field, flow: &'a Field, a: f64, density: &Space) -> Bilinear<'a, Scalar, Vector> {
+    Bilinear::cells(2 * p.space.degree + flow.space.degree - 1 + density.degree, move |x| {
+        let g = flow.vector_gradient(&x.site);
+        let turned = (skw(&g) + sym(&g) * a) * p.vector(&x.site);
+        move |change: Scalar, q: Vector| change.value * turned.dot(&q.value)
+    })
+}
+
+/// `δ(δρ p,p,w) = ∫ δρ p·D(w)·p`, trial δρ, test w: how the active stress depends on the density   [7.34]
+pub fn stretching_force_by_density<'a>(
+    velocity: &Space,
+    p: &'a Field,
+    density: &Space,
+) -> Bilinear<'a, Scalar, Vector> {
+    Bilinear::cells(velocity.degree - 1 + 2 * p.space.degree + density.degree, move |x| {
+        let p = p.vector(&x.site);
+        move |change: Scalar, w: Vector| change.value * p.dot(&(w.sym() * p))
     })
 }
 

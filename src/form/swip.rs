@@ -5,7 +5,7 @@ use super::integrate::{FacePoint, Faces};
 use super::words::{Scalar, Trace, Vector, penalty_constant};
 use super::{Bilinear, Linear};
 use crate::mesh::Point;
-use crate::space::Space;
+use crate::space::{Field, Space};
 
 /// `a_swip(φ,χ;ρ) = ∫ ρ∇_hφ·∇_hχ + Σ ∫ C ϖ η [φ][χ] − Σ ∫ η ({∂_nφ}[χ] + [φ]{∂_nχ})`, faces interior and Dirichlet   [6.24]
 ///
@@ -38,4 +38,47 @@ pub fn l_swip<'a>(
         let (g, n, penalty) = (g(s) * rho.mean(s), s.n, c * s.varpi);
         move |q: Trace<Vector>| penalty * g.dot(&q.minus.value) - g.dot(&(q.minus.grad * n))
     })
+}
+
+/// Derivative of `a_swip(p,q;ρ) − l_swip(q;ρ)` along ρ, trial δρ, test q:
+///
+/// `∫ δρ ∇_hp:∇_hq + Σ ∫ δη {Cϖ [p]·[q] − {∂_np}·[q] − [p]·{∂_nq}} − Σ_SD ∫ δρ (Cϖ g·q − g·∂_nq)`,
+/// `δη = 2(ρ+² δρ− + ρ−² δρ+)/(ρ− + ρ+)²`, and `δη = δρ` on Dirichlet faces   [7.34]
+pub fn by_density<'a>(
+    p: &'a Field,
+    rho: &'a Field,
+    dirichlet: Faces,
+    degree: usize,
+    g: impl Fn(&FacePoint) -> Point + Sync + 'a,
+) -> Bilinear<'a, Scalar, Vector> {
+    let (q, r) = (p.space.degree, rho.space.degree);
+    let c = penalty_constant(q);
+    Bilinear::cells(2 * (q - 1) + r, move |x| {
+        let gradient = p.vector_gradient(&x.site);
+        move |change: Scalar, q: Vector| change.value * gradient.dot(&q.grad)
+    })
+    .faces(Faces::INTERIOR | dirichlet, 2 * q + r, move |s| {
+        let (n, [inner, outer]) = (s.n, Density::Of(rho).harmonic_slopes(s));
+        let (jump, slope) = jump_and_slope(p, s);
+        let pull = jump * (c * s.varpi) - slope;
+        move |change: Trace<Scalar>, q: Trace<Vector>| {
+            let change = inner * change.minus.value + outer * change.plus.value;
+            change * (pull.dot(&q.jump()) - jump.dot(&q.mean_dn(n)))
+        }
+    })
+    .faces(dirichlet, q + r + degree, move |s| {
+        let (g, n, penalty) = (g(s), s.n, c * s.varpi);
+        move |change: Trace<Scalar>, q: Trace<Vector>| {
+            change.minus.value * (g.dot(&(q.minus.grad * n)) - penalty * g.dot(&q.minus.value))
+        }
+    })
+}
+
+/// `[p]` and `{∂_np}`; the inner traces on the boundary.
+pub(super) fn jump_and_slope(p: &Field, s: &FacePoint) -> (Point, Point) {
+    let (value, slope) = (p.vector(&s.minus), p.vector_gradient(&s.minus) * s.n);
+    match &s.plus {
+        Some(plus) => (value - p.vector(plus), (slope + p.vector_gradient(plus) * s.n) * 0.5),
+        None => (value, slope),
+    }
 }

@@ -46,6 +46,11 @@ impl Carrier<'_> {
     pub fn entering(&self, s: &FacePoint) -> f64 {
         if self.side(s) < 0.0 { -self.flux(s) } else { 0.0 }
     }
+
+    /// `ρ(v·n)⊕` on the boundary.
+    pub fn leaving(&self, s: &FacePoint) -> f64 {
+        if self.side(s) > 0.0 { self.flux(s) } else { 0.0 }
+    }
 }
 
 /// `a_upw(φ,χ;v) = ∫ (v·∇_hφ)χ + ∫_Γ (v·n)⊖ φχ + Σ ∫ {½|v·n|[χ] − (v·n){χ}}[φ]`, Γ = `inflow`   [6.13]
@@ -138,6 +143,36 @@ pub fn advection_by_flow<'a>(
         let enters = if carrier.side(s) < 0.0 { rho.mean(s) } else { 0.0 };
         let (defect, n) = ((p.vector(&s.minus) - g(s)) * enters, s.n);
         move |w: Trace<Vector>, q: Trace<Vector>| -w.minus.value.dot(&n) * defect.dot(&q.minus.value)
+    })
+}
+
+/// Derivative of [`advection`] along the density, trial δρ in the space `density`, test q:
+///
+/// `∫ δρ (v·∇_hp)·q + Σ_Si ∫ {δρ}{½|v·n|[q] − (v·n){q}}·[p] + ∫_Γ δρ (v·n)⊖ (p−g)·q`   [7.34]
+///
+/// The advection is linear in ρ, so the carrier's own density does not matter.
+pub fn advection_by_density<'a>(
+    p: &'a Field,
+    carrier: impl Into<Carrier<'a>>,
+    density: &Space,
+    inflow: Faces,
+    g: impl Fn(&FacePoint) -> Point + Sync + 'a,
+) -> Bilinear<'a, Scalar, Vector> {
+    let carrier = Carrier { density: Density::One, ..carrier.into() };
+    let flow = carrier.flow;
+    let (q, k) = (p.space.degree, carrier.degree() + density.degree);
+    Bilinear::cells(2 * q - 1 + k, move |x| {
+        let carried = p.vector_gradient(&x.site) * flow.vector(&x.site);
+        move |change: Scalar, q: Vector| change.value * carried.dot(&q.value)
+    })
+    .faces(Faces::INTERIOR, 2 * q + k, move |s| {
+        let (vn, jump) = (carrier.flux(s), jump_of(p, s));
+        let upstream = 0.5 * carrier.side(s) * vn;
+        move |change: Trace<Scalar>, q: Trace<Vector>| change.mean() * (upstream * q.jump() - vn * q.mean()).dot(&jump)
+    })
+    .faces(inflow, 2 * q + k, move |s| {
+        let entering = (p.vector(&s.minus) - g(s)) * carrier.entering(s);
+        move |change: Trace<Scalar>, q: Trace<Vector>| change.minus.value * entering.dot(&q.minus.value)
     })
 }
 

@@ -121,6 +121,24 @@ impl Trace<Scalar> {
     }
 }
 
+impl Trace<Vector> {
+    /// `[φ]`.
+    pub fn jump(&self) -> Point {
+        if self.boundary { self.minus.value } else { self.minus.value - self.plus.value }
+    }
+
+    /// `{φ}`.
+    pub fn mean(&self) -> Point {
+        if self.boundary { self.minus.value } else { (self.minus.value + self.plus.value) * 0.5 }
+    }
+
+    /// `{∂_n φ}`.
+    pub fn mean_dn(&self, n: Point) -> Point {
+        let inner = self.minus.grad * n;
+        if self.boundary { inner } else { (inner + self.plus.grad * n) * 0.5 }
+    }
+}
+
 /// `x⊖ = ½(|x| − x)`.
 pub fn negative(x: f64) -> f64 {
     (-x).max(0.0)
