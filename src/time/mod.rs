@@ -1,5 +1,7 @@
-//! Time stepping: BDF weights, the coupling within a step, step control, and schedules that steps land on.
+//! Time stepping: BDF weights, the A-BDF of the density, the coupling within a step, step control, and schedules that
+//! steps land on.
 
+pub mod abdf;
 pub mod bdf;
 pub mod control;
 pub mod coupling;

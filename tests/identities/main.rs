@@ -1,5 +1,6 @@
 //! Identities that hold to rounding on any mesh; the modules mirror `src/`.
 
+mod abdf;
 mod common;
 mod element;
 mod energy;
