@@ -1,0 +1,289 @@
+//! The compressible sheet in a time step: its residual, its derivative, and its equations solved in turn [8.36–8.38].
+
+use std::sync::Arc;
+
+use super::Phases;
+use super::coupling::StepFailure;
+use super::equations::{Equations, Trial};
+use super::incompressible::LINEAR_REDUCTION;
+use super::sheet::{Kind, Passes, Settled, Sheet, Tangent, Weights};
+use crate::form::Integrator;
+use crate::model::compressible::{self, Compressible, Squeezed};
+use crate::model::expression::ExpressionError;
+use crate::model::incompressible::Inputs;
+use crate::model::lagged::{Elements, Layout, Structure};
+use crate::model::momentum::MomentumError;
+use crate::model::polarity::Polarity;
+use crate::model::{Conditions, Parameters, Residuals, Sources, State};
+use crate::solve::blocks::Incomplete;
+use crate::solve::sparse::Matrix;
+use crate::solve::{SolveError, axpy, dot, root};
+use crate::space::{Field, Space};
+
+impl Sheet for Compressible {
+    fn kind(&self) -> Kind<'_> {
+        Kind::Compressible(self)
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    fn conditions(&self) -> &[Conditions] {
+        &self.conditions
+    }
+
+    fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
+    fn loops(&self) -> &Integrator {
+        &self.loops
+    }
+
+    fn area(&self) -> f64 {
+        self.area
+    }
+
+    fn velocity(&self) -> &Arc<Space> {
+        &self.velocity
+    }
+
+    fn volume(&self) -> &Arc<Space> {
+        &self.density.space
+    }
+
+    fn polarity(&self) -> &Polarity {
+        &self.polarity
+    }
+
+    fn velocity_mass(&self) -> &Matrix {
+        &self.velocity_mass
+    }
+
+    fn flow_unknowns(&self) -> usize {
+        self.frames.free
+    }
+
+    fn layout(&self) -> Layout<'_> {
+        Compressible::layout(self)
+    }
+
+    fn carried_len(&self) -> usize {
+        self.density.space.dof_count() + self.polarity.space.dof_count()
+    }
+
+    fn carried(&self, state: &State) -> Vec<f64> {
+        self.joined(&state.volume().values, &state.p.values)
+    }
+
+    fn mass_times(&self, y: &[f64]) -> Vec<f64> {
+        let (rho, p) = y.split_at(self.density.space.dof_count());
+        self.joined(&self.density.mass_times(rho), &self.polarity.mass_times(p))
+    }
+
+    fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
+        let (rho, p) = f.split_at(self.density.space.dof_count());
+        self.joined(&self.density.mass_solve(rho), &self.polarity.mass_solve(p))
+    }
+
+    fn inertia_times(&self, state: &State, y: &[f64]) -> Vec<f64> {
+        let (rho, p) = self.split(y);
+        self.joined(&self.density.mass_times(&rho.values), &self.inertia(state.volume(), &p))
+    }
+
+    fn without_conserved(&self, y: &mut [f64]) {
+        if self.is_closed() {
+            self.density.without_mean(&mut y[..self.density.space.dof_count()]);
+        }
+    }
+
+    fn conserves(&self) -> bool {
+        self.is_closed()
+    }
+
+    fn state_of(&self, y: &[f64], t: f64) -> Result<State, StepFailure> {
+        Ok(Compressible::state_of(self, y, t)?)
+    }
+
+    fn with_carried(&self, state: &State, y: &[f64]) -> Option<State> {
+        let (u, p) = self.split(y);
+        let limited = self.density.limiter.limit(&u).ok()?;
+        Some(State::compressible(state.v.clone(), limited.rho, p))
+    }
+
+    fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError> {
+        Compressible::inputs(self, t)
+    }
+
+    fn evaluate(&self, equations: &Equations, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
+        let inputs = &equations.inputs;
+        let (u, p) = self.split(&y);
+        let limited = phases.measure("limiter", || self.density.limiter.limit(&u))?;
+        let rho = &limited.rho;
+        let well = phases.measure("residual", || self.molecular_functional(rho, &p, inputs.t));
+        let molecular = self.molecular(&well);
+        let force = phases.measure("force", || self.force(rho, &p, molecular.as_ref(), inputs));
+        let viscous = phases.measure("momentum factors", || compressible::Viscous::new(self, rho))?;
+        let v = phases.measure("momentum", || viscous.solve(self, &force, &inputs.prescribed))?;
+        let v = Field::new(&self.velocity, v);
+        let residual = phases.measure("residual", || {
+            let (mut r_rho, r) = self.rates(equations, &u, &p);
+            axpy(1.0, &self.transport(&u, &v, inputs), &mut r_rho);
+            let mut r_p = self.inertia(rho, &r);
+            axpy(1.0, &self.polarity_residual(rho, &p, &v, &well, inputs), &mut r_p);
+            self.joined(&r_rho, &r_p)
+        });
+        let state = State::compressible(v, rho.clone(), p);
+        let trial = equations.trial(y, state, residual)?;
+        Ok(Trial { squeezed: Some(Arc::new(Squeezed { u, limited, viscous, molecular })), ..trial })
+    }
+
+    fn tangent<'t>(&'t self, equations: &'t Equations, at: &'t Trial, weights: Weights) -> Box<dyn Tangent + 't> {
+        let squeezed = at.squeezed.as_ref().expect("its own evaluation made the trial");
+        let (_, rate) = self.rates(equations, &squeezed.u, &at.state.p);
+        let w = [weights.density, weights.polarity];
+        Box::new(compressible::Tangent::new(self, squeezed, &at.state, &rate, w, &equations.inputs))
+    }
+
+    fn passes<'e>(&'e self, equations: &'e Equations) -> Result<Box<dyn Passes + 'e>, StepFailure> {
+        Ok(Box::new(InTurn { model: self, equations, factors: None }))
+    }
+
+    fn settle(&self, equations: &Equations, state: State, phases: &mut Phases) -> Result<Settled, StepFailure> {
+        let mut rho = state.volume().values.clone();
+        phases.measure("density solve", || self.transported(equations, &state.v, &mut rho))?;
+        let limited = self.density.limiter.limit(&Field::new(&self.density.space, rho))?;
+        Ok(Settled { state: State::compressible(state.v, limited.rho, state.p), limited: limited.cells })
+    }
+
+    fn density_rate(&self, state: &State, t: f64) -> Result<Vec<f64>, ExpressionError> {
+        let transport = self.transport(state.volume(), &state.v, &Compressible::inputs(self, t)?);
+        Ok(self.density.mass_solve(&transport).into_iter().map(|r| -r).collect())
+    }
+
+    fn stiffness(&self, state: &State) -> f64 {
+        Compressible::stiffness(self, state)
+    }
+
+    fn gain(&self, state: &State, inputs: &Inputs) -> f64 {
+        Compressible::gain(self, state, inputs)
+    }
+
+    fn increment(&self, from: &State, to: &State) -> f64 {
+        let minus = |a: &Field, b: &Field| -> Vec<f64> { a.values.iter().zip(&b.values).map(|(a, b)| a - b).collect() };
+        let dv = self.velocity_mass.quadratic(&minus(&to.v, &from.v));
+        let drho = minus(to.volume(), from.volume());
+        let dp = minus(&to.p, &from.p);
+        root(dv + dot(&drho, &self.density.mass_times(&drho)) + dot(&dp, &self.polarity.mass_times(&dp)))
+    }
+
+    fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
+        Compressible::residuals(self, state, t)
+    }
+
+    fn free_energy(&self, state: &State, t: f64) -> f64 {
+        Compressible::free_energy(self, state, t)
+    }
+
+    fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64 {
+        Compressible::energy_rate(self, state, rate_of_p, t)
+    }
+
+    fn check_formulas(&self, t: f64) -> Result<(), ExpressionError> {
+        Compressible::check_formulas(self, t)
+    }
+
+    fn changed(
+        &self,
+        parameters: &Parameters,
+        conditions: &[Conditions],
+        sources: &Sources,
+    ) -> Result<Box<dyn Sheet>, MomentumError> {
+        Ok(Box::new(Compressible::changed(self, parameters, conditions, sources)?))
+    }
+
+    fn structure(&self) -> Result<&Structure, SolveError> {
+        Compressible::structure(self)
+    }
+
+    fn know_structure(&self, structure: Structure) {
+        Compressible::know_structure(self, structure);
+    }
+
+    fn pressure(&self, state: &State) -> Result<Field, SolveError> {
+        Ok(Compressible::pressure(self, state))
+    }
+}
+
+impl Compressible {
+    /// `(w_ρ u + h_ρ|z)` as a functional, and `w_p p + h_p`.
+    fn rates(&self, equations: &Equations, u: &Field, p: &Field) -> (Vec<f64>, Field) {
+        let (mut rho, mut r) = self.split(&equations.history);
+        axpy(equations.weights.density, &u.values, &mut rho.values);
+        axpy(equations.weights.polarity, &p.values, &mut r.values);
+        (self.density.mass_times(&rho.values), r)
+    }
+
+    /// The density that a flow leads to, to rounding.
+    fn transported(&self, equations: &Equations, v: &Field, rho: &mut [f64]) -> Result<usize, SolveError> {
+        let operator = self.density.operator(&self.loops, equations.weights.density, v);
+        let (history, _) = self.split(&equations.history);
+        let mut right: Vec<f64> = self.density.mass_times(&history.values).iter().map(|h| -h).collect();
+        // what enters does not depend on the density
+        let none = Field::zero(&self.density.space);
+        axpy(-1.0, &self.transport(&none, v, &equations.inputs), &mut right);
+        self.density.solve(&operator, &right, rho)
+    }
+}
+
+impl Tangent for compressible::Tangent<'_> {
+    fn times(&self, y: &[f64], out: &mut [f64]) -> Result<(), MomentumError> {
+        compressible::Tangent::times(self, y, out)
+    }
+
+    fn elements(&self) -> Box<dyn Elements + '_> {
+        Box::new(self)
+    }
+
+    fn factors_are_exact(&self) -> bool {
+        true
+    }
+}
+
+/// `L_h` and the velocity from the last density and polarity; the density by that velocity, limited; then the polarity, with `|p|²`
+/// and the `−ρp` term from the last iterate   [8.36], [8.37], [8.38]
+struct InTurn<'e> {
+    model: &'e Compressible,
+    equations: &'e Equations<'e>,
+    factors: Option<Incomplete>,
+}
+
+impl Passes for InTurn<'_> {
+    fn image(&mut self, state: &State, phases: &mut Phases) -> Result<(State, usize), StepFailure> {
+        let (model, equations) = (self.model, self.equations);
+        let inputs = &equations.inputs;
+        let last = &state.p;
+        let force = phases.measure("force", || {
+            let well = model.molecular_functional(state.volume(), last, inputs.t);
+            model.force(state.volume(), last, model.molecular(&well).as_ref(), inputs)
+        });
+        let viscous = phases.measure("momentum factors", || compressible::Viscous::new(model, state.volume()))?;
+        let v = phases.measure("momentum", || viscous.solve(model, &force, &inputs.prescribed))?;
+        let v = Field::new(&model.velocity, v);
+        let mut rho = state.volume().values.clone();
+        let steps = phases.measure("density solve", || model.transported(equations, &v, &mut rho))?;
+        let rho = model.density.limiter.limit(&Field::new(&model.density.space, rho))?.rho;
+        let (operator, right) = phases.measure("polarity assembly", || model.relaxed(equations, &rho, &v, last));
+        // factors of the first iterate serve the whole step: later ones differ little
+        if self.factors.is_none() {
+            self.factors = Some(phases.measure("polarity factors", || model.polarity.precondition(&operator))?);
+        }
+        let factors = self.factors.as_ref().expect("just made");
+        let mut p = last.values.clone();
+        let iterations = phases.measure("polarity solve", || {
+            model.polarity.solve(&operator, factors, &right, &mut p, LINEAR_REDUCTION)
+        })?;
+        Ok((State::compressible(v, rho, Field::new(&model.polarity.space, p)), steps + iterations))
+    }
+}
