@@ -100,7 +100,7 @@ pub fn errors(model: &Incompressible, exact: &Exact, state: &State, t: f64) -> E
             state.p.vector(&x.site) - values.polarity,
             laplacian.vector(&x.site) - values.polarity_laplacian,
         ];
-        (vectors, state.pi.scalar(&x.site) - shift - values.pressure)
+        (vectors, state.pi.scalar(&x.site) - shift - values.volume)
     };
     let mean = if closed { model.loops.sum(degree, |x| at(x).1) / model.area } else { 0.0 };
     let parts: Vec<Errors> = (0..model.loops.mesh.cells.len())
