@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..MeshScene::default()
     };
     let mesh = Arc::new(ring.build()?);
-    let slip = Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann };
+    let slip = Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann, density: None };
     let model = Incompressible::new(
         &mesh,
         &Description {
@@ -34,6 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 elasticity: 1.0,
                 slip: 1.0,
                 elastic_force: ElasticForce::Stress,
+                density: None,
             },
             degrees: Degrees { velocity: 2, pressure: 1, polarity: 3 },
             conditions: vec![slip; mesh.tags.len()],

@@ -95,7 +95,11 @@ fn keys_that_are_missing() {
 
 #[test]
 fn models_and_conditions_that_do_not_exist() {
-    wrong("\"incompressible\"", "\"compressible\"", &["`model.kind`", "not built yet", "`incompressible`"]);
+    wrong(
+        "\"incompressible\"",
+        "\"incompresible\"",
+        &["`model.kind`", "no such model (did you mean `incompressible`?)"],
+    );
     wrong("\"incompressible\"", "\"elastic\"", &["`model.kind` = \"elastic\"", "no such model"]);
     let choices = ["`boundary.walls.velocity` = \"slipp\"", "did you mean `slip`?", "\"no-tangential\""];
     let (text, line) = changed("[boundary.walls]\nvelocity = \"slip\"", "[boundary.walls]\nvelocity = \"slipp\"");
@@ -245,7 +249,7 @@ fn what_needs_exact_fields() {
 
 #[test]
 fn exact_fields_that_cannot_be_read() {
-    let table = ["`exact.presure`", "did you mean `pressure`?", "velocity, pressure, polarity, boundary"];
+    let table = ["`exact.presure`", "did you mean `pressure`?", "velocity, pressure, density, polarity, boundary"];
     wrong_square("pressure = ", "presure = ", &table);
     let (head, tail) = SQUARE.split_once("pressure = ").unwrap();
     let without = format!("{head}{}", tail.split_once('\n').unwrap().1);

@@ -137,7 +137,7 @@ fn incompressible(model: &Incompressible, exact: &Exact, state: &State, t: f64) 
             state.p.vector(&x.site) - values.polarity,
             laplacian.vector(&x.site) - values.polarity_laplacian,
         ];
-        (vectors, state.pressure().scalar(&x.site) - shift - values.pressure)
+        (vectors, state.pressure().scalar(&x.site) - shift - values.volume)
     };
     let mean = if closed { model.loops.sum(degree, |x| at(x).1) / model.area } else { 0.0 };
     gather(&model.loops, degree, ErrorField::INCOMPRESSIBLE, |x| {

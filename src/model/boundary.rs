@@ -1,13 +1,14 @@
-//! Conditions on a boundary tag [5.45]: one for the velocity, one for the polarity.
+//! Conditions on a boundary tag [5.45]: one for the velocity, one for the polarity, and the density of what flows in.
 
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser::SerializeMap};
 
-use super::ModelError;
-use super::expression::{Expression, VectorFormula, parse_vector};
+use super::expression::{Expression, Formula, VectorFormula, parse_vector};
 use super::manufactured::Exact;
-use super::names;
+use super::parameters::ModelKind;
+use super::{ModelError, names};
+use crate::mesh::Point;
 
 /// What holds for the velocity on a tag.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,16 +42,23 @@ pub enum PolarityCondition {
     Neumann,
 }
 
-/// Both conditions of a tag.
+/// The conditions of a tag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conditions {
     pub velocity: VelocityCondition,
     pub polarity: PolarityCondition,
+    /// `ρ_in`, the density of what flows in; `None` on slip and in the incompressible sheet.
+    pub density: Option<Expression>,
 }
 
 impl Conditions {
-    /// Which of the two conditions have formulas of `t`.
-    pub fn depend_on_time(&self) -> [(&'static str, bool); 2] {
+    /// `ρ_in(x, t)`; 0 where nothing flows in.
+    pub fn inflow(&self, x: Point, t: f64) -> f64 {
+        self.density.as_ref().map_or(0.0, |density| density.eval(x, t))
+    }
+
+    /// Which of the conditions have formulas of `t`.
+    pub fn depend_on_time(&self) -> [(&'static str, bool); 3] {
         let moving = |pair: &[Expression; 2]| pair.iter().any(Expression::depends_on_time);
         let velocity = match &self.velocity {
             VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => moving(pair),
@@ -60,7 +68,8 @@ impl Conditions {
             PolarityCondition::Dirichlet(pair) => moving(pair),
             PolarityCondition::Neumann => false,
         };
-        [("velocity", velocity), ("polarity", polarity)]
+        let density = self.density.as_ref().is_some_and(Expression::depends_on_time);
+        [("velocity", velocity), ("polarity", polarity), ("density", density)]
     }
 }
 
@@ -72,6 +81,9 @@ pub struct BoundaryScene {
     pub velocity: NamedCondition,
     /// `"neumann"` or `{ dirichlet = [p_1, p_2] }`.
     pub polarity: NamedCondition,
+    /// `ρ_in`, a formula; compressible only, and needed where tissue may flow in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<Formula>,
 }
 
 const VELOCITY: [&str; 4] = ["slip", "no-tangential", "traction", "dirichlet"];
@@ -81,15 +93,29 @@ const POLARITY: [&str; 2] = ["neumann", "dirichlet"];
 const POLARITY_HINT: &str = "the choices are \"neumann\", { dirichlet = [p_1, p_2] }";
 
 impl BoundaryScene {
-    /// The conditions, with `parameters` bound in the formulas. A `dirichlet` without values takes those of the exact fields.
+    /// The conditions, with `parameters` bound in the formulas. A `dirichlet` without values takes those of the exact fields,
+    /// and so does a compressible sheet without `density`.
     ///
     /// # Errors
     /// An unknown condition, values where none belong or none where they are needed, a bad formula.
-    pub fn check(&self, parameters: &[(&str, f64)], exact: Option<&Exact>) -> Result<Conditions, ModelError> {
-        Ok(Conditions {
-            velocity: velocity_condition(&self.velocity, parameters, exact)?,
-            polarity: polarity_condition(&self.polarity, parameters, exact)?,
-        })
+    pub fn check(
+        &self,
+        kind: ModelKind,
+        parameters: &[(&str, f64)],
+        exact: Option<&Exact>,
+    ) -> Result<Conditions, ModelError> {
+        let velocity = velocity_condition(&self.velocity, parameters, exact)?;
+        let polarity = polarity_condition(&self.polarity, parameters, exact)?;
+        let density = match (kind, &self.density) {
+            (ModelKind::Incompressible, None) => None,
+            (ModelKind::Incompressible, Some(given)) => {
+                let hint = "remove it, or take kind = \"compressible\"";
+                let rule = "the density of an incompressible sheet is 1 everywhere";
+                return Err(ModelError::new("density", format!("\"{given}\""), rule, hint));
+            }
+            (ModelKind::Compressible, given) => inflow_density(&velocity, given.as_ref(), parameters, exact)?,
+        };
+        Ok(Conditions { velocity, polarity, density })
     }
 
     /// The table with every default filled in.
@@ -147,6 +173,31 @@ fn polarity_condition(
         },
         ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
         (other, _) => Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &POLARITY)))),
+    }
+}
+
+fn inflow_density(
+    velocity: &VelocityCondition,
+    given: Option<&Formula>,
+    parameters: &[(&str, f64)],
+    exact: Option<&Exact>,
+) -> Result<Option<Expression>, ModelError> {
+    match (velocity, given) {
+        (VelocityCondition::Slip, None) => Ok(None),
+        (VelocityCondition::Slip, Some(given)) => {
+            let hint = "remove it; only what flows in has a density to be given";
+            Err(ModelError::new("density", format!("\"{given}\""), "nothing passes a boundary that is \"slip\"", hint))
+        }
+        (
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential,
+            Some(given),
+        ) => Ok(Some(ModelError::parse_density("density", given, parameters)?)),
+        (VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential, None) => {
+            let from_exact = exact.and_then(|exact| exact.volume().density()).cloned();
+            let rule = "tissue may flow in here, and its density is not known";
+            let hint = "add `density = 1.0` or a formula, the density of what flows in";
+            from_exact.map(Some).ok_or_else(|| ModelError::new("density", "(missing)", rule, hint))
+        }
     }
 }
 

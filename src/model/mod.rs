@@ -1,10 +1,12 @@
 //! What is solved: parameters, formulas, boundary conditions. Knows nothing of files; [`crate::scene`] does.
 
 pub mod boundary;
+pub mod compressible;
 pub mod expression;
 pub mod frames;
 pub mod incompressible;
 pub mod lagged;
+pub mod limiter;
 pub mod manufactured;
 pub mod momentum;
 pub mod names;
@@ -14,13 +16,18 @@ pub mod sources;
 pub mod start;
 pub mod state;
 pub mod tangent;
+pub mod terms;
 
 pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
 pub use expression::{Expression, ExpressionError};
 pub use manufactured::Exact;
-pub use parameters::{ElasticForce, ModelScene, Parameters, Term};
+pub use parameters::{DensityLaw, ElasticForce, ModelKind, ModelScene, Parameters};
 pub use sources::Sources;
 pub use state::{Residuals, State, Volume};
+pub use terms::Term;
+
+use crate::mesh::Point;
+use expression::Formula;
 
 /// A rule of the model that a value breaks. `key` is relative to the table that was checked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -40,6 +47,23 @@ impl ModelError {
         hint: impl Into<String>,
     ) -> Self {
         Self { key: key.to_owned(), value: value.to_string(), rule: rule.into(), hint: hint.into() }
+    }
+
+    /// The formula of a density under `key`.
+    ///
+    /// # Errors
+    /// A bad formula; a number below zero. A formula's values are not looked at.
+    pub(crate) fn parse_density(
+        key: &str,
+        formula: &Formula,
+        parameters: &[(&str, f64)],
+    ) -> Result<Expression, ModelError> {
+        let density = formula.parse(parameters).map_err(|error| Self::of_expression(key, &error))?;
+        if density.is_constant() && density.eval(Point::zeros(), 0.0) < 0.0 {
+            let hint = "0 is no tissue, 1 the density of the reference sheet";
+            return Err(Self::new(key, format!("\"{formula}\""), "a density must not be negative", hint));
+        }
+        Ok(density)
     }
 
     /// The error of the formula under `key`, in this error's parts.

@@ -1,14 +1,14 @@
-//! Parameters of the incompressible model, and the terms that they switch on.
+//! Parameters of the model, and the terms that they switch on.
 
 use serde::{Deserialize, Serialize};
 
-use super::ModelError;
+use super::{ModelError, names};
 
 /// The table `[model]` of a scene. Everything is dimensionless.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelScene {
-    /// Which equations: `incompressible`.
+    /// Which equations: `incompressible` or `compressible`.
     pub kind: String,
     /// `C_F ≥ 0`, friction with the substrate; exactly one of `friction` and `beta`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -35,6 +35,30 @@ pub struct ModelScene {
     /// How the elastic force is discretised: `"stress"` (default) or `"energy-consistent"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic_force: Option<ElasticForce>,
+    /// `S_a'`, isotropic active stress (default 0); compressible only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub active_stress_iso: Option<f64>,
+    /// What the density does to the pressure and the polarity; compressible only, and needed there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<DensityScene>,
+}
+
+/// The table `[model.density]` of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DensityScene {
+    /// `c_0 ≥ 0`, density penalty.
+    pub penalty: f64,
+    /// `γ ≥ 0`, its exponent (default 1).
+    #[serde(default = "default_exponent")]
+    pub exponent: f64,
+    /// `ρ_min ≥ 0`, density below which the polarity vanishes (default 0).
+    #[serde(default)]
+    pub critical: f64,
+}
+
+fn default_exponent() -> f64 {
+    1.0
 }
 
 /// How the elastic force of polarity gradients is discretised.
@@ -52,11 +76,26 @@ pub enum ElasticForce {
 /// Which equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
-    /// [5.47–5.48]
+    /// `v`, `Π`, `p` with `div v = 0`   [5.47–5.48]
     Incompressible,
+    /// `v`, `ρ`, `p`; the pressure follows from the density.
+    Compressible,
 }
 
-/// Checked parameters of the incompressible model.
+/// What only a sheet of varying density has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DensityLaw {
+    /// `c_0`
+    pub penalty: f64,
+    /// `γ`
+    pub exponent: f64,
+    /// `ρ_min`
+    pub critical: f64,
+    /// `S_a'`
+    pub active_stress_iso: f64,
+}
+
+/// Checked parameters of the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
     /// `C_F`
@@ -75,35 +114,24 @@ pub struct Parameters {
     pub slip: f64,
     /// How the elastic force is discretised.
     pub elastic_force: ElasticForce,
-}
-
-/// A term of the equations, and whether a scene has it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Term {
-    /// Short name, e.g. `friction`.
-    pub name: &'static str,
-    /// As the weak form has it, e.g. `C_F (v|w)`.
-    pub formula: &'static str,
-    /// A term that is off is neither assembled nor stored.
-    pub on: bool,
-    /// Why it is on or off, e.g. `friction = 3`.
-    pub reason: String,
+    /// `c_0`, `γ`, `ρ_min` and `S_a'`; `None` in the incompressible sheet, whose density is 1.
+    pub density: Option<DensityLaw>,
 }
 
 impl ModelScene {
     /// Which equations the table asks for.
     ///
     /// # Errors
-    /// A kind that does not exist, or not yet.
+    /// A kind that does not exist.
     pub fn kind(&self) -> Result<ModelKind, ModelError> {
-        const LATER: [&str; 1] = ["compressible"];
-        let hint = "the kinds that exist are `incompressible`";
         match self.kind.as_str() {
             "incompressible" => Ok(ModelKind::Incompressible),
-            later if LATER.contains(&later) => {
-                Err(ModelError::new("kind", format!("\"{later}\""), "this model is not built yet", hint))
+            "compressible" => Ok(ModelKind::Compressible),
+            other => {
+                let rule = format!("no such model{}", names::did_you_mean(other, &["incompressible", "compressible"]));
+                let hint = "the kinds that exist are \"incompressible\" and \"compressible\"";
+                Err(ModelError::new("kind", format!("\"{other}\""), rule, hint))
             }
-            other => Err(ModelError::new("kind", format!("\"{other}\""), "no such model", hint)),
         }
     }
 
@@ -119,6 +147,7 @@ impl ModelScene {
             elasticity: Some(p.elasticity),
             slip: Some(p.slip),
             elastic_force: Some(p.elastic_force),
+            active_stress_iso: p.density.map(|law| law.active_stress_iso),
             ..self.clone()
         })
     }
@@ -126,16 +155,10 @@ impl ModelScene {
     /// The parameters, checked one by one.
     ///
     /// # Errors
-    /// A value that is not finite or out of range; neither or both of `friction` and `beta`.
+    /// A value that is not finite or out of range; neither or both of `friction` and `beta`; a key of the other kind.
     pub fn check(&self) -> Result<Parameters, ModelError> {
-        match self.kind()? {
-            ModelKind::Incompressible => {}
-        }
+        let kind = self.kind()?;
         let friction = self.check_friction()?;
-        let require = |key: &str, value: f64, holds: bool, rule: &str, hint: &str| {
-            if value.is_finite() && holds { Ok(value) } else { Err(ModelError::new(key, value, rule, hint)) }
-        };
-        let finite = |key: &str, value: f64| require(key, value, true, "must be finite", "give a plain number");
         let (pe, kappa) = (self.peclet, self.coherence);
         let elasticity = self.elasticity.unwrap_or(0.0);
         let slip = self.slip.unwrap_or(1.0);
@@ -152,6 +175,62 @@ impl ModelScene {
             elasticity: require("elasticity", elasticity, elasticity >= 0.0, "must not be negative", elastic)?,
             slip: require("slip", slip, slip.abs() <= 1.0, "must lie in [-1, 1]", objective)?,
             elastic_force: self.elastic_force.unwrap_or_default(),
+            density: match kind {
+                ModelKind::Incompressible => self.check_no_density()?,
+                ModelKind::Compressible => Some(self.check_density()?),
+            },
+        })
+    }
+
+    /// The incompressible sheet has none of the keys about its density.
+    fn check_no_density(&self) -> Result<Option<DensityLaw>, ModelError> {
+        let hint = "remove it, or take kind = \"compressible\"";
+        if self.density.is_some() {
+            let rule = "the density of an incompressible sheet is 1 everywhere";
+            return Err(ModelError::new("density", "(a table)", rule, hint));
+        }
+        self.active_stress_iso.map_or(Ok(None), |value| {
+            let rule = "in an incompressible sheet the pressure takes up an isotropic stress";
+            Err(ModelError::new("active_stress_iso", value, rule, hint))
+        })
+    }
+
+    fn check_density(&self) -> Result<DensityLaw, ModelError> {
+        let Some(DensityScene { penalty, exponent, critical }) = self.density else {
+            let hint = "add the table [model.density] with `penalty`, such as penalty = 1.0";
+            return Err(ModelError::new(
+                "density",
+                "(missing)",
+                "a compressible sheet needs its density penalty",
+                hint,
+            ));
+        };
+        if self.elastic_force == Some(ElasticForce::Energy) {
+            let rule = "this form is not available for a sheet that is squeezed";
+            let hint = "take elastic_force = \"stress\", or kind = \"incompressible\"";
+            return Err(ModelError::new("elastic_force", "\"energy-consistent\"", rule, hint));
+        }
+        let positive = |key: &str, value: f64, hint: &str| {
+            require(&format!("density.{key}"), value, value >= 0.0, "must be finite and not negative", hint)
+        };
+        let iso = self.active_stress_iso.unwrap_or(0.0);
+        Ok(DensityLaw {
+            penalty: positive(
+                "penalty",
+                penalty,
+                "c_0 makes the pressure c_0 ρ^γ; 0 lets the sheet be squeezed freely",
+            )?,
+            exponent: positive(
+                "exponent",
+                exponent,
+                "γ = 1, the default, makes the pressure proportional to the density",
+            )?,
+            critical: positive(
+                "critical",
+                critical,
+                "below ρ_min the polarity vanishes; 0 lets it live at any density",
+            )?,
+            active_stress_iso: finite("active_stress_iso", iso)?,
         })
     }
 
@@ -180,15 +259,31 @@ impl ModelScene {
     }
 }
 
+fn require(key: &str, value: f64, holds: bool, rule: &str, hint: &str) -> Result<f64, ModelError> {
+    if value.is_finite() && holds { Ok(value) } else { Err(ModelError::new(key, value, rule, hint)) }
+}
+
+fn finite(key: &str, value: f64) -> Result<f64, ModelError> {
+    require(key, value, true, "must be finite", "give a plain number")
+}
+
 impl Parameters {
+    /// Which equations these are the parameters of.
+    pub fn kind(&self) -> ModelKind {
+        match self.density {
+            None => ModelKind::Incompressible,
+            Some(_) => ModelKind::Compressible,
+        }
+    }
+
     /// `β = C_F/(1+C_F)`
     pub fn beta(&self) -> f64 {
         self.friction / (1.0 + self.friction)
     }
 
     /// Names and values that formulas may use.
-    pub fn symbols(&self) -> [(&'static str, f64); 8] {
-        [
+    pub fn symbols(&self) -> Vec<(&'static str, f64)> {
+        let mut symbols = vec![
             ("friction", self.friction),
             ("beta", self.beta()),
             ("traction", self.traction),
@@ -197,7 +292,16 @@ impl Parameters {
             ("coherence", self.coherence),
             ("elasticity", self.elasticity),
             ("slip", self.slip),
-        ]
+        ];
+        if let Some(law) = self.density {
+            symbols.extend([
+                ("density_penalty", law.penalty),
+                ("density_exponent", law.exponent),
+                ("density_critical", law.critical),
+                ("active_stress_iso", law.active_stress_iso),
+            ]);
+        }
+        symbols
     }
 
     /// Whether the molecular field `ℓ` acts on the flow; it is not computed otherwise.
@@ -205,40 +309,8 @@ impl Parameters {
         self.elasticity > 0.0
     }
 
-    /// The terms of the semi-discrete system [7.11] in their order there, on and off.
-    pub fn terms(&self) -> Vec<Term> {
-        let always = |name, formula| Term { name, formula, on: true, reason: "always on".to_owned() };
-        let by = |name, formula, key: &str, value: f64| Term {
-            name,
-            formula,
-            on: value != 0.0,
-            reason: format!("{key} = {value}"),
-        };
-        let elastic = |name, formula| by(name, formula, "elasticity", self.elasticity);
-        let stretching = if self.elasticity == 0.0 {
-            elastic("elastic stretching", "−a δ(p,L_h,w)")
-        } else {
-            by("elastic stretching", "−a δ(p,L_h,w)", "slip", self.slip)
-        };
-        vec![
-            always("viscosity", "2(D(v)|D(w))"),
-            by("friction", "C_F (v|w)", "friction", self.friction),
-            always("pressure", "b(w,Π), b(v,ξ)"),
-            by("traction", "T_a (p|w)", "traction", self.traction),
-            elastic("elastic rotation", "−ω(p,L_h,w)"),
-            stretching,
-            match self.elastic_force {
-                ElasticForce::Stress => elastic("elastic stress", "κ²B c_h(p,p,w)"),
-                ElasticForce::Energy => elastic("elastic force", "X(w), energy-consistent"),
-            },
-            by("active stress", "S_a δ(p,p,w)", "active_stress", self.active_stress),
-            elastic("molecular field", "L_h by the block-diagonal mass matrix"),
-            always("polarity rate", "Pe (∂_t p|q)"),
-            always("polarity advection", "Pe a_upw(p,q;v)"),
-            always("polarity rotation", "−Pe ω(p,q,v)"),
-            by("polarity stretching", "−Pe a δ(p,q,v)", "slip", self.slip),
-            always("polarity relaxation", "((|p|²−1)p|q)"),
-            always("polarity coherence", "κ² a_swip(p,q)"),
-        ]
+    /// Whether the free energy is more than zero: of polar elasticity or of the density.
+    pub fn has_free_energy(&self) -> bool {
+        self.elasticity > 0.0 || self.density.is_some_and(|law| law.penalty > 0.0)
     }
 }

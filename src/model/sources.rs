@@ -7,13 +7,15 @@ use super::manufactured::Exact;
 use super::parameters::Parameters;
 use crate::mesh::Point;
 
-/// Sources `f_v` and `f_p`; zero in a physical scene.
+/// Sources `f_v`, `f_ρ` and `f_p`; zero in a physical scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sources {
     /// `f_v`; without it, that of the exact fields if there are any.
     pub force: Option<[Expression; 2]>,
     /// `f_p`; without it, that of the exact fields if there are any.
     pub polarity: Option<[Expression; 2]>,
+    /// `f_ρ`; without it, that of the exact fields if they have a density.
+    pub density: Option<Expression>,
     /// Fields that solve the equations with the sources that they make.
     pub exact: Option<Arc<Exact>>,
     /// Whether the exact fields give the data of natural boundary conditions, too.
@@ -31,11 +33,22 @@ impl Sources {
         self.polarity.is_some() || self.exact.is_some()
     }
 
+    /// Whether there is an `f_ρ`.
+    pub fn has_density(&self) -> bool {
+        self.density.is_some() || self.exact.as_ref().is_some_and(|exact| exact.volume().density().is_some())
+    }
+
     /// Which keys of a scene give formulas of `t`.
-    pub fn depend_on_time(&self) -> [(&'static str, bool); 3] {
+    pub fn depend_on_time(&self) -> [(&'static str, bool); 4] {
         let given = |pair: &Option<[Expression; 2]>| pair.iter().flatten().any(Expression::depends_on_time);
         let exact = self.exact.as_ref().is_some_and(|exact| exact.depends_on_time());
-        [("source.force", given(&self.force)), ("source.polarity", given(&self.polarity)), ("exact", exact)]
+        let density = self.density.as_ref().is_some_and(Expression::depends_on_time);
+        [
+            ("source.force", given(&self.force)),
+            ("source.polarity", given(&self.polarity)),
+            ("source.density", density),
+            ("exact", exact),
+        ]
     }
 
     /// The same for use at the time `t` alone: what depends on time only is computed now.
@@ -62,14 +75,28 @@ impl Sources {
         }
     }
 
+    /// `f_ρ(x, t)`
+    pub fn density(&self, x: Point, t: f64) -> f64 {
+        match (&self.density, &self.exact) {
+            (Some(f), _) => f.eval(x, t),
+            (None, Some(exact)) => exact.density_source(x, t),
+            (None, None) => 0.0,
+        }
+    }
+
     /// The exact fields, where they give the boundary data.
     pub fn boundary(&self) -> Option<&Arc<Exact>> {
         self.exact.as_ref().filter(|_| self.exact_boundary)
     }
 
-    /// All formulas in pairs, to be checked where they are used.
+    /// All formulas of vectors in pairs, to be checked where they are used.
     pub fn formulas(&self) -> impl Iterator<Item = &[Expression; 2]> {
         let exact = self.exact.iter().flat_map(|e| [e.velocity(), e.polarity()]);
         self.force.iter().chain(&self.polarity).chain(exact)
+    }
+
+    /// All formulas of densities, to be checked where they are used.
+    pub fn density_formulas(&self) -> impl Iterator<Item = &Expression> {
+        self.density.iter().chain(self.exact.iter().filter_map(|e| e.volume().density()))
     }
 }

@@ -63,7 +63,7 @@ fn hold(conditions: &Conditions) -> Conditions {
             VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential,
         ) => VelocityCondition::Traction([0.0, 0.0].map(Expression::constant)),
     };
-    Conditions { velocity, polarity: conditions.polarity.clone() }
+    Conditions { velocity, polarity: conditions.polarity.clone(), density: None }
 }
 
 /// A continuous field in the discontinuous space of the same degree.

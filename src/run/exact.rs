@@ -2,7 +2,7 @@
 
 use super::RunError;
 use crate::mesh::{Face, Mesh, Point};
-use crate::model::{Exact, VelocityCondition};
+use crate::model::{Exact, VelocityCondition, Volume};
 use crate::scene::Scene;
 
 /// `div v` may be this share of `|∂₁v₁| + |∂₂v₂|`.
@@ -14,8 +14,8 @@ const THROUGH: f64 = 1e-6;
 /// start, the middle and the end of the run.
 ///
 /// # Errors
-/// A field or a derivative that is not finite; a velocity that is not solenoidal, that runs through a slip boundary or
-/// along one that forbids it.
+/// A field or a derivative that is not finite; a velocity that is not solenoidal in an incompressible sheet, that runs through
+/// a slip boundary or along one that forbids it; a density below zero.
 pub fn check_exact(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let Some(exact) = &scene.sources.exact else { return Ok(()) };
     let boundary: Vec<(Point, Point, &str)> = mesh.faces.iter().filter_map(|face| boundary_point(mesh, face)).collect();
@@ -24,7 +24,10 @@ pub fn check_exact(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
         for cell in 0..mesh.cells.len() {
             let x = mesh.map(cell).at(Point::new(0.3, 0.25)).0;
             check_finite(scene, exact, x, t)?;
-            check_solenoidal(scene, exact, x, t)?;
+            match exact.volume() {
+                Volume::Pressure(_) => check_solenoidal(scene, exact, x, t)?,
+                Volume::Density { .. } => check_density(scene, exact, x, t)?,
+            }
             fastest = f64::max(fastest, velocity(exact, x, t).norm());
         }
         for &(x, n, tag) in &boundary {
@@ -65,10 +68,14 @@ fn boundary_point<'a>(mesh: &'a Mesh, face: &Face) -> Option<(Point, Point, &'a 
 
 fn check_finite(scene: &Scene, exact: &Exact, x: Point, t: f64) -> Result<(), RunError> {
     let ([v1, v2], [p1, p2]) = (exact.velocity(), exact.polarity());
+    let volume = match exact.volume() {
+        Volume::Pressure(_) => "exact.pressure",
+        Volume::Density { .. } => "exact.density",
+    };
     let fields = [
         ("exact.velocity", v1),
         ("exact.velocity", v2),
-        ("exact.pressure", exact.pressure()),
+        (volume, exact.volume().formula()),
         ("exact.polarity", p1),
         ("exact.polarity", p2),
     ];
@@ -90,6 +97,15 @@ fn check_solenoidal(scene: &Scene, exact: &Exact, x: Point, t: f64) -> Result<()
     }
     let what = format!("has div v = {value:.3e}{}, and must have none", at(x, t));
     Err(wrong(scene, "exact.velocity", what, "take the derivatives of a stream function, v = (∂ψ/∂y, −∂ψ/∂x)"))
+}
+
+fn check_density(scene: &Scene, exact: &Exact, x: Point, t: f64) -> Result<(), RunError> {
+    let density = exact.density(x, t);
+    if density >= 0.0 {
+        return Ok(());
+    }
+    let hint = "add a constant, or take a smaller amplitude";
+    Err(wrong(scene, "exact.density", format!("is {density:.3e}{}, and must not be negative", at(x, t)), hint))
 }
 
 /// What is wrong with the velocity `v` where the normal is `n`, and a hint.

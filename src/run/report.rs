@@ -46,6 +46,7 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 /// # Errors
 /// As [`build_mesh`], [`Scene::check_tags`], [`check_exact`] and [`memory::need`].
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
+    setup::check_kind(scene)?;
     let mesh = std::sync::Arc::new(build_mesh(scene)?);
     scene.check_tags(&mesh.tags)?;
     setup::check_measures(scene, &mesh)?;

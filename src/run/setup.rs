@@ -14,7 +14,7 @@ use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Mesh, MeshError, Point, gmsh};
 use crate::model::incompressible::{Degrees, Description, Incompressible};
-use crate::model::start;
+use crate::model::{ModelKind, start};
 use crate::output::checkpoint::Saved;
 use crate::scene::{Initial, Measure, Scene, What};
 use crate::space::{Continuity, Field, Space, project};
@@ -76,6 +76,21 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     })
 }
 
+/// Refuses a kind of sheet that is not solved yet.
+///
+/// # Errors
+/// A compressible sheet.
+pub fn check_kind(scene: &Scene) -> Result<(), RunError> {
+    match scene.parameters.kind() {
+        ModelKind::Incompressible => Ok(()),
+        ModelKind::Compressible => Err(RunError::Start {
+            file: scene.source().place("model.kind").to_string(),
+            what: "`model.kind` = \"compressible\" is understood, but not solved yet".into(),
+            hint: "take kind = \"incompressible\"".into(),
+        }),
+    }
+}
+
 impl Setup {
     /// Builds the mesh, compares its tags with the scene, assembles and factorises.
     ///
@@ -91,6 +106,7 @@ impl Setup {
     /// As [`build_mesh`], [`Scene::check_tags`], [`memory::check`] and [`Incompressible::new`].
     pub fn within(scene: &Scene, available: Option<f64>) -> Result<Self, RunError> {
         let begin = std::time::Instant::now();
+        check_kind(scene)?;
         let mesh = Arc::new(build_mesh(scene)?);
         scene.check_tags(&mesh.tags)?;
         check_measures(scene, &mesh)?;

@@ -220,6 +220,7 @@ impl Writer {
         Ok(match field {
             Field::Velocity => state.v.clone(),
             Field::Pressure => model.pressure(state)?,
+            Field::Density => unreachable!("an incompressible sheet has no field of its density"),
             Field::Polarity => state.p.clone(),
             Field::MolecularField => {
                 let mut l = model.polarity().molecular_over_b(model.loops(), &state.p, march.t);

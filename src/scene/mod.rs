@@ -9,6 +9,7 @@ mod locate;
 pub mod output;
 mod resolve;
 mod source;
+pub mod start;
 pub mod tables;
 mod translate;
 
@@ -17,8 +18,7 @@ use std::path::{Path, PathBuf};
 
 use crate::mesh::generate::MeshScene;
 use crate::model::expression::Expression;
-use crate::model::parameters::Term;
-use crate::model::{Conditions, Parameters, names};
+use crate::model::{Conditions, ModelKind, Parameters, Term, names};
 
 pub use crate::model::Sources;
 pub use crate::model::momentum::SlipTreatment;
@@ -39,6 +39,8 @@ pub struct Scene {
     /// By boundary tag; [`Scene::check_tags`] compares with the mesh.
     pub boundary: BTreeMap<String, Conditions>,
     pub initial: Initial,
+    /// Of the compressible sheet.
+    pub initial_density: Option<InitialDensity>,
     pub sources: Sources,
     pub time: Time,
     /// How a steady state is searched for, where the scene asks for one.
@@ -54,8 +56,10 @@ pub struct Scene {
 pub struct Space {
     /// Of v, continuous.
     pub velocity: usize,
-    /// Of Π, continuous.
+    /// Of Π, continuous; 0 in the compressible sheet, which has none.
     pub pressure: usize,
+    /// Of ρ, discontinuous; 0 in the incompressible sheet, which has none.
+    pub density: usize,
     /// Of p, discontinuous.
     pub polarity: usize,
     pub slip: SlipTreatment,
@@ -77,11 +81,24 @@ pub enum Initial {
     File(PathBuf),
 }
 
+/// Initial density.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InitialDensity {
+    /// `ρ(x, 0)`
+    Formula(Expression),
+    /// That of the exact fields.
+    Exact,
+    /// Absolute path of a compressible run's checkpoint.
+    File(PathBuf),
+}
+
 /// Time scheme, step control (Algorithm 1 [9.1.2]) and endings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Time {
     /// Order of the BDF, 1 to 6.
     pub order: usize,
+    /// Whether the density is always marched by the implicit BDF, never by A-BDF(θ*).
+    pub density_implicit: bool,
     /// Steps and how they change.
     pub control: ControlSettings,
     pub end: f64,
@@ -95,6 +112,13 @@ pub struct Time {
     pub stop_residual: Option<f64>,
     /// Bound on `|dF/dt|` that ends the run.
     pub stop_energy_rate: Option<f64>,
+}
+
+impl Time {
+    /// Order of the density's scheme: A-BDF(θ*) has positive coefficients up to order 3.
+    pub fn density_order(&self) -> usize {
+        self.order.min(3)
+    }
 }
 
 impl Scene {
@@ -169,9 +193,13 @@ impl Scene {
         MarchSettings { order, control, alternate, coupling: self.coupling }
     }
 
-    /// Whether Π is determined only up to a constant and takes zero mean: no tag prescribes a normal stress.
+    /// Whether Π is determined only up to a constant and takes zero mean: the sheet is incompressible, and no tag prescribes a
+    /// normal stress.
     pub fn pressure_is_free(&self) -> bool {
-        !self.boundary.values().any(|c| c.velocity.fixes_pressure())
+        match self.parameters.kind() {
+            ModelKind::Incompressible => !self.boundary.values().any(|c| c.velocity.fixes_pressure()),
+            ModelKind::Compressible => false,
+        }
     }
 
     /// The model's terms and the sources, on and off.
@@ -187,6 +215,12 @@ impl Scene {
         };
         let mut terms = self.parameters.terms();
         terms.push(source("force", "(f_v|w)", self.sources.force.is_some()));
+        match self.parameters.kind() {
+            ModelKind::Incompressible => {}
+            ModelKind::Compressible => {
+                terms.push(source("density source", "(f_ρ|z)", self.sources.density.is_some()));
+            }
+        }
         terms.push(source("polarity source", "(f_p|q)", self.sources.polarity.is_some()));
         terms
     }

@@ -13,8 +13,10 @@ use crate::time::Schedule;
 pub enum Field {
     /// `v`
     Velocity,
-    /// `Π`
+    /// `Π`, in a compressible sheet that which follows from the density.
     Pressure,
+    /// `ρ`, of a compressible sheet.
+    Density,
     /// `p`
     Polarity,
     /// `L_h`
@@ -37,6 +39,12 @@ pub enum Measure {
     FreeEnergy,
     /// Every term of the energy law, and what they leave.
     EnergyBudget,
+    /// `∫ρ`, of a compressible sheet.
+    Mass,
+    /// `min ρ` over every point where the density is evaluated, of a compressible sheet.
+    DensityMin,
+    /// Cells whose density was limited in the last step, of a compressible sheet.
+    LimitedCells,
 }
 
 /// The six axes of the strip, lengths in disc radii.
@@ -103,6 +111,7 @@ impl Field {
         match self {
             Field::Velocity => "velocity",
             Field::Pressure => "pressure",
+            Field::Density => "density",
             Field::Polarity => "polarity",
             Field::MolecularField => "molecular-field",
             Field::StreamFunction => "stream-function",
@@ -119,6 +128,9 @@ impl Measure {
             Measure::Asymmetry => "asymmetry",
             Measure::FreeEnergy => "free-energy",
             Measure::EnergyBudget => "energy-budget",
+            Measure::Mass => "mass",
+            Measure::DensityMin => "density-min",
+            Measure::LimitedCells => "limited-cells",
         }
     }
 }

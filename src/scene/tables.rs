@@ -2,11 +2,11 @@
 //! every default.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
-use serde::{Deserialize, Deserializer, Serialize, de};
+use serde::{Deserialize, Serialize};
 
 use super::output::OutputTable;
+use super::start::InitialTable;
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::BoundaryScene;
 use crate::model::expression::{Formula, VectorFormula};
@@ -46,7 +46,7 @@ pub struct SceneFile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SpaceTable {
-    /// 1 to 3 (default 1): velocity k+1, pressure k, polarity k+2.
+    /// 1 to 3 (default 1): velocity k+1, pressure k, polarity k+2; compressible: velocity k+1, density k, polarity k+1.
     pub k: usize,
     /// Single degrees in place of those that `k` gives.
     pub degree: DegreeTable,
@@ -68,8 +68,12 @@ impl Default for SpaceTable {
 pub struct DegreeTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity: Option<usize>,
+    /// Incompressible only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure: Option<usize>,
+    /// Compressible only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarity: Option<usize>,
 }
@@ -82,48 +86,6 @@ pub enum SlipName {
     Penalty,
 }
 
-/// `[initial]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct InitialTable {
-    pub polarity: PolarityStart,
-}
-
-/// `initial.polarity`: a name, two formulas, `{ random = { … } }` or `{ file = "…" }`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum PolarityStart {
-    Name(String),
-    Formulas(VectorFormula),
-    Table(StartTable),
-}
-
-/// The forms of `initial.polarity` that carry values.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StartTable {
-    Random(RandomTable),
-    File(String),
-}
-
-/// `{ random = { seed, amplitude, h_coarse } }` [10.4.4].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RandomTable {
-    /// Same seed, same start (default 1).
-    pub seed: u64,
-    /// Standard deviation of the length of p at a coarse node (default 0.1).
-    pub amplitude: f64,
-    /// Edge length of the coarse mesh whose nodes are drawn (default 0.25, the side of the unit disc's 25-gon).
-    pub h_coarse: f64,
-}
-
-impl Default for RandomTable {
-    fn default() -> Self {
-        Self { seed: 1, amplitude: 0.1, h_coarse: 0.25 }
-    }
-}
-
 /// `[source]`: manufactured sources, zero in a physical scene.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -134,11 +96,14 @@ pub struct SourceTable {
     /// `f_p`
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarity: Option<[Formula; 2]>,
+    /// `f_ρ`; compressible only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<Formula>,
 }
 
 impl SourceTable {
     fn is_empty(&self) -> bool {
-        self.force.is_none() && self.polarity.is_none()
+        self.force.is_none() && self.polarity.is_none() && self.density.is_none()
     }
 }
 
@@ -146,10 +111,14 @@ impl SourceTable {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExactTable {
-    /// `v`, with `div v = 0`.
+    /// `v`, in an incompressible sheet with `div v = 0`.
     pub velocity: VectorFormula,
-    /// `Π`
-    pub pressure: Formula,
+    /// `Π`; incompressible only, and needed there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<Formula>,
+    /// `ρ`; compressible only, and needed there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<Formula>,
     /// `p`
     pub polarity: VectorFormula,
     /// Where the data of natural boundary conditions come from (default `"exact"`).
@@ -173,6 +142,9 @@ pub enum ExactBoundary {
 #[serde(deny_unknown_fields)]
 pub struct TimeTable {
     pub scheme: Scheme,
+    /// How the density is marched (default `"abdf"`); compressible only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density_scheme: Option<DensityScheme>,
     /// Largest and first step `Δt_0 > 0`.
     pub step: f64,
     /// The run ends when a failure would halve Δt below this (default `1e-6 step`).
@@ -258,6 +230,17 @@ impl Scheme {
     }
 }
 
+/// `time.density_scheme`
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DensityScheme {
+    /// A-BDF(θ*) wherever its coefficients are positive and it is stable, else BDF.
+    #[default]
+    Abdf,
+    /// Always the implicit BDF.
+    Bdf,
+}
+
 /// `time.stop`: endings before `time.end`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -334,33 +317,4 @@ pub enum CouplingName {
     FixedPoint,
     Anderson,
     Newton,
-}
-
-impl<'de> Deserialize<'de> for PolarityStart {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(StartVisitor)
-    }
-}
-
-/// By hand, because serde's untagged enums lose line and reason.
-struct StartVisitor;
-
-impl<'de> de::Visitor<'de> for StartVisitor {
-    type Value = PolarityStart;
-
-    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("\"aligned-around-disc\", two formulas, { random = { … } } or { file = \"…\" }")
-    }
-
-    fn visit_str<E: de::Error>(self, name: &str) -> Result<PolarityStart, E> {
-        Ok(PolarityStart::Name(name.to_owned()))
-    }
-
-    fn visit_seq<A: de::SeqAccess<'de>>(self, sequence: A) -> Result<PolarityStart, A::Error> {
-        VectorFormula::deserialize(de::value::SeqAccessDeserializer::new(sequence)).map(PolarityStart::Formulas)
-    }
-
-    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PolarityStart, A::Error> {
-        StartTable::deserialize(de::value::MapAccessDeserializer::new(map)).map(PolarityStart::Table)
-    }
 }

@@ -22,6 +22,7 @@ pub const PARAMETERS: Parameters = Parameters {
     elasticity: 0.6,
     slip: 0.8,
     elastic_force: ElasticForce::Stress,
+    density: None,
 };
 
 pub fn formula(text: &str) -> Expression {
@@ -29,7 +30,7 @@ pub fn formula(text: &str) -> Expression {
 }
 
 pub fn closed() -> Conditions {
-    Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann }
+    Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann, density: None }
 }
 
 pub fn describe(mesh: &Mesh, parameters: Parameters, condition: impl Fn(&str) -> Conditions) -> Description {
@@ -76,6 +77,7 @@ fn the_molecular_field_is_the_derivative_of_the_energy() {
             Conditions {
                 velocity: VelocityCondition::Slip,
                 polarity: if open { data } else { PolarityCondition::Neumann },
+                density: None,
             }
         };
         let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, conditions)).unwrap();
@@ -231,6 +233,7 @@ fn a_polynomial_flow_is_reproduced() {
     let mut description = describe(&mesh, parameters, |_| Conditions {
         velocity: VelocityCondition::Dirichlet([formula("y^2"), formula("x^2")]),
         polarity: PolarityCondition::Neumann,
+        density: None,
     });
     // −div 2D(v) = −Δv = (−2, −2); friction 2
     description.sources.force = Some([formula("-2 + 2*y^2 + 1"), formula("-2 + 2*x^2")]);
@@ -254,6 +257,7 @@ fn prescribed_flow_through_a_closed_boundary_is_refused() {
     let condition = |tag: &str| Conditions {
         velocity: VelocityCondition::Dirichlet([formula(if tag == "left" { "1" } else { "0" }), formula("0")]),
         polarity: PolarityCondition::Neumann,
+        density: None,
     };
     let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, condition)).unwrap();
     let error = model.flow(&model.zero().p, 0.0).unwrap_err();
@@ -280,6 +284,7 @@ fn straight_slip_walls_hold_tissue_without_friction() {
         "left" | "right" => Conditions {
             velocity: VelocityCondition::Traction([formula("0"), formula("0")]),
             polarity: PolarityCondition::Neumann,
+            density: None,
         },
         _ => closed(),
     };

@@ -15,13 +15,16 @@ use monolayer::space::Field;
 fn mixed(tag: &str) -> Conditions {
     let data = || PolarityCondition::Dirichlet([formula("0.7 + y"), formula("x - 0.2")]);
     match tag {
-        "left" => {
-            Conditions { velocity: VelocityCondition::Dirichlet([formula("1 + y"), formula("0.3")]), polarity: data() }
-        }
-        "bottom" => Conditions { velocity: VelocityCondition::Slip, polarity: data() },
+        "left" => Conditions {
+            velocity: VelocityCondition::Dirichlet([formula("1 + y"), formula("0.3")]),
+            polarity: data(),
+            density: None,
+        },
+        "bottom" => Conditions { velocity: VelocityCondition::Slip, polarity: data(), density: None },
         "right" => Conditions {
             velocity: VelocityCondition::Traction([formula("0.1"), formula("y")]),
             polarity: PolarityCondition::Neumann,
+            density: None,
         },
         _ => closed(),
     }

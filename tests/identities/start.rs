@@ -13,6 +13,7 @@ fn conditions(mesh: &Mesh) -> Vec<Conditions> {
     let open = Conditions {
         velocity: VelocityCondition::Traction([formula("0"), formula("0")]),
         polarity: PolarityCondition::Dirichlet([formula("1"), formula("0")]),
+        density: None,
     };
     mesh.tags.iter().map(|t| if t == "inlet" || t == "outlet" { open.clone() } else { closed() }).collect()
 }
@@ -64,7 +65,11 @@ fn random_starts_depend_on_the_seed_and_not_on_the_mesh() {
 fn no_tangential_velocity_at_the_nodes_of_such_a_wall() {
     let mesh = mesh("shape = \"annulus\"\nradius = 2.0\ninner_radius = 1.0\nh = 0.5");
     let condition = |tag: &str| match tag {
-        "outer" => Conditions { velocity: VelocityCondition::NoTangential, polarity: PolarityCondition::Neumann },
+        "outer" => Conditions {
+            velocity: VelocityCondition::NoTangential,
+            polarity: PolarityCondition::Neumann,
+            density: None,
+        },
         _ => closed(),
     };
     let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, condition)).unwrap();

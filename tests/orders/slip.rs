@@ -34,12 +34,17 @@ fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
             elasticity: 0.0,
             slip: 1.0,
             elastic_force: ElasticForce::Stress,
+            density: None,
         },
         degrees: Degrees { velocity: 2, pressure: 1, polarity: 1 },
         conditions: mesh
             .tags
             .iter()
-            .map(|_| Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann })
+            .map(|_| Conditions {
+                velocity: VelocityCondition::Slip,
+                polarity: PolarityCondition::Neumann,
+                density: None,
+            })
             .collect(),
         sources: Sources {
             force: Some([formula(format!("-y*{force}")), formula(format!("x*{force}"))]),

@@ -64,7 +64,7 @@ impl Arithmetic for Series {
             (Binary::Mul, Varying(a), Number(b)) | (Binary::Mul, Number(b), Varying(a)) => Varying(a * b),
             (Binary::Div, Varying(a), Number(b)) => Varying(a.over(b)),
             (Binary::Div, Number(a), Varying(b)) => Varying(b.compose(reciprocal(a, b.value()))),
-            (Binary::Pow, Varying(a), Number(b)) => Varying(a.compose(power(a.value(), b))),
+            (Binary::Pow, Varying(a), Number(b)) => Varying(a.powf(b)),
             (Binary::Pow, Number(a), Varying(b)) => Varying(exponential(a.powf(b.value()), b * a.ln())),
             (Binary::Add, Varying(a), Varying(b)) => Varying(a + b),
             (Binary::Sub, Varying(a), Varying(b)) => Varying(a - b),
@@ -162,22 +162,6 @@ fn logarithm(a: f64, value: f64, scale: f64) -> [f64; 4] {
 fn reciprocal(numerator: f64, a: f64) -> [f64; 4] {
     let (value, r) = (numerator / a, 1.0 / a);
     [value, -value * r, value * r * r, -value * r * r * r]
-}
-
-/// Derivatives of `s ↦ s^b`. A binomial coefficient that is zero ends them: `x^2` has a third derivative at `x = 0`.
-fn power(a: f64, b: f64) -> [f64; 4] {
-    let mut outer = [a.powf(b), 0.0, 0.0, 0.0];
-    let mut binomial = 1.0;
-    for (order, derivative) in [1.0, 2.0, 3.0].into_iter().zip(&mut outer[1..]) {
-        binomial *= (b - (order - 1.0)) / order;
-        if binomial == 0.0 {
-            break;
-        }
-        let rest = b - order;
-        let small = rest.fract() == 0.0 && rest.abs() <= 16.0;
-        *derivative = binomial * if small { a.powi(rest as i32) } else { a.powf(rest) };
-    }
-    outer
 }
 
 /// The exponential of the series, whose value is known.

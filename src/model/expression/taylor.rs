@@ -105,6 +105,13 @@ impl Taylor {
         Self(map(self.0, |c| c / divisor))
     }
 
+    /// `f^exponent`; NaN below zero unless the exponent is whole.
+    #[must_use]
+    #[inline]
+    pub fn powf(&self, exponent: f64) -> Self {
+        self.compose(power(self.value(), exponent))
+    }
+
     /// `g∘f` from `outer = [g, g′, g″/2, g‴/6]` at the value of `f`.
     #[must_use]
     #[inline]
@@ -146,6 +153,22 @@ impl Taylor {
             first + second + third
         }))
     }
+}
+
+/// Derivatives of `s ↦ s^b`. A binomial coefficient that is zero ends them: `x^2` has a third derivative at `x = 0`.
+fn power(a: f64, b: f64) -> [f64; 4] {
+    let mut outer = [a.powf(b), 0.0, 0.0, 0.0];
+    let mut binomial = 1.0;
+    for (order, derivative) in [1.0, 2.0, 3.0].into_iter().zip(&mut outer[1..]) {
+        binomial *= (b - (order - 1.0)) / order;
+        if binomial == 0.0 {
+            break;
+        }
+        let rest = b - order;
+        let small = rest.fract() == 0.0 && rest.abs() <= 16.0;
+        *derivative = binomial * if small { a.powi(rest as i32) } else { a.powf(rest) };
+    }
+    outer
 }
 
 /// Written out: the compiler then drops the coefficients that nobody reads, which it does not see in a loop.

@@ -1,23 +1,21 @@
 //! Every rule of a scene that does not need its mesh.
 
+mod fields;
 mod outputs;
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use super::error::SceneError;
-use super::tables::{
-    CouplingName, ExactBoundary, PolarityStart, SceneFile, SlipName, SpaceTable, StartTable, TimeStart,
-};
+use super::tables::{CouplingName, DensityScheme, SceneFile, SlipName, SpaceTable, TimeStart};
 use super::{
-    ControlSettings, CouplingSettings, Initial, Scene, SceneSource, SlipTreatment, Sources, Space, SteadySettings, Time,
+    ControlSettings, CouplingSettings, Scene, SceneSource, SlipTreatment, Sources, Space, SteadySettings, Time,
 };
 use crate::element::MAX_DEGREE;
 use crate::mesh::generate::MeshScene;
 use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
-use crate::model::{Conditions, Exact, ModelError, Parameters, VelocityCondition, names};
+use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
 use crate::time::CouplingKind;
 
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
@@ -37,11 +35,12 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
     checker.mesh(&mut file)?;
-    let space = checker.space(&mut file.space)?;
+    let space = checker.space(&mut file.space, parameters.kind())?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
     let boundary = checker.boundary(&mut file, &parameters, &sources)?;
     let initial = checker.initial(&mut file.initial.polarity, &parameters, exact)?;
+    let initial_density = checker.initial_density(&mut file.initial.density, &parameters, exact)?;
     let time = checker.time(&mut file, &parameters)?;
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
@@ -54,6 +53,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         space,
         boundary,
         initial,
+        initial_density,
         sources,
         time,
         steady,
@@ -69,6 +69,19 @@ fn shown(value: f64) -> String {
     format!("{value:?}")
 }
 
+/// What to do about a key that only the other kind of sheet has.
+const WRONG_KIND: &str = "remove it, or take kind = \"compressible\"";
+/// Why an incompressible sheet has no such key.
+const CONSTANT_DENSITY: &str = "the density of an incompressible sheet is 1 everywhere";
+
+/// How to give exact fields.
+fn exact_hint(kind: ModelKind) -> &'static str {
+    match kind {
+        ModelKind::Incompressible => "add a table [exact] with velocity, pressure and polarity",
+        ModelKind::Compressible => "add a table [exact] with velocity, density and polarity",
+    }
+}
+
 struct Checker<'a> {
     source: &'a SceneSource,
 }
@@ -82,6 +95,12 @@ impl Checker<'_> {
 
     fn model(&self, table: &str, error: ModelError) -> SceneError {
         self.error(&format!("{table}.{}", error.key), error.value, &error.rule, &error.hint)
+    }
+
+    /// A key that other keys make necessary.
+    fn missing(&self, table: &str, name: &str, hint: &str) -> SceneError {
+        let key = format!("{table}.{name}");
+        SceneError::Missing { place: self.source.place(&key), key, hint: hint.to_owned() }
     }
 
     fn require(&self, holds: bool, key: &str, value: impl Display, rule: &str, hint: &str) -> Result<(), SceneError> {
@@ -162,28 +181,65 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn space(&self, table: &mut SpaceTable) -> Result<Space, SceneError> {
+    fn space(&self, table: &mut SpaceTable, kind: ModelKind) -> Result<Space, SceneError> {
         let k = table.k;
-        let spaces = "velocity k+1, pressure k, polarity k+2; k = 1 is the usual choice";
+        let spaces = match kind {
+            ModelKind::Incompressible => "velocity k+1, pressure k, polarity k+2; k = 1 is the usual choice",
+            ModelKind::Compressible => "velocity k+1, density k, polarity k+1; k = 1 is the usual choice",
+        };
         self.require((1..=3).contains(&k), "space.k", k, "must be 1, 2 or 3", spaces)?;
         let velocity = *table.degree.velocity.get_or_insert(k + 1);
-        let pressure = *table.degree.pressure.get_or_insert(k);
-        let polarity = *table.degree.polarity.get_or_insert(k + 2);
-        let bases = format!("bases exist for degrees up to {MAX_DEGREE}");
-        let within = |low: usize, degree: usize| (low..=MAX_DEGREE).contains(&degree);
-        let rule = format!("must lie between 2 and {MAX_DEGREE}");
-        self.require(within(2, velocity), "space.degree.velocity", velocity, &rule, &bases)?;
-        let stable = "Taylor–Hood pairs are stable only so";
-        let rule = format!("must be at least 1 and less than the velocity's degree {velocity}");
-        self.require((1..velocity).contains(&pressure), "space.degree.pressure", pressure, &rule, stable)?;
-        let rule = format!("must lie between 1 and {MAX_DEGREE}");
-        self.require(within(1, polarity), "space.degree.polarity", polarity, &rule, &bases)?;
+        let (least_velocity, usual_polarity) = match kind {
+            ModelKind::Incompressible => (2, k + 2),
+            ModelKind::Compressible => (1, k + 1),
+        };
+        let polarity = *table.degree.polarity.get_or_insert(usual_polarity);
+        self.degree("velocity", velocity, least_velocity)?;
+        let (pressure, density) = match kind {
+            ModelKind::Incompressible => (self.pressure_degree(table, velocity)?, 0),
+            ModelKind::Compressible => (0, self.density_degree(table)?),
+        };
+        self.degree("polarity", polarity, 1)?;
         let epsilon = self.positive("space.penalty", table.penalty, "1e-8 is the usual value")?;
         let slip = match table.slip {
             SlipName::Rotated => SlipTreatment::Rotated,
             SlipName::Penalty => SlipTreatment::Penalty { epsilon },
         };
-        Ok(Space { velocity, pressure, polarity, slip })
+        Ok(Space { velocity, pressure, density, polarity, slip })
+    }
+
+    fn degree(&self, name: &str, degree: usize, least: usize) -> Result<(), SceneError> {
+        let rule = format!("must lie between {least} and {MAX_DEGREE}");
+        let bases = format!("bases exist for degrees up to {MAX_DEGREE}");
+        let within = (least..=MAX_DEGREE).contains(&degree);
+        self.require(within, &format!("space.degree.{name}"), degree, &rule, &bases)
+    }
+
+    fn pressure_degree(&self, table: &mut SpaceTable, velocity: usize) -> Result<usize, SceneError> {
+        let given = table.degree.density;
+        let shown = given.unwrap_or_default();
+        self.require(given.is_none(), "space.degree.density", shown, CONSTANT_DENSITY, WRONG_KIND)?;
+        let pressure = *table.degree.pressure.get_or_insert(table.k);
+        let stable = "Taylor–Hood pairs are stable only so";
+        let rule = format!("must be at least 1 and less than the velocity's degree {velocity}");
+        self.require((1..velocity).contains(&pressure), "space.degree.pressure", pressure, &rule, stable)?;
+        Ok(pressure)
+    }
+
+    fn density_degree(&self, table: &mut SpaceTable) -> Result<usize, SceneError> {
+        let given = table.degree.pressure;
+        let (shown, rule) =
+            (given.unwrap_or_default(), "the pressure of a compressible sheet follows from its density");
+        self.require(
+            given.is_none(),
+            "space.degree.pressure",
+            shown,
+            rule,
+            "remove it, or give the degree of `density`",
+        )?;
+        let density = *table.degree.density.get_or_insert(table.k);
+        self.degree("density", density, 1)?;
+        Ok(density)
     }
 
     fn boundary(
@@ -195,8 +251,9 @@ impl Checker<'_> {
         let exact = sources.exact.as_deref();
         let mut checked = BTreeMap::new();
         for (tag, table) in &mut file.boundary {
-            let conditions =
-                table.check(&p.symbols(), exact).map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
+            let conditions = table
+                .check(p.kind(), &p.symbols(), exact)
+                .map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
             let from_exact = sources.boundary().is_some();
             let given =
                 matches!(&conditions.velocity, VelocityCondition::Traction(f) if !f.iter().all(Expression::is_zero));
@@ -215,62 +272,6 @@ impl Checker<'_> {
         let determined = checked.is_empty() || p.friction > 0.0 || !stress_only;
         self.require(determined, "model.friction", p.friction, rule, hint)?;
         Ok(checked)
-    }
-
-    fn initial(&self, start: &mut PolarityStart, p: &Parameters, exact: Option<&Exact>) -> Result<Initial, SceneError> {
-        const KEY: &str = "initial.polarity";
-        match start {
-            PolarityStart::Name(name) if name == "aligned-around-disc" => Ok(Initial::AlignedAroundDisc),
-            PolarityStart::Name(name) if name == "exact" => {
-                let given = "add a table [exact] with velocity, pressure and polarity";
-                self.require(exact.is_some(), KEY, "\"exact\"", "the scene has no exact fields", given)?;
-                Ok(Initial::Exact)
-            }
-            PolarityStart::Name(name) => {
-                let near = match name.as_str() {
-                    "random" | "file" => String::new(),
-                    other => names::did_you_mean(other, &["aligned-around-disc", "exact", "random", "file"]),
-                };
-                let hint = "the choices are \"aligned-around-disc\", \"exact\", [\"p_1\", \"p_2\"], { random = { seed = 1 } }, \
-                            { file = \"…\" }";
-                Err(self.error(KEY, format!("\"{name}\""), &format!("no such initial polarity{near}"), hint))
-            }
-            PolarityStart::Formulas(formulas) => Ok(Initial::Expressions(self.vector(KEY, formulas, p)?)),
-            PolarityStart::Table(StartTable::Random(random)) => {
-                let coarse = "the edge length of the mesh of random vectors; the structures are about as large";
-                let amplitude = "the standard deviation of |p| at the start; 0.1 is usual";
-                Ok(Initial::Random {
-                    seed: random.seed,
-                    amplitude: self.positive("initial.polarity.random.amplitude", random.amplitude, amplitude)?,
-                    h_coarse: self.positive("initial.polarity.random.h_coarse", random.h_coarse, coarse)?,
-                })
-            }
-            PolarityStart::Table(StartTable::File(name)) => {
-                let path = self.existing_file("initial.polarity.file", name)?;
-                *name = path.to_string_lossy().into_owned();
-                Ok(Initial::File(path))
-            }
-        }
-    }
-
-    fn sources(&self, file: &SceneFile, p: &Parameters) -> Result<Sources, SceneError> {
-        let parse = |key: &str, formulas: &Option<VectorFormula>| {
-            formulas.as_ref().map(|formulas| self.vector(key, formulas, p)).transpose()
-        };
-        let force = parse("source.force", &file.source.force)?;
-        let polarity = parse("source.polarity", &file.source.polarity)?;
-        let Some(table) = &file.exact else {
-            return Ok(Sources { force, polarity, ..Sources::default() });
-        };
-        let velocity = self.vector("exact.velocity", &table.velocity, p)?;
-        let pressure = self.formula("exact.pressure", &table.pressure, p)?;
-        let exact = Exact::new(velocity, pressure, self.vector("exact.polarity", &table.polarity, p)?)
-            .map_err(|error| self.model("exact", ModelError::of_expression("polarity", &error)))?;
-        let exact_boundary = match table.boundary {
-            ExactBoundary::Exact => true,
-            ExactBoundary::Scene => false,
-        };
-        Ok(Sources { force, polarity, exact: Some(Arc::new(exact)), exact_boundary })
     }
 
     fn time(&self, file: &mut SceneFile, p: &Parameters) -> Result<Time, SceneError> {
@@ -300,12 +301,19 @@ impl Checker<'_> {
         let stop_residual = stop.residual.map(|value| self.positive("time.stop.residual", value, none)).transpose()?;
         let rate = stop.energy_rate.map(|value| self.positive("time.stop.energy_rate", value, none));
         let stop_energy_rate = rate.transpose()?;
-        if let (Some(value), false) = (stop_energy_rate, p.has_molecular_field()) {
-            let rule = "with elasticity = 0 the free energy is zero, so the run would end at once";
+        if let (Some(value), false) = (stop_energy_rate, p.has_free_energy()) {
+            let rule = match p.kind() {
+                ModelKind::Incompressible => {
+                    "with elasticity = 0 the free energy is zero, so the run would end at once"
+                }
+                ModelKind::Compressible => {
+                    "with elasticity = 0 and density.penalty = 0 the free energy is zero, so the run would end at once"
+                }
+            };
             return Err(self.error("time.stop.energy_rate", shown(value), rule, "use time.stop.residual"));
         }
         let (exact_start, given) = (table.start == TimeStart::Exact, file.exact.is_some());
-        let hint = "add a table [exact] with velocity, pressure and polarity";
+        let hint = exact_hint(p.kind());
         self.require(!exact_start || given, "time.start", "\"exact\"", "the scene has no exact fields", hint)?;
         let alternate = table.alternate;
         let rule = "must lie between 1 and 5: beyond, a step takes a lower order";
@@ -316,9 +324,11 @@ impl Checker<'_> {
         let longest = 2.0 * alternate / (1.0 + alternate) * step;
         let left = skipped as f64 * longest < end && table.max_steps.is_none_or(|most| most > skipped);
         self.require(left, "time.start", "\"exact\"", &rule, "take shorter or more steps, or a lower order")?;
+        let density_implicit = self.density_implicit(&mut table.density_scheme, p.kind())?;
         let (growth, growth_wait, growth_rate) = (table.growth, table.growth_wait, table.growth_rate);
         Ok(Time {
             order: table.scheme.order(),
+            density_implicit,
             control: ControlSettings { step, step_min, growth, growth_wait, growth_rate },
             end,
             exact_start,
@@ -327,6 +337,19 @@ impl Checker<'_> {
             stop_residual,
             stop_energy_rate,
         })
+    }
+
+    fn density_implicit(&self, scheme: &mut Option<DensityScheme>, kind: ModelKind) -> Result<bool, SceneError> {
+        match (kind, *scheme) {
+            (ModelKind::Incompressible, None) => Ok(false),
+            (ModelKind::Incompressible, Some(_)) => {
+                Err(self.error("time.density_scheme", "(given)", CONSTANT_DENSITY, WRONG_KIND))
+            }
+            (ModelKind::Compressible, _) => Ok(match scheme.get_or_insert_default() {
+                DensityScheme::Abdf => false,
+                DensityScheme::Bdf => true,
+            }),
+        }
     }
 
     fn steady(

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::Checker;
+use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::mesh::Point;
-use crate::model::Parameters;
+use crate::model::{ModelKind, Parameters};
 use crate::scene::error::SceneError;
-use crate::scene::output::{Cut, CutTable, EveryTable, Field, LineTable, Output, OutputTable, What};
+use crate::scene::output::{Cut, CutTable, EveryTable, Field, LineTable, Measure, Output, OutputTable, What};
 use crate::time::Schedule;
 
 impl Checker<'_> {
@@ -44,7 +44,7 @@ impl Checker<'_> {
         let split = "write one [[output]] for each";
         let what = match (&table.fields, &table.measures, &table.cuts, table.checkpoint) {
             (Some(fields), None, None, None) => What::Fields(self.fields(key, fields, p)?),
-            (None, Some(measures), None, None) => What::Measures(measures.clone()),
+            (None, Some(measures), None, None) => What::Measures(self.measures(key, measures, p)?),
             (None, None, Some(cuts), None) => What::Cuts(self.cuts(key, cuts)?),
             (None, None, None, Some(true)) => What::Checkpoint,
             (_, _, _, _) => return Err(self.error(key, "(a table)", one, split)),
@@ -74,11 +74,26 @@ impl Checker<'_> {
                 Field::TissueVelocity => {
                     (p.friction > 0.0, "v − (T_a/C_F) e_1 needs friction > 0", "remove it, or use velocity")
                 }
+                Field::Density => (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY, WRONG_KIND),
                 Field::Velocity | Field::Pressure | Field::Polarity | Field::StreamFunction => (true, "", ""),
             };
             self.require(holds, key, format!("\"{}\"", field.name()), rule, hint)?;
         }
         Ok(fields.to_vec())
+    }
+
+    fn measures(&self, key: &str, measures: &[Measure], p: &Parameters) -> Result<Vec<Measure>, SceneError> {
+        let key = &format!("{key}.measures");
+        for measure in measures {
+            let (holds, rule) = match measure {
+                Measure::Mass | Measure::DensityMin | Measure::LimitedCells => {
+                    (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY)
+                }
+                Measure::Overshoot | Measure::Asymmetry | Measure::FreeEnergy | Measure::EnergyBudget => (true, ""),
+            };
+            self.require(holds, key, format!("\"{}\"", measure.name()), rule, WRONG_KIND)?;
+        }
+        Ok(measures.to_vec())
     }
 
     fn cuts(&self, key: &str, cuts: &[CutTable]) -> Result<Vec<Cut>, SceneError> {
