@@ -51,6 +51,15 @@ impl Compression {
         self.penalty / self.exponent * rho.powf(self.exponent + 1.0)
     }
 
+    /// `e′(ρ)`, finite also where there is no tissue.
+    pub fn potential_by_density(&self, rho: f64) -> f64 {
+        match (self.penalty, self.exponent) {
+            (0.0, _) => 0.0,
+            (c, 0.0) => c * (rho.max(f64::MIN_POSITIVE).ln() + 1.0),
+            (c, gamma) => c * (gamma + 1.0) / gamma * rho.powf(gamma),
+        }
+    }
+
     /// Degree of `ρ^(γ+1)` for a ρ of degree `r`, with room for a factor of degree `test`.
     pub fn power_degree(&self, r: usize, test: usize) -> usize {
         let degree = if self.penalty == 0.0 { 0.0 } else { (self.exponent + 1.0).ceil() * r as f64 };

@@ -133,3 +133,43 @@ pub fn energy_of(
     });
     crowding + b * (well + kappa * kappa * (slope + face + imposed))
 }
+
+/// Derivative of [`energy_of`] along ρ in the direction `rate`   [5.39]
+///
+/// `∫ δρ [e′(ρ) + B¼(|p|²−1)² + ½κ²B|∇_hp|²] + κ²B Σ ∫ δη (½Cϖ|[p]|² − {∂_np}·[p])`
+#[allow(clippy::too_many_arguments)]
+pub fn energy_along_density(
+    loops: &Integrator,
+    (rho, p): (&Field, &Field),
+    rate: &Field,
+    compression: &Compression,
+    kappa: f64,
+    dirichlet: Faces,
+    degree: usize,
+    data: impl Fn(&FacePoint) -> Point + Sync,
+) -> f64 {
+    let (q, r, b) = (p.space.degree, rho.space.degree, compression.elasticity);
+    let crowding = match compression.penalty {
+        0.0 => 0.0,
+        _ => loops.sum(compression.power_degree(r, 0), |x| {
+            compression.potential_by_density(rho.scalar(&x.site)) * rate.scalar(&x.site)
+        }),
+    };
+    if b == 0.0 {
+        return crowding;
+    }
+    let well = loops.sum(4 * q + r, |x| 0.25 * rate.scalar(&x.site) * (p.vector(&x.site).norm_squared() - 1.0).powi(2));
+    let slope = loops.sum(2 * (q - 1) + r, |x| 0.5 * rate.scalar(&x.site) * p.vector_gradient(&x.site).norm_squared());
+    let c = penalty_constant(q);
+    let face = loops.sum_faces(Faces::INTERIOR | dirichlet, 2 * q + r, |s| {
+        let (jump, slope) = jump_and_slope(p, s);
+        let [inner, outer] = Density::Of(rho).harmonic_slopes(s);
+        let change = inner * rate.scalar(&s.minus) + s.plus.as_ref().map_or(0.0, |plus| outer * rate.scalar(plus));
+        change * (0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump))
+    });
+    let imposed = loops.sum_faces(dirichlet, q + r + degree, |s| {
+        let (g, (value, slope)) = (data(s), jump_and_slope(p, s));
+        rate.scalar(&s.minus) * (c * s.varpi * (0.5 * g - value) + slope).dot(&g)
+    });
+    crowding + b * (well + kappa * kappa * (slope + face + imposed))
+}

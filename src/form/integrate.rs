@@ -104,6 +104,11 @@ impl Integrator {
         this
     }
 
+    /// `|∂K|/|K|` of a cell.
+    pub fn ratio(&self, cell: usize) -> f64 {
+        self.ratios[cell]
+    }
+
     /// Calls `visit` at every quadrature point of `cell`.
     pub fn each_cell_point(&self, cell: usize, degree: usize, visit: &mut dyn FnMut(&CellPoint)) {
         match self.mesh.map(cell) {

@@ -88,3 +88,17 @@ pub fn face_load<'a>(
         move |w: Trace<Vector>| g.dot(&w.minus.value)
     })
 }
+
+/// `∫_Γ δρ g·q ds`, trial δρ, test q: a prescribed slope in tissue of density ρ, `∫ ρ g·q`, along ρ   [6.25]
+pub fn face_load_by_density<'a>(
+    test: &Space,
+    density: &Space,
+    faces: Faces,
+    degree: usize,
+    g: impl Fn(&FacePoint) -> Point + Sync + 'a,
+) -> Bilinear<'a, Scalar, Vector> {
+    Bilinear::zero().faces(faces, test.degree + density.degree + degree, move |s| {
+        let g = g(s);
+        move |change: Trace<Scalar>, q: Trace<Vector>| change.minus.value * g.dot(&q.minus.value)
+    })
+}

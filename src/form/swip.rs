@@ -40,6 +40,28 @@ pub fn l_swip<'a>(
     })
 }
 
+/// `a_swip(p,q;ρ) − l_swip(q;ρ)` for Dirichlet data `g` of degree `degree`, as a functional of q   [6.24], [6.25]
+pub fn diffusion<'a>(
+    p: &'a Field,
+    dirichlet: Faces,
+    rho: Density<'a>,
+    degree: usize,
+    g: impl Fn(&FacePoint) -> Point + Sync + 'a,
+) -> Linear<'a, Vector> {
+    let (q, r) = (p.space.degree, rho.degree());
+    let c = penalty_constant(q);
+    let inner = Linear::cells(2 * (q - 1) + r, move |x| {
+        let gradient = p.vector_gradient(&x.site) * rho.at(&x.site);
+        move |q: Vector| gradient.dot(&q.grad)
+    })
+    .faces(Faces::INTERIOR | dirichlet, 2 * q + r, move |s| {
+        let (n, eta, (jump, slope)) = (s.n, rho.harmonic(s), jump_and_slope(p, s));
+        let (pull, jump) = ((jump * (c * s.varpi) - slope) * eta, jump * eta);
+        move |q: Trace<Vector>| pull.dot(&q.jump()) - jump.dot(&q.mean_dn(n))
+    });
+    inner - l_swip(&p.space, dirichlet, rho, degree, g)
+}
+
 /// Derivative of `a_swip(p,q;ρ) − l_swip(q;ρ)` along ρ, trial δρ, test q:
 ///
 /// `∫ δρ ∇_hp:∇_hq + Σ ∫ δη {Cϖ [p]·[q] − {∂_np}·[q] − [p]·{∂_nq}} − Σ_SD ∫ δρ (Cϖ g·q − g·∂_nq)`,

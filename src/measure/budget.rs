@@ -2,11 +2,14 @@
 
 use crate::form::words::sym;
 use crate::model::State;
+use crate::model::compressible::Compressible;
 use crate::model::incompressible::Incompressible;
 use crate::solve::dot;
 use crate::time::{Kind, March};
 
 /// `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
+///
+/// In a compressible sheet `2∫ρ[|D(v)|² + (div v)²]`, `∫|L_h|²/(Pe B ρ)` and `S_a δ(ρp,p,v) + S_a' ∫ρ|p|² div v` take their places.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Budget {
     /// `dF_h/dt = (L_h|∂_t p)`
@@ -28,6 +31,7 @@ impl Budget {
     pub fn of(march: &March) -> Self {
         match march.model.kind() {
             Kind::Incompressible(sheet) => Self::incompressible(sheet, &march.state, march.rate_of_p(), march.t),
+            Kind::Compressible(sheet) => Self::compressible(sheet, &march.state, march.rate_of_p(), march.t),
         }
     }
 
@@ -52,6 +56,39 @@ impl Budget {
             let well = model.polarity.molecular_functional(&model.loops, p, t);
             budget.rate = m.elasticity * dot(&well, rate_of_p);
             budget.relaxation = m.elasticity * dot(&well, &model.polarity.mass_solve(&well)) / m.peclet;
+        }
+        budget
+    }
+
+    fn compressible(model: &Compressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
+        let (m, law, loops) = (&model.parameters, &model.law, &model.loops);
+        let (v, rho, p) = (&state.v, state.volume(), &state.p);
+        let (k, r, q) = (v.space.degree, rho.space.degree, p.space.degree);
+        let mut budget = Self {
+            rate: model.energy_rate(state, rate_of_p, t),
+            friction: m.friction * loops.sum(2 * k, |x| v.vector(&x.site).norm_squared()),
+            viscosity: loops.sum(2 * (k - 1) + r, |x| {
+                let g = v.vector_gradient(&x.site);
+                2.0 * rho.scalar(&x.site) * (sym(&g).norm_squared() + g.trace().powi(2))
+            }),
+            traction: m.traction * loops.sum(k + q, |x| p.vector(&x.site).dot(&v.vector(&x.site))),
+            ..Self::default()
+        };
+        if m.active_stress != 0.0 || law.active_stress_iso != 0.0 {
+            budget.active_stress = loops.sum(k - 1 + 2 * q + r, |x| {
+                let (g, p) = (v.vector_gradient(&x.site), p.vector(&x.site));
+                let along = m.active_stress * p.dot(&(sym(&g) * p)) + law.active_stress_iso * p.norm_squared() * g.trace();
+                rho.scalar(&x.site) * along
+            });
+        }
+        if m.elasticity != 0.0 {
+            let l = model.molecular(&model.molecular_functional(rho, p, t)).expect("there is elasticity");
+            // where there is no tissue, nothing relaxes
+            budget.relaxation = m.elasticity / m.peclet
+                * loops.sum(2 * q + r, |x| match rho.scalar(&x.site) {
+                    density if density > 0.0 => l.vector(&x.site).norm_squared() / density,
+                    _ => 0.0,
+                });
         }
         budget
     }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::form::power::energy_density;
 use crate::form::{CellPoint, Integrator};
 use crate::mesh::Point;
+use crate::model::compressible::Compressible;
 use crate::model::incompressible::Incompressible;
 use crate::model::{ElasticForce, Exact, State};
 use crate::time::{Kind, Sheet};
@@ -121,6 +122,7 @@ impl Errors {
 pub fn errors(model: &dyn Sheet, exact: &Exact, state: &State, t: f64) -> Errors {
     match model.kind() {
         Kind::Incompressible(sheet) => incompressible(sheet, &exact.at_time(t), state, t),
+        Kind::Compressible(sheet) => compressible(sheet, &exact.at_time(t), state, t),
     }
 }
 
@@ -143,6 +145,21 @@ fn incompressible(model: &Incompressible, exact: &Exact, state: &State, t: f64) 
     gather(&model.loops, degree, ErrorField::INCOMPRESSIBLE, |x| {
         let (vectors, pressure) = at(x);
         [vectors[0].norm(), (pressure - mean).abs(), vectors[1].norm(), vectors[2].norm()]
+    })
+}
+
+fn compressible(model: &Compressible, exact: &Exact, state: &State, t: f64) -> Errors {
+    let rho = state.volume();
+    let diffused = model.diffused(rho, &state.p, t);
+    let degree = 2 * state.p.space.degree + 2;
+    gather(&model.loops, degree, ErrorField::COMPRESSIBLE, |x| {
+        let values = exact.at(x.site.x, t);
+        [
+            (state.v.vector(&x.site) - values.velocity).norm(),
+            (rho.scalar(&x.site) - values.volume).abs(),
+            (state.p.vector(&x.site) - values.polarity).norm(),
+            (diffused.vector(&x.site) - values.polarity_laplacian).norm(),
+        ]
     })
 }
 

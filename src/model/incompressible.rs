@@ -3,9 +3,10 @@
 use std::sync::{Arc, OnceLock};
 
 use super::boundary::{Conditions, VelocityCondition};
-use super::expression::{Expression, ExpressionError};
+use super::expression::ExpressionError;
+use super::formulas::check_formulas;
 use super::lagged::{Layout, Structure};
-use super::momentum::{Momentum, MomentumError, SlipTreatment, tagged};
+use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::sources::Sources;
@@ -14,15 +15,16 @@ use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
 use crate::form::{CellPoint, Density, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity};
-use crate::mesh::{Mesh, Point};
+use crate::mesh::Mesh;
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
 
-/// Polynomial degrees of the three fields.
+/// Polynomial degrees of the fields; those of fields that a model does not have do not matter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Degrees {
     pub velocity: usize,
     pub pressure: usize,
+    pub density: usize,
     pub polarity: usize,
 }
 
@@ -34,6 +36,8 @@ pub struct Inputs {
     pub force: Vec<f64>,
     /// `(f_p|q)`
     pub source: Vec<f64>,
+    /// `(f_ρ|z)`; empty in an incompressible sheet.
+    pub density: Vec<f64>,
     /// `v_D` at the nodes.
     pub prescribed: Vec<f64>,
 }
@@ -150,14 +154,14 @@ impl Incompressible {
     /// A Dirichlet formula that is not finite at a node.
     pub fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError> {
         let sources = self.sources.at_time(t);
-        let form = self.outer_force(&sources, t);
+        let form = outer_force(&self.momentum.velocity, &self.parameters, &self.conditions, &sources, t);
         let force = if form.is_zero() {
             vec![0.0; self.momentum.velocity.dof_count()]
         } else {
             self.loops.vector(&form, &self.momentum.velocity)
         };
         let prescribed = self.momentum.frames.prescribed(&self.conditions, t)?;
-        Ok(Inputs { t, force, source: self.polarity_source(&sources, t), prescribed })
+        Ok(Inputs { t, force, source: self.polarity_source(&sources, t), density: Vec::new(), prescribed })
     }
 
     /// `F(w) = T_a(p|w) − ω(p,L_h,w) − a δ(p,L_h,w) + κ²B c_h(p,p,w) + S_a δ(p,p,w)`   [7.11a], without what is given from outside
@@ -219,39 +223,6 @@ impl Incompressible {
         force
     }
 
-    /// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags.
-    fn outer_force<'a>(&'a self, sources: &'a Sources, t: f64) -> Linear<'a, Vector> {
-        let velocity = &*self.momentum.velocity;
-        let mut form = Linear::zero();
-        if sources.has_force() {
-            let value = move |x: &CellPoint| sources.force(&self.parameters, x.site.x, t);
-            form = form + mass::load(velocity, FORMULA_DEGREE, value);
-        }
-        let pulled = tagged(&self.conditions, |c| match c {
-            VelocityCondition::Traction(g) => !g.iter().all(Expression::is_zero),
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
-        });
-        if pulled != Faces::NONE {
-            let value = move |s: &FacePoint| self.traction_at(s, t);
-            form = form + mass::face_load(velocity, pulled, FORMULA_DEGREE, value);
-        }
-        form + self.exact_traction(sources, t)
-    }
-
-    /// The stress `n·σ` of the exact fields on boundaries with a natural condition; its tangential part on slip boundaries.
-    fn exact_traction<'a>(&'a self, sources: &'a Sources, t: f64) -> Linear<'a, Vector> {
-        let Some(exact) = sources.boundary() else { return Linear::zero() };
-        let whole = tagged(&self.conditions, VelocityCondition::fixes_pressure);
-        let slip = tagged(&self.conditions, |c| matches!(c, VelocityCondition::Slip));
-        let traction = move |s: &FacePoint| exact.traction(&self.parameters, s.minus.x, t, s.n);
-        let tangential = move |s: &FacePoint| {
-            let g = traction(s);
-            g - s.exact_n * g.dot(&s.exact_n)
-        };
-        mass::face_load(&self.momentum.velocity, whole, FORMULA_DEGREE, traction)
-            + mass::face_load(&self.momentum.velocity, slip, FORMULA_DEGREE, tangential)
-    }
-
     /// `(f_p|q)` at time `t`.
     fn polarity_source(&self, sources: &Sources, t: f64) -> Vec<f64> {
         let space = &self.polarity.space;
@@ -262,65 +233,13 @@ impl Incompressible {
         self.loops.vector(&mass::load(space, FORMULA_DEGREE, value), space)
     }
 
-    fn traction_at(&self, s: &FacePoint, t: f64) -> Point {
-        let tag = self.loops.mesh.faces[s.face].tag.expect("traction faces are on the boundary");
-        match &self.conditions[tag].velocity {
-            VelocityCondition::Traction(g) => Point::new(g[0].eval(s.minus.x, t), g[1].eval(s.minus.x, t)),
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => {
-                Point::zeros()
-            }
-        }
-    }
-
     /// Evaluates every source and boundary formula wherever the forms do.
     ///
     /// # Errors
     /// The first one that is not finite, with its place and time.
     pub fn check_formulas(&self, t: f64) -> Result<(), ExpressionError> {
-        let mut first = Ok(());
-        let mut visit = |pair: &[Expression; 2], x: Point| {
-            if first.is_ok() {
-                first = pair.iter().try_for_each(|f| f.try_eval(x, t).map(|_| ()));
-            }
-        };
-        for source in self.sources.formulas() {
-            for cell in 0..self.loops.mesh.cells.len() {
-                let degree = FORMULA_DEGREE + self.momentum.velocity.degree.max(self.polarity.space.degree);
-                self.loops.each_cell_point(cell, degree, &mut |x| visit(source, x.site.x));
-            }
-        }
-        for (index, face) in self.loops.mesh.faces.iter().enumerate() {
-            let Some(tag) = face.tag else { continue };
-            let velocity = match &self.conditions[tag].velocity {
-                VelocityCondition::Traction(pair) | VelocityCondition::Dirichlet(pair) => Some(pair),
-                VelocityCondition::Slip | VelocityCondition::NoTangential => None,
-            };
-            for pair in velocity.into_iter().chain(data_of(&self.conditions[tag])) {
-                self.loops.each_face_point(index, FORMULA_DEGREE, &mut |s| visit(pair, s.minus.x));
-            }
-        }
-        first?;
-        if self.sources.exact.is_some() { self.check_sources(t) } else { Ok(()) }
-    }
-
-    /// Evaluates the sources that follow from the exact fields.
-    fn check_sources(&self, t: f64) -> Result<(), ExpressionError> {
-        let sources = self.sources.at_time(t);
-        let mut first = Ok(());
-        for cell in 0..self.loops.mesh.cells.len() {
-            let degree = FORMULA_DEGREE + self.momentum.velocity.degree.max(self.polarity.space.degree);
-            self.loops.each_cell_point(cell, degree, &mut |x| {
-                let at = x.site.x;
-                let (f, g) = (sources.force(&self.parameters, at, t), sources.polarity(&self.parameters, at, t));
-                let bad =
-                    [("f_v", f.x), ("f_v", f.y), ("f_p", g.x), ("f_p", g.y)].into_iter().find(|v| !v.1.is_finite());
-                if let (Ok(()), Some((name, value))) = (&first, bad) {
-                    let text = format!("{name} of [exact]");
-                    first = Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t });
-                }
-            });
-        }
-        first
+        let degree = self.momentum.velocity.degree.max(self.polarity.space.degree);
+        check_formulas(&self.loops, degree, &self.conditions, &self.sources, &self.parameters, t)
     }
 
     /// Velocity and pressure of the polarity `p` at time `t`   [8.34]

@@ -3,6 +3,7 @@
 pub mod boundary;
 pub mod compressible;
 pub mod expression;
+pub mod formulas;
 pub mod frames;
 pub mod incompressible;
 pub mod lagged;
@@ -74,7 +75,8 @@ impl ModelError {
         let text = match error {
             ExpressionError::Syntax { text, .. }
             | ExpressionError::Unknown { text, .. }
-            | ExpressionError::NotFinite { text, .. } => text,
+            | ExpressionError::NotFinite { text, .. }
+            | ExpressionError::Negative { text, .. } => text,
         };
         Self::new(key, format!("\"{text}\""), rule, hint)
     }

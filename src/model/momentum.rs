@@ -5,10 +5,14 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::boundary::{Conditions, VelocityCondition};
-use super::expression::ExpressionError;
+use super::expression::{Expression, ExpressionError};
 use super::frames::{Frames, WallPoints};
+use super::parameters::Parameters;
+use super::polarity::FORMULA_DEGREE;
+use super::sources::Sources;
 use crate::form::words::Vector;
-use crate::form::{Bilinear, CellPoint, Faces, Integrator, mass, stokes};
+use crate::form::{Bilinear, CellPoint, FacePoint, Faces, Integrator, Linear, mass, stokes};
+use crate::mesh::Point;
 use crate::solve::bordered::Bordered;
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, norm};
@@ -259,6 +263,44 @@ fn stiffness_form<'a>(velocity: &Space, friction: f64, penalty: Option<(Faces, f
         form = form + stokes::slip_penalty(velocity, faces, epsilon);
     }
     form
+}
+
+/// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags; of exact fields, where they give the boundary data, `n·σ` on
+/// boundaries with a natural condition and its tangential part on slip. In a compressible sheet ρσ takes the place of σ.
+pub fn outer_force<'a>(
+    velocity: &Space,
+    parameters: &'a Parameters,
+    conditions: &'a [Conditions],
+    sources: &'a Sources,
+    t: f64,
+) -> Linear<'a, Vector> {
+    let mut form = Linear::zero();
+    if sources.has_force() {
+        let value = move |x: &CellPoint| sources.force(parameters, x.site.x, t);
+        form = form + mass::load(velocity, FORMULA_DEGREE, value);
+    }
+    let pulled = tagged(conditions, |c| match c {
+        VelocityCondition::Traction(g) => !g.iter().all(Expression::is_zero),
+        VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
+    });
+    if pulled != Faces::NONE {
+        let mesh = velocity.mesh.clone();
+        let value = move |s: &FacePoint| match mesh.faces[s.face].tag.map(|tag| &conditions[tag].velocity) {
+            Some(VelocityCondition::Traction([f, g])) => Point::new(f.eval(s.minus.x, t), g.eval(s.minus.x, t)),
+            _ => unreachable!("only traction tags are in the set"),
+        };
+        form = form + mass::face_load(velocity, pulled, FORMULA_DEGREE, value);
+    }
+    let Some(exact) = sources.boundary() else { return form };
+    let whole = tagged(conditions, VelocityCondition::fixes_pressure);
+    let slip = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
+    let traction = move |s: &FacePoint| exact.traction(parameters, s.minus.x, t, s.n);
+    let tangential = move |s: &FacePoint| {
+        let g = traction(s);
+        g - s.exact_n * g.dot(&s.exact_n)
+    };
+    form + mass::face_load(velocity, whole, FORMULA_DEGREE, traction)
+        + mass::face_load(velocity, slip, FORMULA_DEGREE, tangential)
 }
 
 /// Rounding weighs a penalty against the rest of the balance: a system that is not solved well is blamed on it.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::boundary::{Conditions, PolarityCondition};
 use super::expression::Expression;
 use super::manufactured::Exact;
-use super::parameters::Parameters;
+use super::parameters::{ModelKind, Parameters};
 use crate::form::upwind::Carrier;
 use crate::form::words::{Scalar, Vector};
 use crate::form::{Bilinear, Density, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, swip, upwind};
@@ -36,7 +36,7 @@ pub struct Polarity {
     pub dirichlet: Faces,
     parameters: Parameters,
     conditions: Vec<Conditions>,
-    /// `κ² a_swip`.
+    /// `κ² a_swip` of a sheet without density.
     diffusion: ScalarBlocks,
     /// `(φ|χ)`, `n × n` per cell.
     mass: Vec<f64>,
@@ -66,10 +66,14 @@ impl Polarity {
         };
         let dirichlet = of_kind(true);
         let slopes = slopes.map(|exact| (of_kind(false), exact));
-        let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet, Density::One);
         let neighbours = neighbours(mesh);
-        let mut diffusion = ScalarBlocks::zero(&neighbours, space.n);
-        loops.add_rows(&form, (space, space), &mut diffusion.diagonal, &mut diffusion.off);
+        // that of a sheet with density changes with it
+        let fixed = parameters.kind() == ModelKind::Incompressible;
+        let mut diffusion = ScalarBlocks::zero(&neighbours, if fixed { space.n } else { 0 });
+        if fixed {
+            let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet, Density::One);
+            loops.add_rows(&form, (space, space), &mut diffusion.diagonal, &mut diffusion.off);
+        }
         let mass = loops.cell_blocks(&mass::mass(space), space, space);
         let mass_inverse = invert_blocks(&mass, space.n)?;
         let order = downstream_order(mesh);
@@ -91,7 +95,7 @@ impl Polarity {
         };
         let moving =
             this.slopes.is_some() || conditions.iter().filter_map(data_of).flatten().any(Expression::depends_on_time);
-        if !moving {
+        if fixed && !moving {
             this.steady_data = Some(this.diffusion_data(loops, 0.0));
         }
         Ok(this)
@@ -141,6 +145,16 @@ impl Polarity {
     /// `M⁻¹ f`.
     pub fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
         self.each_block(&self.mass_inverse, f)
+    }
+
+    /// Neumann faces with the slope `∂_np` of exact fields.
+    pub(super) fn slopes(&self) -> Option<(Faces, Arc<Exact>)> {
+        self.slopes.clone()
+    }
+
+    /// The order in which incomplete factors sweep over the cells, and the place of every cell in it.
+    pub(super) fn sweep(&self) -> (&Arc<Vec<usize>>, &Arc<Vec<usize>>) {
+        (&self.order, &self.rank)
     }
 
     /// The cells next to each cell.
@@ -329,7 +343,7 @@ fn downstream_order(mesh: &Mesh) -> Vec<usize> {
     order
 }
 
-fn invert_blocks(blocks: &[f64], n: usize) -> Result<Vec<f64>, SolveError> {
+pub(super) fn invert_blocks(blocks: &[f64], n: usize) -> Result<Vec<f64>, SolveError> {
     let mut out = Vec::with_capacity(blocks.len());
     for (cell, block) in blocks.chunks(n * n).enumerate() {
         let inverse = DMatrix::from_row_slice(n, n, block).cholesky().map(|c| c.inverse());

@@ -2,7 +2,8 @@
 
 use super::RunError;
 use crate::mesh::{Face, Mesh, Point};
-use crate::model::{Exact, VelocityCondition, Volume};
+use crate::model::manufactured::Volume;
+use crate::model::{Exact, VelocityCondition};
 use crate::scene::Scene;
 
 /// `div v` may be this share of `|∂₁v₁| + |∂₂v₂|`.

@@ -235,6 +235,7 @@ pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
         degrees: Degrees {
             velocity: scene.space.velocity,
             pressure: scene.space.pressure,
+            density: scene.space.density,
             polarity: scene.space.polarity,
         },
         conditions: mesh.tags.iter().map(|tag| scene.boundary[tag].clone()).collect(),

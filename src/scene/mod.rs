@@ -189,8 +189,8 @@ impl Scene {
 
     /// How the scene is marched in time.
     pub fn march(&self) -> MarchSettings {
-        let Time { order, control, alternate, .. } = self.time;
-        MarchSettings { order, control, alternate, coupling: self.coupling }
+        let Time { order, control, alternate, density_implicit, .. } = self.time;
+        MarchSettings { order, control, alternate, coupling: self.coupling, density_implicit }
     }
 
     /// Whether Π is determined only up to a constant and takes zero mean: the sheet is incompressible, and no tag prescribes a

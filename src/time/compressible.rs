@@ -243,7 +243,7 @@ impl Tangent for compressible::Tangent<'_> {
     }
 
     fn elements(&self) -> Box<dyn Elements + '_> {
-        Box::new(self)
+        Box::new(compressible::Blocks(self))
     }
 
     fn factors_are_exact(&self) -> bool {
@@ -274,7 +274,10 @@ impl Passes for InTurn<'_> {
         let mut rho = state.volume().values.clone();
         let steps = phases.measure("density solve", || model.transported(equations, &v, &mut rho))?;
         let rho = model.density.limiter.limit(&Field::new(&model.density.space, rho))?.rho;
-        let (operator, right) = phases.measure("polarity assembly", || model.relaxed(equations, &rho, &v, last));
+        let (_, history) = model.split(&equations.history);
+        let weighted = (equations.weights.polarity, &history);
+        let (operator, right) =
+            phases.measure("polarity assembly", || model.relaxed(&rho, &v, weighted, last, inputs));
         // factors of the first iterate serve the whole step: later ones differ little
         if self.factors.is_none() {
             self.factors = Some(phases.measure("polarity factors", || model.polarity.precondition(&operator))?);

@@ -4,10 +4,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::equations::Equations;
-use super::sheet::{Sheet, Weights};
-use super::{Phases, bdf, newton};
+use super::sheet::{Settled, Sheet, Weights};
+use super::{Phases, abdf, bdf, newton};
 use crate::model::ExpressionError;
 use crate::model::State;
+use crate::model::compressible::FlowError;
+use crate::model::limiter::NegativeMean;
 use crate::model::momentum::MomentumError;
 use crate::solve::SolveError;
 use crate::solve::anderson::Anderson;
@@ -61,7 +63,9 @@ impl CouplingKind {
 /// A step that was solved.
 #[derive(Debug, Clone)]
 pub struct StepOutcome {
-    pub state: State,
+    pub settled: Settled,
+    /// Net mass that enters per time in the new state.
+    pub gain: f64,
     /// `∂_t p` by the BDF.
     pub rate_of_p: Vec<f64>,
     pub iterations: usize,
@@ -88,16 +92,30 @@ pub enum StepFailure {
     #[error(transparent)]
     Momentum(#[from] MomentumError),
     #[error(transparent)]
+    Density(#[from] NegativeMean),
+    #[error(transparent)]
     Formula(#[from] ExpressionError),
     #[error("stopped from outside")]
     Interrupted,
+}
+
+impl From<FlowError> for StepFailure {
+    fn from(error: FlowError) -> Self {
+        match error {
+            FlowError::Density(error) => StepFailure::Density(error),
+            FlowError::Momentum(error) => StepFailure::Momentum(error),
+        }
+    }
 }
 
 impl StepFailure {
     /// Whether a smaller step may help: not when the constant Stokes problem or a formula fails.
     pub fn may_be_cured_by_a_smaller_step(&self) -> bool {
         match self {
-            StepFailure::Slow { .. } | StepFailure::Diverged { .. } | StepFailure::Polarity(_) => true,
+            StepFailure::Slow { .. }
+            | StepFailure::Diverged { .. }
+            | StepFailure::Polarity(_)
+            | StepFailure::Density(_) => true,
             // a force that is not finite comes from a polarity that is not
             StepFailure::Momentum(MomentumError::Solve(SolveError::NotFiniteInput { .. })) => true,
             StepFailure::Momentum(
@@ -112,6 +130,14 @@ impl StepFailure {
     }
 }
 
+/// A step of the density.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DensityStep {
+    pub formula: abdf::Formula,
+    /// `∂_t ρ` at the last step; empty where the formula does not use it.
+    pub rate: Vec<f64>,
+}
+
 /// One step to be solved: `past` holds `(t_{n−i}, y^{n−i})`, newest first, as many as the order asks for.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
@@ -120,6 +146,8 @@ pub struct Step<'a> {
     pub past: &'a [(f64, &'a [f64])],
     /// The same and possibly one more, for a prediction.
     pub known: &'a [(f64, &'a [f64])],
+    /// How the density gets to `t`, where there is one.
+    pub density: Option<&'a DensityStep>,
     /// The state at the last step.
     pub guess: &'a State,
     pub settings: &'a CouplingSettings,
@@ -135,7 +163,21 @@ impl<'a> Step<'a> {
         Ok(Equations { model: self.model, inputs, before: self.guess.v.clone(), weights, history })
     }
 
-    /// `α₀/Δt`, and `Σ_{i≥1} α_i p^{n−i}/Δt`.
+    /// `1/(Δt β̃₀)`, and `−[Σ_{i≥1} α̃_i ρ^{n−i}/Δt + β̃₁ ∂_t ρ^{n−1}]/β̃₀` in place of the density's history   [8.23]
+    fn density_differences(&self, step: &DensityStep, history: &mut [f64]) -> f64 {
+        let DensityStep { formula, rate } = step;
+        let (count, dt) = (history.len() - self.guess.p.values.len(), self.t - self.past[0].0);
+        let weight = 1.0 / (dt * formula.beta[0]);
+        let history = &mut history[..count];
+        history.fill(0.0);
+        for (alpha, (_, y)) in formula.alpha.iter().zip(self.known) {
+            crate::solve::axpy(-alpha * weight, &y[..count], history);
+        }
+        crate::solve::axpy(-formula.beta[1] / formula.beta[0], rate, history);
+        weight
+    }
+
+    /// `α₀/Δt`, and `Σ_{i≥1} α_i p^{n−i}/Δt`; what they are for the density.
     fn differences(&self) -> (Weights, Vec<f64>) {
         let times: Vec<f64> = std::iter::once(self.t).chain(self.past.iter().map(|(t, _)| *t)).collect();
         let weights = bdf::derivative_weights(&times);
@@ -143,7 +185,8 @@ impl<'a> Step<'a> {
         for (d, (_, y)) in weights[1..].iter().zip(self.past) {
             crate::solve::axpy(*d, y, &mut history);
         }
-        (Weights { density: 0.0, polarity: weights[0] }, history)
+        let density = self.density.map_or(0.0, |step| self.density_differences(step, &mut history));
+        (Weights { density, polarity: weights[0] }, history)
     }
 
     /// Gives up where the caller asks for it.
@@ -198,10 +241,11 @@ fn fixed_point(step: &Step, depth: usize, phases: &mut Phases) -> Result<StepOut
         }
         // what is accepted is the image, whose increment was measured, never an extrapolation
         if converged || late {
-            let state = model.settle(&equations, image, phases)?;
+            let settled = model.settle(&equations, image, phases)?;
             return Ok(StepOutcome {
-                rate_of_p: equations.rate_of_p(&state),
-                state,
+                rate_of_p: equations.rate_of_p(&settled.state),
+                gain: model.gain(&settled.state, &equations.inputs),
+                settled,
                 iterations: k,
                 linear_iterations,
                 first_increment: first,

@@ -1,9 +1,12 @@
 //! The equations of what is carried with the flow eliminated: `R(y) = R_y(y, v(y))`, of a time step or stationary.
 
+use std::sync::Arc;
+
 use super::Phases;
 use super::coupling::StepFailure;
 use super::sheet::{Sheet, Weights};
 use crate::model::State;
+use crate::model::compressible::Squeezed;
 use crate::model::incompressible::Inputs;
 use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::Field;
@@ -18,6 +21,8 @@ pub struct Trial {
     pub residual: Vec<f64>,
     /// `(R|M⁻¹R)^½`
     pub size: f64,
+    /// What the derivative of a compressible sheet needs of the evaluation.
+    pub squeezed: Option<Arc<Squeezed>>,
 }
 
 /// `R(y)`: `Pe (w p + h) + Pe [a_upw − ω − a δ](p; v(p)) + (1/B) L_h(p) − inputs` in the incompressible sheet   [7.11c]
@@ -68,6 +73,6 @@ impl<'m> Equations<'m> {
             return Err(SolveError::NotFiniteInput { system: "polarity".to_owned(), index }.into());
         }
         let size = root(dot(&residual, &self.model.mass_solve(&residual)));
-        Ok(Trial { y, state, residual, size })
+        Ok(Trial { y, state, residual, size, squeezed: None })
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
-use super::sheet::{Kind, Passes, Sheet, Tangent, Weights};
+use super::sheet::{Kind, Passes, Settled, Sheet, Tangent, Weights};
 use crate::form::Integrator;
 use crate::model::expression::ExpressionError;
 use crate::model::incompressible::{Incompressible, Inputs};
@@ -142,8 +142,8 @@ impl Sheet for Incompressible {
         Ok(Box::new(InTurn::new(self, equations)))
     }
 
-    fn settle(&self, _: &Equations, state: State, _: &mut Phases) -> Result<State, StepFailure> {
-        Ok(state)
+    fn settle(&self, _: &Equations, state: State, _: &mut Phases) -> Result<Settled, StepFailure> {
+        Ok(Settled { state, limited: 0 })
     }
 
     fn density_rate(&self, _: &State, _: f64) -> Result<Vec<f64>, ExpressionError> {
@@ -151,6 +151,10 @@ impl Sheet for Incompressible {
     }
 
     fn stiffness(&self, _: &State) -> f64 {
+        0.0
+    }
+
+    fn gain(&self, _: &State, _: &Inputs) -> f64 {
         0.0
     }
 

@@ -5,11 +5,12 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, ControlSettings};
-use super::coupling::{CouplingKind, CouplingSettings, Step, StepFailure, StepOutcome, solve_step};
+use super::coupling::{CouplingKind, CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
 use super::memory::{Memory, Origin};
 use super::schedule::trim;
 use super::sheet::{Kind, Sheet};
-use super::{Phases, bdf};
+use super::{Phases, abdf, bdf};
+use crate::model::expression::ExpressionError;
 use crate::model::momentum::MomentumError;
 use crate::model::{Residuals, State, Volume};
 use crate::space::Field;
@@ -23,6 +24,8 @@ pub struct MarchSettings {
     /// Ratio in which successive steps alternate about the step control's Δt; 1 for equal steps.
     pub alternate: f64,
     pub coupling: CouplingSettings,
+    /// Whether a density is marched by the implicit BDF alone, never by A-BDF(θ*).
+    pub density_implicit: bool,
 }
 
 impl MarchSettings {
@@ -48,6 +51,10 @@ pub struct StepReport {
     pub converged: bool,
     /// Halvings before this step was accepted.
     pub rejected: usize,
+    /// θ of the density's formula, 0 for the implicit BDF.
+    pub theta: f64,
+    /// Cells whose density was limited.
+    pub limited: usize,
 }
 
 /// Why the march cannot go on; the last good state is kept.
@@ -79,6 +86,16 @@ pub struct Counts {
     pub polarity_linear_iterations: usize,
     /// Steps that were accepted at k_max without reaching the tolerance.
     pub accepted_late: usize,
+    /// Steps whose density had to be taken by the implicit BDF, because A-BDF(θ) would not have been stable.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub density_implicit: usize,
+    /// Cells whose density was limited, over all steps.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub limited: usize,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// All that a restart needs, to continue bit for bit.
@@ -93,6 +110,11 @@ pub struct Checkpoint {
     /// Pressure or density.
     pub volume: Vec<f64>,
     pub rate_of_p: Vec<f64>,
+    /// Mass gained since the start at the times of `past`, and per time now.
+    pub gained: Vec<f64>,
+    pub gain: f64,
+    /// Cells whose density was limited in the last step.
+    pub limited: usize,
     /// Steps in a row with `|dF/dt|` below its bound.
     pub quiet: usize,
     /// Where the factors of Newton's method come from.
@@ -118,6 +140,12 @@ pub struct March<'m> {
     control: Control,
     past: Vec<(f64, Vec<f64>)>,
     rate_of_p: Vec<f64>,
+    /// Mass gained since the start, at the times of `past`.
+    gained: Vec<f64>,
+    /// Net mass that enters per time.
+    gain: f64,
+    /// Cells whose density was limited in the last step.
+    limited: usize,
     memory: Memory,
 }
 
@@ -146,6 +174,7 @@ impl<'m> March<'m> {
         let state = model.state_of(&y, t)?;
         // the density may have been limited
         past[0].1 = model.carried(&state);
+        let gain = model.gain(&state, &model.inputs(t)?);
         let size = state.p.values.len();
         let mut rate_of_p = vec![0.0; size];
         if past.len() > 1 {
@@ -164,6 +193,9 @@ impl<'m> March<'m> {
             quiet: 0,
             interrupt: &NEVER,
             control: Control::new(&settings.control),
+            gained: vec![0.0; past.len()],
+            gain,
+            limited: 0,
             past,
             rate_of_p,
             memory: Memory::default(),
@@ -180,6 +212,7 @@ impl<'m> March<'m> {
             v: Field::new(model.velocity(), from.velocity),
             volume: match model.kind() {
                 Kind::Incompressible(_) => Volume::Pressure(volume),
+                Kind::Compressible(_) => Volume::Density(volume),
             },
             p: Field::new(space, newest[newest.len() - space.dof_count()..].to_vec()),
         };
@@ -194,6 +227,9 @@ impl<'m> March<'m> {
             interrupt: &NEVER,
             control: from.control.within(&settings.control),
             past,
+            gained: from.gained,
+            gain: from.gain,
+            limited: from.limited,
             rate_of_p: from.rate_of_p,
             memory: from
                 .origin
@@ -208,6 +244,8 @@ impl<'m> March<'m> {
         self.counts.steps = steps;
         self.rate_of_p.fill(0.0);
         self.past = vec![(self.t, self.model.carried(&state))];
+        self.gained = vec![0.0];
+        self.limited = 0;
         self.state = state;
     }
 
@@ -226,6 +264,9 @@ impl<'m> March<'m> {
             velocity: self.state.v.values.clone(),
             volume: self.state.volume().values.clone(),
             rate_of_p: self.rate_of_p.clone(),
+            gained: self.gained.clone(),
+            gain: self.gain,
+            limited: self.limited,
             quiet: self.quiet,
             origin: self.memory.origin().cloned(),
         }
@@ -239,6 +280,7 @@ impl<'m> March<'m> {
         let step = self.counts.steps + 1;
         let (mut rejected, mut cap) = (0, f64::INFINITY);
         let entry = (self.counts, self.control.clone(), self.memory.origin().cloned());
+        let stiffness = self.model.stiffness(&self.state);
         loop {
             let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
             let lands = self.t + dt >= landing - 1e-9 * dt;
@@ -246,18 +288,23 @@ impl<'m> March<'m> {
             let order = self.order_for(dt);
             let known: Vec<(f64, &[f64])> =
                 self.past.iter().take(self.usable(dt).min(order + 1)).map(|(t, y)| (*t, &y[..])).collect();
+            let density = match self.density_step(t, stiffness * dt) {
+                Ok(density) => density,
+                Err(cause) => return Err(MarchError::Failed { step, t: self.t, cause: Box::new(cause.into()) }),
+            };
             let coupling = &self.settings.coupling;
             let attempt = Step {
                 model: self.model,
                 t,
                 past: &known[..order],
                 known: &known,
+                density: density.as_ref(),
                 guess: &self.state,
                 settings: coupling,
                 interrupt: self.interrupt,
             };
             match solve_step(&attempt, &mut self.memory, &mut self.phases) {
-                Ok(outcome) => return Ok(self.accept(outcome, t, order, rejected)),
+                Ok(outcome) => return Ok(self.accept(outcome, t, order, rejected, density.as_ref())),
                 Err(StepFailure::Interrupted) => {
                     // a resumed run begins this step anew, with what it began with
                     let origin;
@@ -299,7 +346,45 @@ impl<'m> March<'m> {
         1 + steps.take_while(|&earlier| dt <= LONGEST_RATIO * earlier).count()
     }
 
-    fn accept(&mut self, outcome: StepOutcome, t: f64, order: usize, rejected: usize) -> StepReport {
+    /// The formula of the density for a step to `t`, where there is one; `z` is a bound on `−λΔt`.
+    fn density_step(&self, t: f64, z: f64) -> Result<Option<DensityStep>, ExpressionError> {
+        if self.state.density().is_none() {
+            return Ok(None);
+        }
+        let order = self.order_for(t - self.t).min(abdf::MAX_ORDER);
+        let times: Vec<f64> = std::iter::once(t).chain(self.past.iter().map(|(t, _)| *t)).take(order + 1).collect();
+        let formula = abdf::Formula::choose(&times, order, z, self.settings.density_implicit);
+        let rate = match formula.beta[1] {
+            0.0 => Vec::new(),
+            _ => self.model.density_rate(&self.state, self.t)?,
+        };
+        Ok(Some(DensityStep { formula, rate }))
+    }
+
+    /// Mass gained at the new time by the formula of the density, and that now: what the density's total has to agree with.
+    fn gained_after(&self, density: Option<&DensityStep>, dt: f64, gain: f64) -> f64 {
+        density.map_or(0.0, |step| {
+            let past: f64 = step.formula.alpha.iter().zip(&self.gained).map(|(alpha, gained)| alpha * gained).sum();
+            past + dt * (step.formula.beta[0] * gain + step.formula.beta[1] * self.gain)
+        })
+    }
+
+    fn accept(
+        &mut self,
+        outcome: StepOutcome,
+        t: f64,
+        order: usize,
+        rejected: usize,
+        density: Option<&DensityStep>,
+    ) -> StepReport {
+        let theta = density.map_or(0.0, |step| step.formula.theta);
+        let gained = self.gained_after(density, t - self.t, outcome.gain);
+        self.gained.insert(0, gained);
+        self.gain = outcome.gain;
+        self.limited = outcome.settled.limited;
+        self.counts.limited += self.limited;
+        self.counts.density_implicit +=
+            usize::from(density.is_some() && theta == 0.0 && !self.settings.density_implicit);
         self.counts.steps += 1;
         self.counts.nonlinear_iterations += outcome.iterations;
         self.counts.polarity_linear_iterations += outcome.linear_iterations;
@@ -314,13 +399,16 @@ impl<'m> March<'m> {
             rate: outcome.rate,
             converged: outcome.converged,
             rejected,
+            theta,
+            limited: self.limited,
         };
         self.t = t;
-        self.state = outcome.state;
+        self.state = outcome.settled.state;
         self.rate_of_p = outcome.rate_of_p;
         self.past.insert(0, (t, self.model.carried(&self.state)));
         // one level more than the formula needs, for predictions
         self.past.truncate(self.settings.order.min(bdf::MAX_ORDER) + 1);
+        self.gained.truncate(self.past.len());
         // an iteration that begins next to its tolerance has no rate to show, and is as good as any
         let at_rest = outcome.first_increment < 10.0 * self.settings.coupling.tolerance;
         let rate = if at_rest { f64::INFINITY } else { outcome.rate };
@@ -335,6 +423,16 @@ impl<'m> March<'m> {
     pub fn residuals(&mut self) -> Result<Residuals, MomentumError> {
         let (model, state, t) = (self.model, &self.state, self.t);
         self.phases.measure("residuals", || model.residuals(state, t))
+    }
+
+    /// Mass gained since the start through the boundary and from sources, as the time scheme counts it.
+    pub fn mass_gained(&self) -> f64 {
+        self.gained[0]
+    }
+
+    /// Cells whose density was limited in the last step.
+    pub fn limited(&self) -> usize {
+        self.limited
     }
 
     /// `∂_t p` at the current state by the time scheme.

@@ -3,6 +3,7 @@
 
 pub mod abdf;
 pub mod bdf;
+mod compressible;
 pub mod control;
 pub mod coupling;
 pub mod equations;

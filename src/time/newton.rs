@@ -95,10 +95,11 @@ fn iterate_from(
         let converged = change < settings.tolerance;
         let ends = stuck || k == settings.max_iterations;
         if converged || (ends && change < settings.accept) {
-            let state = model.settle(&equations, now.state, phases)?;
+            let settled = model.settle(&equations, now.state, phases)?;
             return Ok(StepOutcome {
-                rate_of_p: equations.rate_of_p(&state),
-                state,
+                rate_of_p: equations.rate_of_p(&settled.state),
+                gain: model.gain(&settled.state, &equations.inputs),
+                settled,
                 iterations: k,
                 linear_iterations,
                 first_increment: first,

@@ -12,6 +12,7 @@ use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
 use crate::form::Integrator;
+use crate::model::compressible::Compressible;
 use crate::model::expression::ExpressionError;
 use crate::model::incompressible::{Incompressible, Inputs};
 use crate::model::lagged::{Elements, Layout, Structure};
@@ -38,10 +39,19 @@ impl Weights {
     }
 }
 
+/// What a step is accepted with.
+#[derive(Debug, Clone)]
+pub struct Settled {
+    pub state: State,
+    /// Cells whose density was limited.
+    pub limited: usize,
+}
+
 /// A model, by its kind.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind<'m> {
     Incompressible(&'m Incompressible),
+    Compressible(&'m Compressible),
 }
 
 /// The exact derivative of the equations of one step with the flow eliminated, `R′`.
@@ -135,7 +145,7 @@ pub trait Sheet: Debug + Sync {
     ///
     /// # Errors
     /// A density that is negative or cannot be solved for.
-    fn settle(&self, equations: &Equations, state: State, phases: &mut Phases) -> Result<State, StepFailure>;
+    fn settle(&self, equations: &Equations, state: State, phases: &mut Phases) -> Result<Settled, StepFailure>;
     /// `∂_t` of the density that follows from the flow; empty without density.
     ///
     /// # Errors
@@ -143,6 +153,8 @@ pub trait Sheet: Debug + Sync {
     fn density_rate(&self, state: &State, t: f64) -> Result<Vec<f64>, ExpressionError>;
     /// A bound on `|λ|` of what the density's equation brings, per time.
     fn stiffness(&self, state: &State) -> f64;
+    /// Net mass that enters per time; zero without density.
+    fn gain(&self, state: &State, inputs: &Inputs) -> f64;
     /// Root of the sum of the squared L² distances of velocity, volume and polarity   [9.1]
     fn increment(&self, from: &State, to: &State) -> f64;
     /// Residuals of the stationary equations   [9.8], [9.9], [9.10]

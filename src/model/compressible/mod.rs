@@ -14,23 +14,24 @@ mod viscous;
 use std::sync::{Arc, OnceLock};
 
 pub use density::Density;
-pub use tangent::{Squeezed, Tangent};
+pub use tangent::{Blocks, Squeezed, Tangent};
 pub use viscous::Viscous;
 
 use super::boundary::VelocityCondition;
-use super::expression::{Expression, ExpressionError};
+use super::expression::ExpressionError;
+use super::formulas::{check_formulas, check_inflow};
 use super::frames::{Frames, WallPoints};
 use super::incompressible::{Description, Inputs};
 use super::lagged::{Layout, Structure};
 use super::limiter::NegativeMean;
-use super::momentum::{MomentumError, SlipTreatment, tagged};
+use super::momentum::{MomentumError, SlipTreatment, outer_force, tagged};
 use super::parameters::DensityLaw;
 use super::polarity::{FORMULA_DEGREE, Polarity};
 use super::state::{Residuals, State};
 use super::{Conditions, Parameters, Sources};
 use crate::form::compression::Compression;
 use crate::form::density::Density as Weight;
-use crate::form::{CellPoint, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity as forms, transport};
+use crate::form::{CellPoint, FacePoint, Faces, Integrator, elastic, mass, polarity as forms, transport};
 use crate::mesh::Mesh;
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, axpy, dot, root};
@@ -204,9 +205,10 @@ impl Compressible {
     /// # Errors
     /// A Dirichlet formula that is not finite at a node; a density of inflow that is negative.
     pub fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError> {
-        self.check_inflow(t)?;
+        check_inflow(&self.loops, &self.conditions, t)?;
         let sources = self.sources.at_time(t);
-        let force = self.loops.vector(&self.outer_force(&sources, t), &self.velocity);
+        let form = outer_force(&self.velocity, &self.parameters, &self.conditions, &sources, t);
+        let force = self.loops.vector(&form, &self.velocity);
         let prescribed = self.frames.prescribed(&self.conditions, t)?;
         let of_density = |x: &CellPoint| sources.density(x.site.x, t);
         let density = if sources.has_density() {
@@ -221,31 +223,6 @@ impl Compressible {
             vec![0.0; self.polarity.space.dof_count()]
         };
         Ok(Inputs { t, force, source, density, prescribed })
-    }
-
-    fn check_inflow(&self, t: f64) -> Result<(), ExpressionError> {
-        let mut first = Ok(());
-        for (index, face) in self.loops.mesh.faces.iter().enumerate() {
-            let Some(formula) = face.tag.filter(|_| self.density.open.holds(face)).and_then(|tag| self.conditions[tag].density.as_ref())
-            else {
-                continue;
-            };
-            if formula.is_constant() && index > 0 && first.is_ok() && !formula.depends_on_time() && t > 0.0 {
-                continue;
-            }
-            self.loops.each_face_point(index, FORMULA_DEGREE, &mut |s| {
-                let x = s.minus.x;
-                if first.is_ok() {
-                    first = formula.try_eval(x, t).and_then(|value| negative(formula, value, [x.x, x.y, t]));
-                }
-            });
-        }
-        first
-    }
-
-    /// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags, and what exact fields add on natural boundaries.
-    fn outer_force<'a>(&'a self, sources: &'a Sources, t: f64) -> Linear<'a, crate::form::words::Vector> {
-        super::momentum::outer_force(&self.velocity, &self.parameters, &self.conditions, sources, t)
     }
 
     /// The isotropic stress of the sheet.
@@ -354,7 +331,43 @@ impl Compressible {
     pub fn free_energy(&self, state: &State, t: f64) -> f64 {
         let data = |s: &FacePoint| self.polarity.data(s, t);
         let (rho, p) = (state.volume(), &state.p);
-        elastic::energy_of(&self.loops, self.compression(), rho, p, self.parameters.coherence, self.polarity.dirichlet, data)
+        let (kappa, dirichlet) = (self.parameters.coherence, self.polarity.dirichlet);
+        elastic::energy_of(&self.loops, (rho, p), &self.compression(), kappa, dirichlet, FORMULA_DEGREE, data)
+    }
+
+    /// `dF_h/dt` for the given rate of the polarity, and that of the density that the transport gives.
+    pub fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64 {
+        let (rho, p, b) = (state.volume(), &state.p, self.parameters.elasticity);
+        let by_polarity = match b {
+            0.0 => 0.0,
+            b => b * dot(&self.molecular_functional(rho, p, t), rate_of_p),
+        };
+        let Ok(inputs) = self.inputs(t) else { return f64::NAN };
+        let rate = self.density.mass_solve(&self.transport(rho, &state.v, &inputs));
+        let rate = Field::new(&self.density.space, rate.into_iter().map(|r| -r).collect());
+        let data = |s: &FacePoint| self.polarity.data(s, t);
+        let (kappa, dirichlet) = (self.parameters.coherence, self.polarity.dirichlet);
+        by_polarity
+            + elastic::energy_along_density(&self.loops, (rho, p), &rate, &self.compression(), kappa, dirichlet, FORMULA_DEGREE, data)
+    }
+
+    /// A bound on `−λ` of the density's equation, per time: transport through a cell, and the relaxation of a squeezed cell,
+    /// `ds/dρ` of the isotropic stress s over four times the viscosity.
+    pub fn stiffness(&self, state: &State) -> f64 {
+        let (rho, p) = (state.volume(), &state.p);
+        let compression = self.compression();
+        let k = (self.density.space.degree + 1) as f64;
+        let mut largest = 0.0_f64;
+        for cell in 0..self.loops.mesh.cells.len() {
+            let size = |field: &Field| {
+                let components = field.coefficients(cell, 0).zip(field.coefficients(cell, 1));
+                components.fold(0.0_f64, |m, (x, y)| m.max(x.hypot(y)))
+            };
+            let densest = rho.coefficients(cell, 0).fold(0.0_f64, f64::max);
+            let squeezed = compression.stress_by_density(densest, size(p).powi(2)).abs() / 4.0;
+            largest = largest.max(0.75 * k * k * self.loops.ratio(cell) * size(&state.v) + squeezed);
+        }
+        largest
     }
 
     /// The pressure Π, `ρΠ = c_0 ρ^(γ+1) − ½Bρ_min|p|²`, at the nodes of the density; zero where there is no tissue   [5.50]
@@ -378,19 +391,11 @@ impl Compressible {
     /// # Errors
     /// One that is not finite.
     pub fn check_formulas(&self, t: f64) -> Result<(), ExpressionError> {
-        self.check_inflow(t)?;
-        super::sources::check_formulas(&self.loops, &self.conditions, &self.sources, &self.parameters, t)
+        let degree = self.velocity.degree.max(self.polarity.space.degree);
+        check_formulas(&self.loops, degree, &self.conditions, &self.sources, &self.parameters, t)
     }
 }
 
 fn flow_layout<'m>(velocity: &'m Space, frames: &'m Frames, polarity: &'m Polarity) -> Layout<'m> {
     Layout { velocity, pressure: None, carried: [None, None], frames, closed: false, neighbours: polarity.neighbours() }
-}
-
-/// A density that enters must not be negative.
-fn negative(formula: &Expression, value: f64, [x, y, t]: [f64; 3]) -> Result<(), ExpressionError> {
-    if value >= 0.0 {
-        return Ok(());
-    }
-    Err(ExpressionError::Negative { text: formula.to_string(), value, x, y, t })
 }

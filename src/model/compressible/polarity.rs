@@ -28,7 +28,7 @@ impl Compressible {
     fn diffusion(&self, rho: &Field, p: &Field, t: f64) -> Vec<f64> {
         let (space, dirichlet) = (&*self.polarity.space, self.polarity.dirichlet);
         let data = move |s: &FacePoint| self.polarity.data(s, t);
-        let mut form = swip::diffusion(p, dirichlet, Weight::Of(rho), data);
+        let mut form = swip::diffusion(p, dirichlet, Weight::Of(rho), FORMULA_DEGREE, data);
         if let Some((faces, exact)) = self.polarity.slopes() {
             let exact = exact.at_time(t);
             let slope = move |s: &FacePoint| exact.polarity_slope(s.minus.x, t, s.n) * rho.scalar(&s.minus);
@@ -87,6 +87,28 @@ impl Compressible {
         let turning = -m.peclet * forms::objective(space, v, m.slip, weight);
         self.loops.add_cell_blocks(&turning, space, space, &mut out.diagonal);
         out
+    }
+
+    /// The linear equation of the polarity in one pass   [8.38]: `|p|²` and the `−ρp` term are those of `last`.
+    pub fn relaxed(
+        &self,
+        rho: &Field,
+        v: &Field,
+        (w, history): (f64, &Field),
+        last: &Field,
+        inputs: &Inputs,
+    ) -> (VectorBlocks, Vec<f64>) {
+        let critical = self.law.critical;
+        let operator = self.operator(rho, v, w, |density, p| density * p.norm_squared() + critical, last);
+        // what is left of the residual without polarity: inflow, boundary data and sources
+        let none = Field::zero(&self.polarity.space);
+        let well = self.molecular_functional(rho, &none, inputs.t);
+        let mut right: Vec<f64> = self.polarity_residual(rho, &none, v, &well, inputs).iter().map(|r| -r).collect();
+        axpy(-1.0, &self.inertia(rho, history), &mut right);
+        let (space, degree) = (&self.polarity.space, rho.space.degree + last.space.degree);
+        let pushed = mass::load(space, degree, |x| last.vector(&x.site) * rho.scalar(&x.site));
+        axpy(1.0, &self.loops.vector(&pushed, space), &mut right);
+        (operator, right)
     }
 
     /// Adds a form that acts on both components alike.

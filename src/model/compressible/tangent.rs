@@ -19,6 +19,7 @@ use crate::model::incompressible::Inputs;
 use crate::model::lagged::Elements;
 use crate::model::limiter::Limited;
 use crate::model::momentum::MomentumError;
+use crate::model::polarity::FORMULA_DEGREE;
 use crate::model::state::State;
 use crate::solve::axpy;
 use crate::solve::blocks::VectorBlocks;
@@ -91,19 +92,19 @@ impl<'m> Tangent<'m> {
         loops.add_own_rows(&form, (velocity, space), &mut drag.own);
 
         let mut well_by_density = rows((sizes[1], sizes[0]), true);
-        let form = elastic::double_well_by_density(p, density.degree)
-            + kappa2 * swip::by_density(p, rho, dirichlet, data);
+        let form = elastic::double_well_by_density(p, density)
+            + kappa2 * swip::by_density(p, rho, dirichlet, FORMULA_DEGREE, data);
         loops.add_rows(&form, (density, space), &mut well_by_density.own, &mut well_by_density.off);
         if let Some((faces, exact)) = model.polarity.slopes() {
             let exact = exact.at_time(t);
             let slope = move |s: &FacePoint| exact.polarity_slope(s.minus.x, t, s.n);
-            let form = -kappa2 * mass::face_load_by_density(space, density, faces, slope);
+            let form = -kappa2 * mass::face_load_by_density(space, density, faces, FORMULA_DEGREE, slope);
             loops.add_rows(&form, (density, space), &mut well_by_density.own, &mut well_by_density.off);
         }
         let mut by_density = well_by_density.clone();
-        let form = pe * mass::load_by_density(rate, density.degree)
-            + pe * upwind::advection_by_density(p, v, density.degree, dirichlet, data)
-            - pe * forms::turning_by_density(p, v, a, density.degree);
+        let form = pe * mass::load_by_density(space, density, rate.space.degree, |x| rate.vector(&x.site))
+            + pe * upwind::advection_by_density(p, v, density, dirichlet, data)
+            - pe * forms::turning_by_density(p, v, a, density);
         loops.add_rows(&form, (density, space), &mut by_density.own, &mut by_density.off);
 
         let mut well = model.polarity.empty_operator();
@@ -202,25 +203,35 @@ type Forces<'a> = (Bilinear<'a, Scalar, Vector>, Bilinear<'a, Vector, Vector>, O
 fn forces<'a>(model: &Compressible, state: &'a State, l: Option<&'a Field>) -> Forces<'a> {
     let (m, velocity) = (&model.parameters, &*model.velocity);
     let (rho, p, v) = (state.volume(), &state.p, &state.v);
-    let (r, weight, compression) = (rho.space.degree, Weight::Of(rho), model.compression());
-    let mut by_rho = -compression.by_density(velocity, rho, p) - stokes::viscosity_by_density(v, r);
+    let (density, weight, compression) = (&*rho.space, Weight::Of(rho), model.compression());
+    let mut by_rho = -compression.by_density(velocity, rho, p) - stokes::viscosity_by_density(v, density);
     let mut by_p = -compression.by_polarity(velocity, rho, p);
     if m.traction != 0.0 {
         by_p = by_p + m.traction * mass::vector_load_by(velocity, &p.space);
     }
     if m.active_stress != 0.0 {
-        by_rho = by_rho + m.active_stress * forms::stretching_force_by_density(velocity, p, r);
+        by_rho = by_rho + m.active_stress * forms::stretching_force_by_density(velocity, p, density);
         by_p = by_p + 2.0 * forms::force_by_field(velocity, p, 0.0, m.active_stress, weight);
     }
     let Some(l) = l else { return (by_rho, by_p, None) };
     let (b, elastic_stress) = (m.elasticity, m.coherence.powi(2) * m.elasticity);
-    by_rho = by_rho + elastic_stress * elastic::ericksen_by_density(velocity, p, r);
+    by_rho = by_rho + elastic_stress * elastic::ericksen_by_density(velocity, p, density);
     by_p = by_p - forms::force_by_polarity(velocity, l, b, b * m.slip)
         + elastic_stress * elastic::ericksen_tangent(velocity, p, weight);
     (by_rho, by_p, Some(-forms::force_by_field(velocity, p, b, b * m.slip, Weight::One)))
 }
 
-impl Elements for Tangent<'_> {
+/// The elements of a derivative.
+#[derive(Debug)]
+pub struct Blocks<'t>(pub &'t Tangent<'t>);
+
+impl Elements for Blocks<'_> {
+    fn fill(&self, cell: usize, out: &mut Element) {
+        self.0.fill(cell, out);
+    }
+}
+
+impl Tangent<'_> {
     /// Rows: the free velocities, density and polarity of a cell; columns: those, and density and polarity of the neighbours.
     fn fill(&self, cell: usize, out: &mut Element) {
         let model = self.model;

@@ -4,7 +4,7 @@ use crate::form::{mass, stokes};
 use crate::model::compressible::Compressible;
 use crate::model::lagged::{Elements, Lagged, Layout};
 use crate::model::momentum::{MomentumError, SlipTreatment};
-use crate::solve::rows::{Rows, add_product};
+use crate::solve::rows::Rows;
 use crate::solve::symbolic::Element;
 use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, norm};
 use crate::space::Field;

@@ -30,6 +30,8 @@ pub enum ExpressionError {
     Unknown { text: String, name: String, kind: &'static str, suggestion: String, known: String },
     #[error("`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a formula must be finite wherever it is used")]
     NotFinite { text: String, value: f64, x: f64, y: f64, t: f64 },
+    #[error("`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a density must not be negative")]
+    Negative { text: String, value: f64, x: f64, y: f64, t: f64 },
 }
 
 /// A parsed formula; cheap to clone, and evaluated from any thread.

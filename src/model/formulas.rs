@@ -1,0 +1,94 @@
+//! Formulas of a scene, evaluated where the forms evaluate them, to find the one that is to blame.
+
+use super::boundary::{Conditions, VelocityCondition};
+use super::expression::{Expression, ExpressionError};
+use super::parameters::Parameters;
+use super::polarity::{FORMULA_DEGREE, data_of};
+use super::sources::Sources;
+use crate::form::Integrator;
+use crate::mesh::Point;
+
+/// Evaluates every source and boundary formula at time `t`; `degree` is the largest of the test functions.
+///
+/// # Errors
+/// The first one that is not finite, or a density of inflow below zero, with its place and time.
+pub fn check_formulas(
+    loops: &Integrator,
+    degree: usize,
+    conditions: &[Conditions],
+    sources: &Sources,
+    parameters: &Parameters,
+    t: f64,
+) -> Result<(), ExpressionError> {
+    let mut first = Ok(());
+    let mut visit = |formulas: &[Expression], x: Point| {
+        if first.is_ok() {
+            first = formulas.iter().try_for_each(|f| f.try_eval(x, t).map(|_| ()));
+        }
+    };
+    let singles = sources.density_formulas().map(std::slice::from_ref);
+    for source in sources.formulas().map(|pair| &pair[..]).chain(singles) {
+        for cell in 0..loops.mesh.cells.len() {
+            loops.each_cell_point(cell, FORMULA_DEGREE + degree, &mut |x| visit(source, x.site.x));
+        }
+    }
+    for (index, face) in loops.mesh.faces.iter().enumerate() {
+        let Some(tag) = face.tag else { continue };
+        let velocity = match &conditions[tag].velocity {
+            VelocityCondition::Traction(pair) | VelocityCondition::Dirichlet(pair) => Some(pair),
+            VelocityCondition::Slip | VelocityCondition::NoTangential => None,
+        };
+        for pair in velocity.into_iter().chain(data_of(&conditions[tag])) {
+            loops.each_face_point(index, FORMULA_DEGREE, &mut |s| visit(pair, s.minus.x));
+        }
+    }
+    first?;
+    check_inflow(loops, conditions, t)?;
+    if sources.exact.is_some() { check_sources(loops, degree, sources, parameters, t) } else { Ok(()) }
+}
+
+/// Evaluates the densities of inflow.
+///
+/// # Errors
+/// One that is not finite or below zero.
+pub fn check_inflow(loops: &Integrator, conditions: &[Conditions], t: f64) -> Result<(), ExpressionError> {
+    let mut first = Ok(());
+    for (index, face) in loops.mesh.faces.iter().enumerate() {
+        let Some(formula) = face.tag.and_then(|tag| conditions[tag].density.as_ref()) else { continue };
+        loops.each_face_point(index, FORMULA_DEGREE, &mut |s| {
+            let x = s.minus.x;
+            if first.is_ok() {
+                first = formula.try_eval(x, t).and_then(|value| match value >= 0.0 {
+                    true => Ok(()),
+                    false => Err(ExpressionError::Negative { text: formula.text().to_owned(), value, x: x.x, y: x.y, t }),
+                });
+            }
+        });
+    }
+    first
+}
+
+/// Evaluates the sources that follow from the exact fields.
+fn check_sources(
+    loops: &Integrator,
+    degree: usize,
+    sources: &Sources,
+    parameters: &Parameters,
+    t: f64,
+) -> Result<(), ExpressionError> {
+    let sources = sources.at_time(t);
+    let mut first = Ok(());
+    for cell in 0..loops.mesh.cells.len() {
+        loops.each_cell_point(cell, FORMULA_DEGREE + degree, &mut |x| {
+            let at = x.site.x;
+            let (f, g) = (sources.force(parameters, at, t), sources.polarity(parameters, at, t));
+            let density = if sources.has_density() { sources.density(at, t) } else { 0.0 };
+            let values = [("f_v", f.x), ("f_v", f.y), ("f_p", g.x), ("f_p", g.y), ("f_ρ", density)];
+            if let (Ok(()), Some((name, value))) = (&first, values.into_iter().find(|v| !v.1.is_finite())) {
+                let text = format!("{name} of [exact]");
+                first = Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t });
+            }
+        });
+    }
+    first
+}
