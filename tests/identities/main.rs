@@ -1,6 +1,7 @@
 //! Identities that hold to rounding on any mesh; the modules mirror `src/`.
 
 mod common;
+mod density;
 mod element;
 mod energy;
 mod form;
