@@ -2,6 +2,7 @@
 
 mod abdf;
 mod common;
+mod density;
 mod element;
 mod energy;
 mod form;
