@@ -87,6 +87,14 @@ impl Limiter {
         Self { space: space.clone(), weights, count, values, lebesgue }
     }
 
+    /// The smallest value over every point at which a density is evaluated.
+    pub fn smallest(&self, u: &Field) -> f64 {
+        let of_cell = |room: &mut Vec<f64>, cell: &[f64]| self.minimum(cell, room).1;
+        let lows: Vec<f64> =
+            u.values.par_chunks(self.space.n).map_init(|| vec![0.0; self.count], of_cell).collect();
+        lows.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
     /// ⟨u⟩ of every cell.
     pub fn means(&self, u: &Field) -> Vec<f64> {
         assert_eq!(u.values.len(), self.weights.len(), "the field is of another space");

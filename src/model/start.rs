@@ -27,6 +27,20 @@ pub fn formulas(space: &Arc<Space>, [f, g]: &[Expression; 2], t: f64) -> Result<
     Ok(project::interpolate_vector(space, |x| Point::new(f.eval(x, t), g.eval(x, t))))
 }
 
+/// The density of a formula at time `t`.
+///
+/// # Errors
+/// A formula that is not finite or below zero at a node.
+pub fn density(space: &Arc<Space>, formula: &Expression, t: f64) -> Result<Field, ExpressionError> {
+    for x in space.node_positions() {
+        let value = formula.try_eval(x, t)?;
+        if value < 0.0 {
+            return Err(ExpressionError::Negative { text: formula.text().to_owned(), value, x: x.x, y: x.y, t });
+        }
+    }
+    Ok(project::interpolate_scalar(space, |x| formula.eval(x, t)))
+}
+
 /// The unit vector e₁, smoothed over the length `L` and laid around the obstacles: continuous `p₀` with
 ///
 /// `L² (∇p₀|∇q) + (p₀|q) = (e₁|q)`, `p₀·n = q·n = 0` on slip boundaries, `p₀ = p_D` on Dirichlet boundaries   [10.4], [10.5]

@@ -7,9 +7,9 @@ use super::{RunError, Setup};
 use crate::measure::errors::{History, errors};
 use crate::measure::{Budget, Mirror, Overshoot};
 use crate::model::Exact;
-use crate::model::{Residuals, State};
+use crate::model::{ModelKind, Residuals, State};
 use crate::scene::{Measure, Scene, What};
-use crate::time::{March, Schedule};
+use crate::time::{Kind, March, Schedule};
 
 /// What was measured after one step; empty where nothing was due.
 #[derive(Debug, Clone, Default)]
@@ -148,8 +148,21 @@ impl<'s> Gauges<'s> {
         values: &mut BTreeMap<&'static str, f64>,
     ) -> Result<(), RunError> {
         match measure {
-            // of a compressible sheet, which is not solved yet
-            Measure::FreeEnergy | Measure::Mass | Measure::DensityMin | Measure::LimitedCells => Ok(()),
+            Measure::FreeEnergy => Ok(()),
+            Measure::Mass => {
+                self.mass(&march.state, values);
+                let mass = values.get("mass").copied().unwrap_or(f64::NAN);
+                values.insert("mass_defect", mass - march.mass_counted());
+                Ok(())
+            }
+            Measure::DensityMin => {
+                self.smallest_density(&march.state, values);
+                Ok(())
+            }
+            Measure::LimitedCells => {
+                values.insert("limited_cells", march.limited() as f64);
+                Ok(())
+            }
             Measure::EnergyBudget => {
                 values.extend(Budget::of(march).columns());
                 Ok(())
@@ -172,9 +185,9 @@ impl<'s> Gauges<'s> {
             match measure {
                 Measure::FreeEnergy
                 | Measure::EnergyBudget
-                | Measure::Mass
-                | Measure::DensityMin
                 | Measure::LimitedCells => {}
+                Measure::Mass => self.mass(state, &mut values),
+                Measure::DensityMin => self.smallest_density(state, &mut values),
                 Measure::Overshoot => self.overshoot(state, &mut values)?,
                 Measure::Asymmetry => self.asymmetry(state, &mut values),
             }
@@ -194,6 +207,20 @@ impl<'s> Gauges<'s> {
             ("overshoot_polarity_x1", p.x1),
         ]);
         Ok(())
+    }
+
+    /// `∫ρ`
+    fn mass(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
+        if let Kind::Compressible(sheet) = self.setup.model.kind() {
+            values.insert("mass", sheet.density.total(&state.volume().values));
+        }
+    }
+
+    /// Over every point where a density is evaluated.
+    fn smallest_density(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
+        if let Kind::Compressible(sheet) = self.setup.model.kind() {
+            values.insert("density_min", sheet.density.limiter.smallest(state.volume()));
+        }
     }
 
     fn asymmetry(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
@@ -218,7 +245,11 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
         (named(Measure::FreeEnergy), named(Measure::Overshoot), named(Measure::Asymmetry));
     let budget = named(Measure::EnergyBudget);
     if energy || overshoot || asymmetry || budget || scene.time.stop_residual.is_some() || scene.steady.is_some() {
-        columns.extend(["residual", "residual_velocity", "residual_pressure", "residual_polarity"]);
+        let volume = match scene.parameters.kind() {
+            ModelKind::Incompressible => "residual_pressure",
+            ModelKind::Compressible => "residual_density",
+        };
+        columns.extend(["residual", "residual_velocity", volume, "residual_polarity"]);
     }
     if energy || scene.time.stop_energy_rate.is_some() {
         columns.extend(["free_energy", "free_energy_rate"]);
@@ -228,6 +259,15 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
     }
     if asymmetry {
         columns.extend(["asymmetry_velocity", "asymmetry_polarity"]);
+    }
+    if named(Measure::Mass) {
+        columns.extend(["mass", "mass_defect"]);
+    }
+    if named(Measure::DensityMin) {
+        columns.push("density_min");
+    }
+    if named(Measure::LimitedCells) {
+        columns.push("limited_cells");
     }
     if budget {
         columns.extend(Budget::default().columns().map(|(name, _)| name));
@@ -247,7 +287,7 @@ impl Readings {
         match column {
             "residual" if self.residuals.is_some() => residual(Residuals::total),
             "residual_velocity" => residual(|r| r.velocity),
-            "residual_pressure" => residual(|r| r.volume),
+            "residual_pressure" | "residual_density" => residual(|r| r.volume),
             "residual_polarity" => residual(|r| r.polarity),
             "free_energy" => self.energy.map(|e| e.0),
             "free_energy_rate" => self.energy.map(|e| e.1),

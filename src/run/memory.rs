@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::model::frames::Frames;
 use crate::model::incompressible::Description;
 use crate::model::lagged::{Layout, Structure};
-use crate::model::parameters::ElasticForce;
+use crate::model::parameters::{ElasticForce, ModelKind};
 use crate::scene::{Field, Initial, Scene, What};
 use crate::solve::SolveError;
 use crate::solve::blocks::{Neighbours, neighbours};
@@ -52,9 +52,11 @@ const KRYLOV: usize = 40;
 #[derive(Debug)]
 pub struct Unknowns {
     pub velocity: Space,
-    pub pressure: Space,
+    /// Of pressure or density.
+    pub volume: Space,
     pub polarity: Space,
     pub frames: Frames,
+    kind: ModelKind,
     closed: bool,
     neighbours: Neighbours,
 }
@@ -82,8 +84,13 @@ impl Unknowns {
     pub fn new(scene: &Scene, mesh: &Arc<Mesh>, description: &Description) -> Self {
         let velocity = Space::new(mesh, Continuity::Continuous, scene.space.velocity, 2);
         let frames = Frames::new(&velocity, &description.conditions, scene.space.slip.points());
+        let kind = scene.parameters.kind();
         Self {
-            pressure: Space::new(mesh, Continuity::Continuous, scene.space.pressure, 1),
+            volume: match kind {
+                ModelKind::Incompressible => Space::new(mesh, Continuity::Continuous, scene.space.pressure, 1),
+                ModelKind::Compressible => Space::new(mesh, Continuity::Discontinuous, scene.space.density, 1),
+            },
+            kind,
             polarity: Space::new(mesh, Continuity::Discontinuous, scene.space.polarity, 2),
             frames,
             closed: scene.pressure_is_free(),
@@ -94,10 +101,14 @@ impl Unknowns {
 
     /// How they hang together.
     pub fn layout(&self) -> Layout<'_> {
+        let (pressure, density) = match self.kind {
+            ModelKind::Incompressible => (Some(&self.volume), None),
+            ModelKind::Compressible => (None, Some(&self.volume)),
+        };
         Layout {
             velocity: &self.velocity,
-            pressure: Some(&self.pressure),
-            carried: [None, Some(&self.polarity)],
+            pressure,
+            carried: [density, Some(&self.polarity)],
             frames: &self.frames,
             closed: self.closed,
             neighbours: &self.neighbours,
@@ -142,7 +153,14 @@ impl Work<'_> {
                     ElasticForce::Stress => [1.0, 0.0],
                     ElasticForce::Energy => [4.0, 1.0],
                 };
-                let tangent = 2.0 * 7.0 * n * n + (2.0 * force + 1.0) * columns * rows;
+                let density = layout.carried[0].map_or(0.0, |space| space.n as f64);
+                // by the density: force, drag, polarity and molecular field twice, transport, and the flow's blocks and factors
+                let squeezed = if density > 0.0 {
+                    density * (2.0 * rows + 8.0 * columns + 4.0 * density) + 2.0 * rows * rows
+                } else {
+                    0.0
+                };
+                let tangent = 2.0 * 7.0 * n * n + (2.0 * force + 1.0) * columns * rows + squeezed;
                 let parts = rows * rows + rows * np + 2.0 * local * columns * rows;
                 let threads = rayon::current_num_threads();
                 let made = NUMBER * cells * parts + structure.room(threads) as f64;

@@ -10,7 +10,7 @@ use super::memory::{self, Unknowns};
 use super::setup::{build_mesh, describe};
 use super::{RunError, setup};
 use crate::mesh::quality::Quality;
-use crate::model::Term;
+use crate::model::{ModelKind, Term};
 use crate::model::frames::{Frames, WallPoints};
 use crate::model::momentum::MomentumError;
 use crate::scene::Scene;
@@ -22,9 +22,12 @@ pub struct Report {
     pub terms: Vec<Term>,
     pub mesh: Quality,
     pub velocity_unknowns: usize,
-    pub pressure_unknowns: usize,
+    /// `pressure` or `density`.
+    pub volume: &'static str,
+    pub volume_unknowns: usize,
     pub polarity_unknowns: usize,
-    pub stokes_unknowns: usize,
+    /// Of the linear system of the flow.
+    pub flow_unknowns: usize,
     /// Estimate of the peak memory of a run.
     pub memory_mib: f64,
     /// What the system can give, where it tells.
@@ -46,14 +49,13 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 /// # Errors
 /// As [`build_mesh`], [`Scene::check_tags`], [`check_exact`] and [`memory::need`].
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
-    setup::check_kind(scene)?;
     let mesh = std::sync::Arc::new(build_mesh(scene)?);
     scene.check_tags(&mesh.tags)?;
     setup::check_measures(scene, &mesh)?;
     check_exact(scene, &mesh)?;
     let description = describe(scene, &mesh);
     let unknowns = Unknowns::new(scene, &mesh, &description);
-    let Unknowns { velocity, pressure, polarity, frames, .. } = &unknowns;
+    let Unknowns { velocity, volume, polarity, .. } = &unknowns;
     let held = || Frames::new(velocity, &description.conditions, WallPoints::Nodes).hold_rigid_motions(velocity);
     if scene.parameters.friction == 0.0 && !held() {
         let origin = scene.source().place("model.friction").to_string();
@@ -70,9 +72,13 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
         memory_mib: need.bytes / memory::MIB,
         available_mib: available.map(|bytes| bytes / memory::MIB),
         velocity_unknowns: velocity.dof_count(),
-        pressure_unknowns: pressure.dof_count(),
+        volume: match scene.parameters.kind() {
+            ModelKind::Incompressible => "pressure",
+            ModelKind::Compressible => "density",
+        },
+        volume_unknowns: volume.dof_count(),
         polarity_unknowns: polarity.dof_count(),
-        stokes_unknowns: frames.free + pressure.dof_count(),
+        flow_unknowns: unknowns.layout().first(),
         remarks,
         mesh: quality,
     })
@@ -92,9 +98,9 @@ impl fmt::Display for Report {
         writeln!(out, "\nunknowns")?;
         for (name, count) in [
             ("velocity", self.velocity_unknowns),
-            ("pressure", self.pressure_unknowns),
+            (self.volume, self.volume_unknowns),
             ("polarity", self.polarity_unknowns),
-            ("Stokes system", self.stokes_unknowns),
+            ("flow system", self.flow_unknowns),
         ] {
             writeln!(out, "  {name:<14} {count}")?;
         }

@@ -13,11 +13,14 @@ use crate::mesh::generate::Shape;
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Mesh, MeshError, Point, gmsh};
+use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
-use crate::model::{ModelKind, start};
+use crate::model::manufactured::Volume;
+use crate::model::momentum::MomentumError;
+use crate::model::{Expression, ModelKind, start};
 use crate::output::checkpoint::Saved;
-use crate::scene::{Initial, Measure, Scene, What};
-use crate::space::{Continuity, Field, Space, project};
+use crate::scene::{Initial, InitialDensity, Measure, Scene, What};
+use crate::space::{Continuity, Field, Space};
 use crate::time::{Checkpoint, March, Sheet};
 
 /// All that is built before the first step.
@@ -76,19 +79,12 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     })
 }
 
-/// Refuses a kind of sheet that is not solved yet.
-///
-/// # Errors
-/// A compressible sheet.
-pub fn check_kind(scene: &Scene) -> Result<(), RunError> {
-    match scene.parameters.kind() {
-        ModelKind::Incompressible => Ok(()),
-        ModelKind::Compressible => Err(RunError::Start {
-            file: scene.source().place("model.kind").to_string(),
-            what: "`model.kind` = \"compressible\" is understood, but not solved yet".into(),
-            hint: "take kind = \"incompressible\"".into(),
-        }),
-    }
+/// The model of a kind.
+fn build(kind: ModelKind, mesh: &Arc<Mesh>, description: &Description) -> Result<Box<dyn Sheet>, MomentumError> {
+    Ok(match kind {
+        ModelKind::Incompressible => Box::new(Incompressible::new(mesh, description)?),
+        ModelKind::Compressible => Box::new(Compressible::new(mesh, description)?),
+    })
 }
 
 impl Setup {
@@ -106,7 +102,6 @@ impl Setup {
     /// As [`build_mesh`], [`Scene::check_tags`], [`memory::check`] and [`Incompressible::new`].
     pub fn within(scene: &Scene, available: Option<f64>) -> Result<Self, RunError> {
         let begin = std::time::Instant::now();
-        check_kind(scene)?;
         let mesh = Arc::new(build_mesh(scene)?);
         scene.check_tags(&mesh.tags)?;
         check_measures(scene, &mesh)?;
@@ -114,10 +109,8 @@ impl Setup {
         let description = describe(scene, &mesh);
         let need = memory::need(scene, &Unknowns::new(scene, &mesh, &description).layout())?;
         memory::check(scene, &need, available)?;
-        let model: Box<dyn Sheet> = Box::new(
-            Incompressible::new(&mesh, &description)
-                .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?,
-        );
+        let model = build(scene.parameters.kind(), &mesh, &description)
+            .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
         if let Some(structure) = need.structure {
             model.know_structure(structure);
         }
@@ -155,8 +148,38 @@ impl Setup {
                     what: format!("`initial.polarity.random.h_coarse` = {h_coarse} needs too many random vectors"),
                     hint: "take about the size of the structures, such as 0.25".into(),
                 }),
-            Initial::File(path) => from_checkpoint(space, path),
+            Initial::File(path) => from_checkpoint(space, path, Carried::Polarity),
         }
+    }
+
+    /// The density at t = 0, where there is one.
+    ///
+    /// # Errors
+    /// As [`Setup::initial`]; a density below zero.
+    pub fn initial_density(&self, scene: &Scene) -> Result<Option<Field>, RunError> {
+        let Some(start) = &scene.initial_density else { return Ok(None) };
+        let space = self.model.volume();
+        let formula = |key: &str, formula: &Expression| {
+            start::density(space, formula, 0.0).map_err(|e| RunError::Formula {
+                origin: scene.source().place(key).to_string(),
+                error: Box::new(e),
+            })
+        };
+        let field = match start {
+            InitialDensity::Formula(given) => formula("initial.density", given)?,
+            InitialDensity::Exact => formula("exact.density", exact_density(scene))?,
+            InitialDensity::File(path) => from_checkpoint(space, path, Carried::Density)?,
+        };
+        Ok(Some(field))
+    }
+
+    /// What is carried at t = 0.
+    fn carried(&self, scene: &Scene) -> Result<Vec<f64>, RunError> {
+        let p = self.initial(scene)?.values;
+        Ok(match self.initial_density(scene)? {
+            None => p,
+            Some(rho) => [rho.values, p].concat(),
+        })
     }
 
     /// The march of a scene at its start: from the initial polarity, or after b − 1 steps with the exact one.
@@ -170,12 +193,19 @@ impl Setup {
         self.model.check_formulas(0.0).map_err(formula)?;
         let settings = scene.march();
         let Some(exact) = scene.sources.exact.as_ref().filter(|_| scene.time.exact_start) else {
-            return March::start(&*self.model, settings, self.initial(scene)?.values).map_err(failed);
+            return March::start(&*self.model, settings, self.carried(scene)?).map_err(failed);
         };
         let mut past = Vec::new();
         let mut t = 0.0;
         for step in 0..settings.order {
-            past.insert(0, (t, start::formulas(&self.model.polarity().space, exact.polarity(), t).map_err(formula)?.values));
+            let p = start::formulas(&self.model.polarity().space, exact.polarity(), t).map_err(formula)?.values;
+            let y = match exact.volume() {
+                Volume::Pressure(_) => p,
+                Volume::Density { value, .. } => {
+                    [start::density(self.model.volume(), value, t).map_err(formula)?.values, p].concat()
+                }
+            };
+            past.insert(0, (t, y));
             t += settings.length(settings.control.step, step);
         }
         March::start_after(&*self.model, settings, past).map_err(failed)
@@ -244,8 +274,21 @@ pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
     }
 }
 
-/// The polarity of another run's checkpoint, interpolated: mesh and degree may differ, the domain must not.
-fn from_checkpoint(space: &Arc<Space>, path: &Path) -> Result<Field, RunError> {
+/// A field that checkpoints keep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Carried {
+    Density,
+    Polarity,
+}
+
+/// The formula of the exact density.
+fn exact_density(scene: &Scene) -> &Expression {
+    let exact = scene.sources.exact.as_ref().expect("the scene was checked for exact fields");
+    exact.volume().density().expect("the exact fields of a compressible sheet have a density")
+}
+
+/// A field of another run's checkpoint, interpolated: mesh and degree may differ, the domain must not.
+fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Field, RunError> {
     let file = path.display().to_string();
     let wrong = |what: String| RunError::Start {
         file: file.clone(),
@@ -255,17 +298,31 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path) -> Result<Field, RunError> {
     let saved = Saved::read(path).map_err(|e| wrong(e.to_string()))?;
     let scene = Scene::parse(&saved.scene, path)?;
     let mesh = Arc::new(build_mesh(&scene)?);
-    let other = Arc::new(Space::new(&mesh, Continuity::Discontinuous, scene.space.polarity, 2));
+    let spaces = [(scene.space.density, 1), (scene.space.polarity, 2)];
+    let [density, polarity] =
+        spaces.map(|(degree, components)| Space::new(&mesh, Continuity::Discontinuous, degree, components));
+    let before = match scene.parameters.kind() {
+        ModelKind::Incompressible if which == Carried::Density => {
+            return Err(wrong("its run was of an incompressible sheet, which has no density".into()));
+        }
+        ModelKind::Incompressible => 0,
+        ModelKind::Compressible => density.dof_count(),
+    };
+    let (count, first, other) = match which {
+        Carried::Density => (before + polarity.dof_count(), 0, Arc::new(density)),
+        Carried::Polarity => (before + polarity.dof_count(), before, Arc::new(polarity)),
+    };
     if saved.mesh != mesh.fingerprint() {
         return Err(wrong("the mesh of its run has changed since".into()));
     }
-    let values = saved.march.past.into_iter().next().map(|(_, p)| p).filter(|p| p.len() == other.dof_count());
-    let field = Field::new(&other, values.ok_or_else(|| wrong("its polarity does not fit its mesh".into()))?);
+    let values = saved.march.past.into_iter().next().map(|(_, y)| y).filter(|y| y.len() == count);
+    let values = values.ok_or_else(|| wrong("its fields do not fit its mesh".into()))?;
+    let field = Field::new(&other, values[first..first + other.dof_count()].to_vec());
     let locator = Locator::new(&mesh);
     let mut missing = None;
     // nodes lie on the boundaries of cells: evaluate a little inside of the own cell to take the value of the right side
     let inside = 1e-9;
-    let mut out = project::interpolate_vector(space, |_| Point::zeros());
+    let mut out = Field::zero(space);
     let reference = crate::element::basis::nodes(space.degree);
     for cell in 0..space.mesh.cells.len() {
         let centre = space.mesh.map(cell).at(Point::new(1.0 / 3.0, 1.0 / 3.0)).0;
@@ -273,9 +330,9 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path) -> Result<Field, RunError> {
             let x = space.mesh.map(cell).at(xi).0;
             match locator.locate_near(&mesh, x + (centre - x) * inside, 0.05) {
                 Some((from, eta)) => {
-                    let value = field.vector_at(from, eta);
-                    out.values[space.dof(cell, 0, i)] = value.x;
-                    out.values[space.dof(cell, 1, i)] = value.y;
+                    for c in 0..space.components {
+                        out.values[space.dof(cell, c, i)] = field.component_at(from, eta, c);
+                    }
                 }
                 None => missing = missing.or(Some(x)),
             }

@@ -42,7 +42,6 @@ pub struct Writer {
     schedules: Vec<Schedule>,
     /// `T_a/C_F`, the speed of the tissue's frame.
     frame_speed: f64,
-    elasticity: f64,
     /// Step and fields of the last file, so that the last state is not written twice.
     last_fields: Option<(usize, Vec<Field>)>,
 }
@@ -66,7 +65,6 @@ impl Writer {
             checkpoints: Vec::new(),
             schedules: scene.outputs.iter().map(|o| o.schedule).collect(),
             frame_speed: scene.parameters.traction / scene.parameters.friction,
-            elasticity: scene.parameters.elasticity,
             last_fields: None,
         };
         for output in &scene.outputs {
@@ -220,13 +218,9 @@ impl Writer {
         Ok(match field {
             Field::Velocity => state.v.clone(),
             Field::Pressure => model.pressure(state)?,
-            Field::Density => unreachable!("an incompressible sheet has no field of its density"),
+            Field::Density => state.volume().clone(),
             Field::Polarity => state.p.clone(),
-            Field::MolecularField => {
-                let mut l = model.polarity().molecular_over_b(model.loops(), &state.p, march.t);
-                l.values.iter_mut().for_each(|v| *v *= self.elasticity);
-                l
-            }
+            Field::MolecularField => model.molecular_field(state, march.t),
             Field::StreamFunction => {
                 let stream = self.stream.as_ref().expect("prepared when a scene asks for it");
                 stream.of(model.loops(), &state.v)?
@@ -249,12 +243,14 @@ impl Writer {
             let state = &march.state;
             let pressure = march.model.pressure(state)?;
             write_whole(&path, |out| {
-                writeln!(out, "s,x1,x2,v1,v2,pressure,p1,p2")?;
+                let squeezed = state.density().is_some();
+                writeln!(out, "s,x1,x2,v1,v2,pressure,p1,p2{}", if squeezed { ",density" } else { "" })?;
                 for sample in samples {
                     let v = |field: &space::Field, c| cut::value(field, &sample.at, c);
                     let (v, pi, p) = ([0, 1].map(|c| v(&state.v, c)), v(&pressure, 0), [0, 1].map(|c| v(&state.p, c)));
                     let row = [sample.s, sample.x.x, sample.x.y, v[0], v[1], pi, p[0], p[1]];
-                    writeln!(out, "{}", row.map(number).join(","))?;
+                    let rho = state.density().map(|rho| format!(",{}", number(cut::value(rho, &sample.at, 0))));
+                    writeln!(out, "{}{}", row.map(number).join(","), rho.unwrap_or_default())?;
                 }
                 Ok(())
             })?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
-use super::incompressible::LINEAR_REDUCTION;
+use super::incompressible::{LINEAR_REDUCTION, scaled};
 use super::sheet::{Kind, Passes, Settled, Sheet, Tangent, Weights};
 use crate::form::Integrator;
 use crate::model::compressible::{self, Compressible, Squeezed};
@@ -166,6 +166,10 @@ impl Sheet for Compressible {
         Compressible::stiffness(self, state)
     }
 
+    fn mass(&self, y: &[f64]) -> f64 {
+        self.density.total(&y[..self.density.space.dof_count()])
+    }
+
     fn gain(&self, state: &State, inputs: &Inputs) -> f64 {
         Compressible::gain(self, state, inputs)
     }
@@ -209,6 +213,11 @@ impl Sheet for Compressible {
 
     fn know_structure(&self, structure: Structure) {
         Compressible::know_structure(self, structure);
+    }
+
+    fn molecular_field(&self, state: &State, t: f64) -> Field {
+        let well = self.molecular_functional(state.volume(), &state.p, t);
+        scaled(Field::new(&self.polarity.space, self.polarity.mass_solve(&well)), self.parameters.elasticity)
     }
 
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {

@@ -154,6 +154,10 @@ impl Sheet for Incompressible {
         0.0
     }
 
+    fn mass(&self, _: &[f64]) -> f64 {
+        0.0
+    }
+
     fn gain(&self, _: &State, _: &Inputs) -> f64 {
         0.0
     }
@@ -202,9 +206,18 @@ impl Sheet for Incompressible {
         Incompressible::know_structure(self, structure);
     }
 
+    fn molecular_field(&self, state: &State, t: f64) -> Field {
+        scaled(self.polarity.molecular_over_b(&self.loops, &state.p, t), self.parameters.elasticity)
+    }
+
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {
         Incompressible::pressure(self, state)
     }
+}
+
+pub(super) fn scaled(mut field: Field, factor: f64) -> Field {
+    field.values.iter_mut().for_each(|v| *v *= factor);
+    field
 }
 
 impl Tangent for tangent::Tangent<'_> {

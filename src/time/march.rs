@@ -110,7 +110,7 @@ pub struct Checkpoint {
     /// Pressure or density.
     pub volume: Vec<f64>,
     pub rate_of_p: Vec<f64>,
-    /// Mass gained since the start at the times of `past`, and per time now.
+    /// Mass at the start and gained since at the times of `past`, and what is gained per time now.
     pub gained: Vec<f64>,
     pub gain: f64,
     /// Cells whose density was limited in the last step.
@@ -140,7 +140,7 @@ pub struct March<'m> {
     control: Control,
     past: Vec<(f64, Vec<f64>)>,
     rate_of_p: Vec<f64>,
-    /// Mass gained since the start, at the times of `past`.
+    /// Mass at the start and gained since, at the times of `past`.
     gained: Vec<f64>,
     /// Net mass that enters per time.
     gain: f64,
@@ -193,7 +193,7 @@ impl<'m> March<'m> {
             quiet: 0,
             interrupt: &NEVER,
             control: Control::new(&settings.control),
-            gained: vec![0.0; past.len()],
+            gained: past.iter().map(|(_, y)| model.mass(y)).collect(),
             gain,
             limited: 0,
             past,
@@ -244,7 +244,7 @@ impl<'m> March<'m> {
         self.counts.steps = steps;
         self.rate_of_p.fill(0.0);
         self.past = vec![(self.t, self.model.carried(&state))];
-        self.gained = vec![0.0];
+        self.gained = vec![self.model.mass(&self.past[0].1)];
         self.limited = 0;
         self.state = state;
     }
@@ -425,8 +425,8 @@ impl<'m> March<'m> {
         self.phases.measure("residuals", || model.residuals(state, t))
     }
 
-    /// Mass gained since the start through the boundary and from sources, as the time scheme counts it.
-    pub fn mass_gained(&self) -> f64 {
+    /// The mass at the start and what came through the boundary and from sources since, as the time scheme counts it.
+    pub fn mass_counted(&self) -> f64 {
         self.gained[0]
     }
 

@@ -153,6 +153,8 @@ pub trait Sheet: Debug + Sync {
     fn density_rate(&self, state: &State, t: f64) -> Result<Vec<f64>, ExpressionError>;
     /// A bound on `|λ|` of what the density's equation brings, per time.
     fn stiffness(&self, state: &State) -> f64;
+    /// The mass `∫ρ` of a carried vector; zero without density.
+    fn mass(&self, y: &[f64]) -> f64;
     /// Net mass that enters per time; zero without density.
     fn gain(&self, state: &State, inputs: &Inputs) -> f64;
     /// Root of the sum of the squared L² distances of velocity, volume and polarity   [9.1]
@@ -188,6 +190,8 @@ pub trait Sheet: Debug + Sync {
     fn structure(&self) -> Result<&Structure, SolveError>;
     /// Keeps a structure that was found from the same layout.
     fn know_structure(&self, structure: Structure);
+    /// `L_h` at a state.
+    fn molecular_field(&self, state: &State, t: f64) -> Field;
     /// The pressure Π at a state, for output.
     ///
     /// # Errors
