@@ -152,9 +152,9 @@ fn terms_of_a_compressible_sheet() {
     }
     let free = ("model.density.penalty", "0");
     assert_eq!(term(&[], "pressure"), (true, "density.penalty = 2".to_owned()));
-    assert_eq!(term(&[free, ("model.elasticity", "0.5")], "pressure").0, true);
+    assert!(term(&[free, ("model.elasticity", "0.5")], "pressure").0);
     assert_eq!(term(&[free, ("model.elasticity", "0")], "pressure"), (false, "density.penalty = 0".to_owned()));
-    assert_eq!(term(&[free, ("model.density.critical", "0")], "pressure").0, false);
+    assert!(!term(&[free, ("model.density.critical", "0")], "pressure").0);
     assert!(term(&[], "isotropic active stress").0);
     assert!(!term(&[("model.active_stress_iso", "0")], "isotropic active stress").0);
     assert!(!term(&[], "density source").0);
