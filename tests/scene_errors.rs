@@ -274,3 +274,123 @@ fn choices_for_orders_of_convergence() {
         wrong_square("scheme = \"bdf2\"", &format!("alternate = {alternate}\nscheme = \"bdf2\""), &parts);
     }
 }
+
+const SHEET: &str = include_str!("data/compressible.toml");
+
+/// The compressible scene with `from` replaced by `to` is refused on the line of the change, or on that of the table around.
+#[track_caller]
+fn wrong_sheet(from: &str, to: &str, parts: &[&str]) {
+    let at = SHEET.find(from).unwrap_or_else(|| panic!("the compressible scene has no `{from}`"));
+    let message = refused_as("sheet.toml", &SHEET.replacen(from, to, 1));
+    // what is missing is placed in the table that lacks it
+    if !to.is_empty() {
+        says(&message, &[&format!("sheet.toml, line {}: ", SHEET[..at].matches('\n').count() + 1)]);
+    }
+    says(&message, parts);
+}
+
+#[test]
+fn parameters_of_a_compressible_sheet() {
+    let table = "density = { penalty = 2.0, critical = 0.25 }";
+    let known = ["`model.density.penality`", "did you mean `penalty`?", "penalty, exponent, critical"];
+    wrong_sheet("penalty = 2.0", "penality = 2.0", &known);
+    wrong_sheet("penalty = 2.0, ", "", &["`model.density.penalty` is missing", "to [model.density]"]);
+    wrong_sheet(table, "", &["`model.density` = (missing)", "density penalty", "hint: add the table [model.density]"]);
+    wrong_sheet("penalty = 2.0", "penalty = -1", &["`model.density.penalty` = -1", "not negative", "c_0"]);
+    wrong_sheet("critical = 0.25", "critical = -0.1", &["`model.density.critical` = -0.1", "not negative", "ρ_min"]);
+    wrong_sheet("critical = 0.25", "exponent = -2", &["`model.density.exponent` = -2", "not negative", "γ = 1"]);
+    wrong_sheet("critical = 0.25", "exponent = inf", &["`model.density.exponent` = inf", "must be finite"]);
+    wrong_sheet("_iso = 0.1", "_iso = nan", &["`model.active_stress_iso` = NaN", "must be finite"]);
+    let energy = ["`model.elastic_force` = \"energy-consistent\"", "squeezed", "\"stress\""];
+    wrong_sheet("active_stress_iso = 0.1", "elastic_force = \"energy-consistent\"", &energy);
+}
+
+#[test]
+fn keys_of_a_density_in_an_incompressible_scene() {
+    let hint = "hint: remove it, or take kind = \"compressible\"";
+    let one = "the density of an incompressible sheet is 1 everywhere";
+    let peclet = |more: &str| format!("peclet = 2.0\n{more}");
+    let text = changed("peclet = 2.0", &peclet("density = { penalty = 1 }")).0;
+    says(&refused(&text), &["line 8: `model.density` = (a table)", one, hint]);
+    let text = changed("peclet = 2.0", &peclet("active_stress_iso = 0.5")).0;
+    says(&refused(&text), &["line 8: `model.active_stress_iso` = 0.5", "the pressure takes up", hint]);
+    wrong("k = 1 ", "degree = { density = 1 } ", &["`space.degree.density` = 1", one, hint]);
+    let inlet = "[boundary.inlet]\n";
+    let text = changed(inlet, &format!("{inlet}density = 1\n")).0;
+    says(&refused(&text), &["`boundary.inlet.density` = \"1\"", one, hint]);
+    let polarity = "polarity = \"aligned-around-disc\"";
+    let text = changed(polarity, &format!("density = 1\n{polarity}")).0;
+    says(&refused(&text), &["`initial.density`", one, hint]);
+    wrong("step = 0.1", "density_scheme = \"bdf\"\nstep = 0.1", &["`time.density_scheme`", one, hint]);
+    let text = changed("[time]", "[source]\ndensity = \"x\"\n[time]").0;
+    says(&refused(&text), &["`source.density` = \"x\"", one, hint]);
+    wrong("\"pressure\"", "\"density\"", &["`output.0.fields` = \"density\"", one, hint]);
+    for measure in ["mass", "density-min", "limited-cells"] {
+        let quoted = format!("\"{measure}\"");
+        wrong("\"overshoot\"", &quoted, &[&format!("`output.1.measures` = {quoted}"), one, hint]);
+    }
+}
+
+#[test]
+fn densities_of_a_compressible_sheet() {
+    let unknown = ["tissue may flow in here", "hint: add `density = 1.0` or a formula"];
+    for (tag, condition, density) in [
+        ("inlet", "{ dirichlet = [1, 0] }", "\ndensity = 1.0"),
+        ("outlet", "\"traction\"", "\ndensity = \"0.5*density_penalty + 0.1*t\""),
+        ("outlet", "\"no-tangential\"", "\ndensity = \"0.5*density_penalty + 0.1*t\""),
+    ] {
+        let text = SHEET.replacen(density, "", 1).replace("\"traction\"", condition);
+        let key = format!("`boundary.{tag}.density` = (missing)");
+        says(&refused_as("sheet.toml", &text), &["sheet.toml, line", &key, unknown[0], unknown[1]]);
+    }
+    let text = SHEET.replace("velocity = \"slip\"", "velocity = \"slip\"\ndensity = 1");
+    says(&refused_as("sheet.toml", &text), &["`boundary.walls.density` = \"1\"", "nothing passes", "remove it"]);
+    wrong_sheet("density = 1.0", "density = -1.0", &["`boundary.inlet.density` = \"-1\"", "must not be negative"]);
+    wrong_sheet("density = 1.0", "density = [1, 0]", &["`boundary.inlet.density`", "expected a formula"]);
+    wrong_sheet("0.5*density_penalty", "0.5*density_penlty", &["did you mean `density_penalty`?", "active_stress_iso"]);
+    let start = "density = \"1 + 0.1*cos(x)\"";
+    wrong_sheet(start, "", &["`initial.density` is missing", "add `density = 1.0` or a formula to [initial]"]);
+    wrong_sheet(start, "density = -0.5", &["`initial.density` = \"-0.5\"", "must not be negative"]);
+    wrong_sheet(
+        start,
+        "density = \"exact\"",
+        &["`initial.density` = \"exact\"", "no exact fields", "velocity, density"],
+    );
+    wrong_sheet(start, "density = { file = \"gone.bin\" }", &["`initial.density.file`", "no such file"]);
+    wrong_sheet(start, "density = { flie = \"gone.bin\" }", &["`initial.density.flie`", "did you mean `file`?"]);
+    wrong_sheet(start, "density = true", &["`initial.density` = true", "a formula, a number, \"exact\""]);
+}
+
+#[test]
+fn degrees_and_schemes_of_a_compressible_sheet() {
+    let with = |degree: &str| format!("[space]\ndegree = {{ {degree} }}\n[initial]\n");
+    let refuses = |degree: &str, parts: &[&str]| {
+        says(&refused_as("sheet.toml", &SHEET.replacen("[initial]\n", &with(degree), 1)), parts);
+    };
+    refuses("pressure = 1", &["`space.degree.pressure` = 1", "follows from its density"]);
+    refuses("density = 6", &["`space.degree.density` = 6", "between 1 and 5"]);
+    refuses("density = 0", &["`space.degree.density` = 0", "between 1 and 5"]);
+    refuses("velocity = 0", &["`space.degree.velocity` = 0", "between 1 and 5"]);
+    let text = SHEET.replacen("[initial]\n", "[space]\nk = 4\n[initial]\n", 1);
+    says(&refused_as("sheet.toml", &text), &["`space.k` = 4", "velocity k+1, density k, polarity k+1"]);
+    let choices = ["`time.density_scheme`", "`abd` is not among the choices", "abdf, bdf"];
+    wrong_sheet("step = 0.1", "density_scheme = \"abd\"\nstep = 0.1", &choices);
+    let text = SHEET.replace("end = 2.0", "end = 2.0\nstop = { energy_rate = 1e-6 }");
+    let text = text.replace("elasticity = 0.3", "").replace("penalty = 2.0", "penalty = 0");
+    let energy = ["`time.stop.energy_rate`", "density.penalty = 0", "free energy is zero"];
+    says(&refused_as("sheet.toml", &text), &energy);
+}
+
+#[test]
+fn exact_fields_of_a_compressible_sheet() {
+    let exact = |fields: &str| {
+        let table = format!("\n[exact]\nvelocity = [\"x\", 0]\npolarity = [1, 0]\n{fields}\n[initial]\n");
+        SHEET.replacen("[initial]\n", &table, 1)
+    };
+    let refuses = |fields: &str, parts: &[&str]| says(&refused_as("sheet.toml", &exact(fields)), parts);
+    refuses("", &["`exact.density` is missing", "add `density = …` to [exact]"]);
+    refuses("pressure = \"x\"", &["`exact.pressure` = \"x\"", "follows from its density", "give `density`"]);
+    refuses("density = -2", &["`exact.density` = \"-2\"", "must not be negative"]);
+    let hint = "take kind = \"compressible\"";
+    wrong_square("pressure = ", "density = 1\npressure = ", &["`exact.density` = \"1\"", "is 1 everywhere", hint]);
+}

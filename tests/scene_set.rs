@@ -3,12 +3,15 @@
 use std::path::Path;
 
 use monolayer::mesh::Point;
-use monolayer::model::{PolarityCondition, VelocityCondition};
-use monolayer::scene::{Axis, AxisLine, Cut, Field, Initial, Scene, SceneSource, Schedule, SlipTreatment, What};
+use monolayer::model::{DensityLaw, ModelKind, PolarityCondition, VelocityCondition};
+use monolayer::scene::{
+    Axis, AxisLine, Cut, Field, Initial, InitialDensity, Measure, Scene, SceneSource, Schedule, SlipTreatment, What,
+};
 use monolayer::time::CouplingKind;
 
 const STRIP: &str = include_str!("data/strip.toml");
 const DISC: &str = include_str!("data/disc.toml");
+const SHEET: &str = include_str!("data/compressible.toml");
 
 fn scene(text: &str) -> Scene {
     Scene::parse(text, Path::new("scene.toml")).unwrap()
@@ -80,6 +83,101 @@ fn terms_that_are_off_are_named_with_their_reason() {
     assert!(!off.iter().any(|term| term.starts_with("force")));
 }
 
+fn sheet(changes: &[(&str, &str)]) -> Scene {
+    let mut source = SceneSource::parse(SHEET, Path::new("sheet.toml")).unwrap();
+    for (path, value) in changes {
+        source.set(path, value).unwrap();
+    }
+    Scene::check(source).unwrap()
+}
+
+#[test]
+fn the_compressible_scene_has_a_density() {
+    let sheet = sheet(&[]);
+    let p = sheet.parameters;
+    assert_eq!(p.kind(), ModelKind::Compressible);
+    let law = DensityLaw { penalty: 2.0, exponent: 1.0, critical: 0.25, active_stress_iso: 0.1 };
+    assert_eq!(p.density, Some(law));
+    let space = sheet.space;
+    assert_eq!((space.velocity, space.pressure, space.density, space.polarity), (2, 0, 1, 2));
+    assert!(!sheet.time.density_implicit);
+    assert_eq!(sheet.time.density_order(), 2);
+    assert!(!sheet.pressure_is_free());
+    let (x, inflow) = (Point::new(0.3, 0.7), |tag: &str, t| sheet.boundary[tag].inflow(Point::new(0.3, 0.7), t));
+    assert_eq!((inflow("inlet", 5.0), inflow("outlet", 0.0), inflow("walls", 0.0)), (1.0, 1.0, 0.0));
+    assert_eq!(inflow("outlet", 10.0), 2.0);
+    let moving = |tag: &str| sheet.boundary[tag].depend_on_time()[2];
+    assert_eq!((moving("inlet"), moving("outlet")), (("density", false), ("density", true)));
+    let Some(InitialDensity::Formula(start)) = &sheet.initial_density else { panic!("no formula") };
+    assert_eq!(start.eval(x, 0.0), 1.0 + 0.1 * x.x.cos());
+    assert_eq!(sheet.outputs[0].what, What::Fields(vec![Field::Velocity, Field::Density, Field::Pressure]));
+    let measures = vec![Measure::Mass, Measure::DensityMin, Measure::LimitedCells];
+    assert_eq!(sheet.outputs[1].what, What::Measures(measures));
+}
+
+#[test]
+fn keys_of_the_compressible_scene_can_be_set() {
+    let changed = sheet(&[
+        ("model.density.exponent", "0"),
+        ("model.density.penalty", "0"),
+        ("space.degree", "{ velocity = 1, density = 3, polarity = 4 }"),
+        ("time.scheme", "bdf5"),
+        ("time.density_scheme", "bdf"),
+        ("boundary.outlet.density", "density_exponent"),
+        ("source.density", "x*t"),
+        ("source.force", "[0, \"density_critical\"]"),
+    ]);
+    let law = changed.parameters.density.unwrap();
+    assert_eq!((law.penalty, law.exponent), (0.0, 0.0));
+    let space = changed.space;
+    assert_eq!((space.velocity, space.density, space.polarity), (1, 3, 4));
+    assert_eq!((changed.time.order, changed.time.density_order(), changed.time.density_implicit), (5, 3, true));
+    let (x, parameters) = (Point::new(3.0, 0.0), &changed.parameters);
+    assert_eq!((changed.sources.density(x, 2.0), changed.sources.force(parameters, x, 2.0).y), (6.0, 0.25));
+    assert!(changed.sources.has_density() && !sheet(&[]).sources.has_density());
+    let iso = sheet(&[("model.active_stress_iso", ""), ("model.elasticity", "0")]).parameters;
+    assert_eq!((iso.density.unwrap().active_stress_iso, iso.has_free_energy()), (0.0, true));
+}
+
+#[test]
+fn terms_of_a_compressible_sheet() {
+    let term = |changes: &[(&str, &str)], name: &str| {
+        let scene = sheet(changes);
+        let terms = scene.terms();
+        let term = terms.into_iter().find(|t| t.name == name).unwrap_or_else(|| panic!("no term `{name}`"));
+        (term.on, term.reason)
+    };
+    for name in ["viscosity", "divergence viscosity", "density rate", "density transport", "elastic stress"] {
+        assert!(term(&[], name).0, "{name}");
+    }
+    let free = ("model.density.penalty", "0");
+    assert_eq!(term(&[], "pressure"), (true, "density.penalty = 2".to_owned()));
+    assert!(term(&[free, ("model.elasticity", "0.5")], "pressure").0);
+    assert_eq!(term(&[free, ("model.elasticity", "0")], "pressure"), (false, "density.penalty = 0".to_owned()));
+    assert!(!term(&[free, ("model.density.critical", "0")], "pressure").0);
+    assert!(term(&[], "isotropic active stress").0);
+    assert!(!term(&[("model.active_stress_iso", "0")], "isotropic active stress").0);
+    assert!(!term(&[], "density source").0);
+    assert!(term(&[("source.density", "x")], "density source").0);
+    assert!(scene(STRIP).terms().iter().all(|t| !t.name.contains("density")), "the incompressible sheet has none");
+}
+
+/// Boundary and start take the exact density where nothing else is said.
+#[test]
+fn exact_densities_fill_in_for_those_that_are_not_given() {
+    let exact = "{ velocity = [\"x\", 0], density = \"2 + x + t\", polarity = [1, 0] }";
+    let filled = [("exact", exact), ("boundary.inlet.density", ""), ("initial.density", "")];
+    let sheet = sheet(&filled);
+    assert_eq!(sheet.initial_density, Some(InitialDensity::Exact));
+    assert_eq!(sheet.boundary["inlet"].inflow(Point::new(3.0, 0.0), 1.0), 6.0);
+    assert_eq!(sheet.boundary["outlet"].inflow(Point::new(3.0, 0.0), 0.0), 1.0);
+    assert_eq!(sheet.boundary["walls"].density, None);
+    assert!(sheet.resolved_toml().contains("density = \"exact\""), "{}", sheet.resolved_toml());
+    assert!(sheet.sources.has_density());
+    assert_eq!(sheet.sources.density(Point::new(1.0, 0.0), 0.0), 1.0 + 3.0 + 1.0);
+    same(&sheet, &scene(&sheet.resolved_toml()));
+}
+
 #[test]
 fn every_kind_of_value_can_be_set() {
     let changed = with(&[
@@ -145,6 +243,7 @@ fn same(a: &Scene, b: &Scene) {
     assert_eq!((&a.title, a.parameters, &a.mesh, a.space), (&b.title, b.parameters, &b.mesh, b.space));
     assert_eq!((&a.boundary, &a.initial, &a.sources), (&b.boundary, &b.initial, &b.sources));
     assert_eq!((a.time, a.coupling, &a.outputs), (b.time, b.coupling, &b.outputs));
+    assert_eq!(a.initial_density, b.initial_density);
 }
 
 #[test]
@@ -157,7 +256,8 @@ fn the_resolved_scene_parses_back_to_itself() {
         ("time.max_steps", "77"),
         ("space.k", "2"),
     ]);
-    for original in [scene(STRIP), scene(DISC), forms] {
+    let implicit = sheet(&[("time.density_scheme", "bdf"), ("source.density", "x*t"), ("initial.density", "0.5")]);
+    for original in [scene(STRIP), scene(DISC), forms, sheet(&[]), implicit] {
         let text = original.resolved_toml();
         same(&original, &scene(&text));
     }
@@ -188,6 +288,22 @@ fn the_resolved_scene_shows_every_default() {
 }
 
 #[test]
+fn the_resolved_compressible_scene_shows_every_default() {
+    let text = sheet(&[]).resolved_toml();
+    for part in [
+        "density = { penalty = 2.0, exponent = 1.0, critical = 0.25 }",
+        "active_stress_iso = 0.1",
+        "degree = { velocity = 2, density = 1, polarity = 2 }",
+        "density_scheme = \"abdf\"",
+        "elastic_force = \"stress\"",
+    ] {
+        assert!(text.contains(part), "`{part}` is not in\n{text}");
+    }
+    let incompressible = scene(STRIP).resolved_toml();
+    assert!(!incompressible.contains("density") && !incompressible.contains("iso"), "{incompressible}");
+}
+
+#[test]
 fn relative_files_become_absolute() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("start.vtu"), "").unwrap();
@@ -195,5 +311,17 @@ fn relative_files_become_absolute() {
     std::fs::write(&path, STRIP.replace("\"aligned-around-disc\"", "{ file = \"start.vtu\" }")).unwrap();
     let read = Scene::read(&path).unwrap();
     assert_eq!(read.initial, Initial::File(folder.path().join("start.vtu")));
+    same(&read, &scene(&read.resolved_toml()));
+}
+
+#[test]
+fn a_density_may_start_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("checkpoint.bin"), "").unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = SHEET.replace("\"1 + 0.1*cos(x)\"", "{ file = \"checkpoint.bin\" }");
+    std::fs::write(&path, text).unwrap();
+    let read = Scene::read(&path).unwrap();
+    assert_eq!(read.initial_density, Some(InitialDensity::File(folder.path().join("checkpoint.bin"))));
     same(&read, &scene(&read.resolved_toml()));
 }
