@@ -87,14 +87,6 @@ impl Limiter {
         Self { space: space.clone(), weights, count, values, lebesgue }
     }
 
-    /// The smallest value over every point at which a density is evaluated.
-    pub fn smallest(&self, u: &Field) -> f64 {
-        let of_cell = |room: &mut Vec<f64>, cell: &[f64]| self.minimum(cell, room).1;
-        let lows: Vec<f64> =
-            u.values.par_chunks(self.space.n).map_init(|| vec![0.0; self.count], of_cell).collect();
-        lows.into_iter().fold(f64::INFINITY, f64::min)
-    }
-
     /// ⟨u⟩ of every cell.
     pub fn means(&self, u: &Field) -> Vec<f64> {
         assert_eq!(u.values.len(), self.weights.len(), "the field is of another space");
@@ -190,8 +182,8 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 
 /// The points of the minimum for fields of a degree, each once.
 fn points(degree: usize) -> Vec<Point> {
-    // a field of degree 1 is linear on the reference triangle, also where that is mapped to a curved cell, and every point
-    // lies between the vertices
+    // a field of degree 1 is linear on the reference triangle, also where that is mapped to a curved cell, and every
+    // point lies between the vertices
     if degree == 1 {
         return basis::nodes(1);
     }
