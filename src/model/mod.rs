@@ -5,6 +5,7 @@ pub mod expression;
 pub mod frames;
 pub mod incompressible;
 pub mod lagged;
+pub mod limiter;
 pub mod manufactured;
 pub mod momentum;
 pub mod names;

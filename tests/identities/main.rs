@@ -5,6 +5,7 @@ mod common;
 mod element;
 mod energy;
 mod form;
+mod limiter;
 mod measure;
 mod mesh_generate;
 mod model;
