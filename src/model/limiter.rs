@@ -182,8 +182,8 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 
 /// The points of the minimum for fields of a degree, each once.
 fn points(degree: usize) -> Vec<Point> {
-    // a field of degree 1 is linear on the reference triangle, also where that is mapped to a curved cell, and every point
-    // lies between the vertices
+    // a field of degree 1 is linear on the reference triangle, also where that is mapped to a curved cell, and every
+    // point lies between the vertices
     if degree == 1 {
         return basis::nodes(1);
     }

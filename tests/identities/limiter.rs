@@ -36,7 +36,7 @@ fn least(loops: &Integrator, field: &Field) -> Vec<f64> {
         for degree in 1..=quadrature::MAX_TRIANGLE_DEGREE {
             loops.each_cell_point(cell, degree, &mut |x| *least = least.min(field.scalar(&x.site)));
         }
-        // curved cells raise the degree of a rule: those below are for fields that are evaluated on the reference triangle
+        // the loops raise the degree of a rule on curved cells: the lower ones are visited on the reference triangle
         let inside = (1..=quadrature::MAX_TRIANGLE_DEGREE).flat_map(|d| quadrature::triangle(d).points.iter().copied());
         let shares = (1..=quadrature::MAX_INTERVAL_DEGREE).flat_map(|d| quadrature::interval(d).points.iter());
         let along = shares.flat_map(|&s| (0..3).map(move |f| basis::face_point(f, s)));
