@@ -153,8 +153,10 @@ impl Sheet for Compressible {
     fn settle(&self, equations: &Equations, state: State, phases: &mut Phases) -> Result<Settled, StepFailure> {
         let mut rho = state.volume().values.clone();
         phases.measure("density solve", || self.transported(equations, &state.v, &mut rho))?;
-        let limited = self.density.limiter.limit(&Field::new(&self.density.space, rho))?;
-        Ok(Settled { state: State::compressible(state.v, limited.rho, state.p), limited: limited.cells })
+        let u = Field::new(&self.density.space, rho);
+        let limited = self.density.limiter.limit(&u)?;
+        let gain = -self.transport(&u, &state.v, &equations.inputs).iter().sum::<f64>();
+        Ok(Settled { state: State::compressible(state.v, limited.rho, state.p), limited: limited.cells, gain })
     }
 
     fn density_rate(&self, state: &State, t: f64) -> Result<Vec<f64>, ExpressionError> {

@@ -98,10 +98,54 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
+/// [`Counts`] in a file whose values have no names, where none may be left out.
+mod whole {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::Counts;
+
+    pub fn serialize<S: Serializer>(counts: &Counts, serializer: S) -> Result<S::Ok, S::Error> {
+        let Counts {
+            steps,
+            rejected,
+            nonlinear_iterations,
+            polarity_linear_iterations,
+            accepted_late,
+            density_implicit,
+            limited,
+        } = *counts;
+        [
+            steps,
+            rejected,
+            nonlinear_iterations,
+            polarity_linear_iterations,
+            accepted_late,
+            density_implicit,
+            limited,
+        ]
+        .serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Counts, D::Error> {
+        let [steps, rejected, nonlinear_iterations, polarity_linear_iterations, accepted_late, density_implicit, limited] =
+            Deserialize::deserialize(deserializer)?;
+        Ok(Counts {
+            steps,
+            rejected,
+            nonlinear_iterations,
+            polarity_linear_iterations,
+            accepted_late,
+            density_implicit,
+            limited,
+        })
+    }
+}
+
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     pub t: f64,
+    #[serde(with = "whole")]
     pub counts: Counts,
     pub control: Control,
     /// Times and carried vectors, newest first; the newest is the current state.
@@ -245,6 +289,8 @@ impl<'m> March<'m> {
         self.rate_of_p.fill(0.0);
         self.past = vec![(self.t, self.model.carried(&state))];
         self.gained = vec![self.model.mass(&self.past[0].1)];
+        // a formula that is not finite stops the next step
+        self.gain = self.model.inputs(self.t).map_or(0.0, |inputs| self.model.gain(&state, &inputs));
         self.limited = 0;
         self.state = state;
     }
@@ -378,7 +424,7 @@ impl<'m> March<'m> {
         density: Option<&DensityStep>,
     ) -> StepReport {
         let theta = density.map_or(0.0, |step| step.formula.theta);
-        let gained = self.gained_after(density, t - self.t, outcome.gain);
+        let gained = self.gained_after(density, t - self.t, outcome.settled.gain);
         self.gained.insert(0, gained);
         self.gain = outcome.gain;
         self.limited = outcome.settled.limited;
