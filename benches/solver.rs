@@ -11,11 +11,12 @@ use criterion::{BatchSize, BenchmarkGroup, BenchmarkId, Criterion, SamplingMode,
 use monolayer::form::upwind::Carrier;
 use monolayer::form::{mass, stokes};
 use monolayer::model::incompressible::{Incompressible, State};
-use monolayer::model::lagged::{Lagged, Structure};
+use monolayer::model::lagged::{Lagged, Parts, Structure};
 use monolayer::model::tangent::Tangent;
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::solve::sparse::{Factored, Matrix};
+use monolayer::time::sheet::Kind;
 use monolayer::time::{Checkpoint, March};
 
 /// Steps before the state at which everything is measured: the BDF has its order, and Newton's method its factors.
@@ -53,7 +54,10 @@ impl Bench {
     }
 
     fn model(&self) -> &Incompressible {
-        &self.setup.model
+        match self.setup.model.kind() {
+            Kind::Incompressible(model) => model,
+            Kind::Compressible(_) => panic!("the strip is incompressible"),
+        }
     }
 
     fn march(&self) -> March<'_> {
@@ -120,17 +124,17 @@ fn stokes_matrix(model: &Incompressible) -> Matrix {
 fn factorise(criterion: &mut Criterion, bench: &Bench) {
     let (model, state) = (bench.model(), bench.state());
     let (stokes, tangent) = (stokes_matrix(model), bench.tangent(&state));
-    let structure = Structure::new(&model.layout()).expect("the structure is sound");
+    let structure = Structure::new("coupled", &model.layout()).expect("the structure is sound");
     let mut group = group(criterion, "factorise", 5);
     group.bench_function(bench.id("stokes"), |b| {
         let factor = |matrix| Factored::new("Stokes", matrix).expect("the matrix is regular");
         b.iter_batched(|| stokes.clone(), factor, BatchSize::PerIteration);
     });
-    group.bench_function(bench.id("coupled structure"), |b| b.iter(|| Structure::new(&model.layout())));
-    group.bench_function(bench.id("coupled new"), |b| b.iter(|| Lagged::new(&structure, &tangent)));
-    let mut lagged = Lagged::new(&structure, &tangent).expect("the matrix is regular");
+    group.bench_function(bench.id("coupled structure"), |b| b.iter(|| Structure::new("coupled", &model.layout())));
+    group.bench_function(bench.id("coupled new"), |b| b.iter(|| Lagged::new(&structure, &Parts::new(&tangent))));
+    let mut lagged = Lagged::new(&structure, &Parts::new(&tangent)).expect("the matrix is regular");
     group.bench_function(bench.id("coupled renew"), |b| {
-        b.iter(|| lagged.renew(&tangent).expect("the matrix is regular"));
+        b.iter(|| lagged.renew(&Parts::new(&tangent)).expect("the matrix is regular"));
     });
     group.finish();
 }
@@ -139,8 +143,8 @@ fn solve(criterion: &mut Criterion, bench: &Bench) {
     let (model, state) = (bench.model(), &bench.state());
     let inputs = model.inputs(bench.after.t).expect("the formulas are finite");
     let force = model.force(&state.p, &state.v, &inputs);
-    let structure = Structure::new(&model.layout()).expect("the structure is sound");
-    let lagged = Lagged::new(&structure, &bench.tangent(state)).expect("the matrix is regular");
+    let structure = Structure::new("coupled", &model.layout()).expect("the structure is sound");
+    let lagged = Lagged::new(&structure, &Parts::new(&bench.tangent(state))).expect("the matrix is regular");
     let right = model.polarity.mass_times(&state.p.values);
     let mut group = group(criterion, "solve", 3);
     group.bench_function(bench.id("stokes"), |b| b.iter(|| model.flow_of(&force, &inputs)));

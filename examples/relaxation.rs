@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 elastic_force: ElasticForce::Stress,
                 density: None,
             },
-            degrees: Degrees { velocity: 2, pressure: 1, polarity: 3 },
+            degrees: Degrees { velocity: 2, pressure: 1, density: 0, polarity: 3 },
             conditions: vec![slip; mesh.tags.len()],
             sources: Sources::default(),
             slip: SlipTreatment::Rotated,
@@ -54,8 +54,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             max_iterations: 100,
             kind: CouplingKind::Anderson { depth: 5 },
         },
+        density_implicit: false,
     };
-    let mut march = March::start(&model, settings, start)?;
+    let mut march = March::start(&model, settings, start.values)?;
     println!("{} cells, {} unknowns of the polarity", mesh.cells.len(), model.polarity.space.dof_count());
     let mut last = f64::INFINITY;
     for _ in 0..10 {

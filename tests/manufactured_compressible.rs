@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use monolayer::mesh::Point;
-use monolayer::model::{DensityLaw, Exact, Expression, Parameters, Volume};
+use monolayer::model::manufactured::Volume;
+use monolayer::model::{DensityLaw, Exact, Expression, Parameters};
 use nalgebra::Matrix2;
 
 struct Case {

@@ -106,7 +106,7 @@ fn vectors_and_factors_are_counted_one_by_one() {
     let scene = strip(&[("initial.polarity", "[\"1\", \"0\"]")]);
     let unknowns = unknowns(&scene);
     let layout = unknowns.layout();
-    let structure = Structure::new(&layout).expect("a sound structure");
+    let structure = Structure::new("coupled", &layout).expect("a sound structure");
     let with = |vectors| memory_of(&scene, &layout, Work::Coupled { structure: &structure, vectors });
     let more = (with(200) - with(100)) / (100 * 8 * unknowns.polarity.dof_count()) as f64;
     assert!((1.0..1.1).contains(&more), "{more}");
@@ -125,7 +125,7 @@ fn the_structure_that_was_counted_is_the_models() {
     let closed = Scene::parse(&closed, Path::new("closed.toml")).expect("a good scene");
     for scene in [strip(&[("coupling.kind", "newton")]), closed] {
         let setup = Setup::within(&scene, None).expect("it builds");
-        let own = Structure::new(&setup.model.layout()).expect("a sound structure");
+        let own = Structure::new("coupled", &setup.model.layout()).expect("a sound structure");
         let kept = setup.model.structure().expect("a sound structure");
         assert_eq!(kept.symbolic.unknowns(), own.symbolic.unknowns());
         assert_eq!((kept.bytes(), kept.room(3)), (own.bytes(), own.room(3)));

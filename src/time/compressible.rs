@@ -154,7 +154,9 @@ impl Sheet for Compressible {
         let mut u = state.volume().clone();
         phases.measure("density solve", || self.transported(equations, &state.v, &mut u))?;
         let limited = self.density.limiter.limit(&u)?;
-        Ok(Settled { state: State::compressible(state.v, limited.rho, state.p), limited: limited.cells })
+        let state = State::compressible(state.v, limited.rho, state.p);
+        let gain = Compressible::gain(self, &state, &equations.inputs);
+        Ok(Settled { state, limited: limited.cells, gain })
     }
 
     fn density_rate(&self, state: &State, t: f64) -> Result<Vec<f64>, ExpressionError> {

@@ -143,7 +143,7 @@ impl Sheet for Incompressible {
     }
 
     fn settle(&self, _: &Equations, state: State, _: &mut Phases) -> Result<Settled, StepFailure> {
-        Ok(Settled { state, limited: 0 })
+        Ok(Settled { state, limited: 0, gain: 0.0 })
     }
 
     fn density_rate(&self, _: &State, _: f64) -> Result<Vec<f64>, ExpressionError> {

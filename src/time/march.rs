@@ -87,15 +87,9 @@ pub struct Counts {
     /// Steps that were accepted at k_max without reaching the tolerance.
     pub accepted_late: usize,
     /// Steps whose density had to be taken by the implicit BDF, because A-BDF(θ) would not have been stable.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub density_implicit: usize,
     /// Cells whose density was limited, over all steps.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub limited: usize,
-}
-
-fn is_zero(count: &usize) -> bool {
-    *count == 0
 }
 
 /// All that a restart needs, to continue bit for bit.
@@ -245,6 +239,8 @@ impl<'m> March<'m> {
         self.rate_of_p.fill(0.0);
         self.past = vec![(self.t, self.model.carried(&state))];
         self.gained = vec![self.model.mass(&self.past[0].1)];
+        // a formula that is not finite stops the next step
+        self.gain = self.model.inputs(self.t).map_or(0.0, |inputs| self.model.gain(&state, &inputs));
         self.limited = 0;
         self.state = state;
     }
@@ -378,9 +374,9 @@ impl<'m> March<'m> {
         density: Option<&DensityStep>,
     ) -> StepReport {
         let theta = density.map_or(0.0, |step| step.formula.theta);
-        let gained = self.gained_after(density, t - self.t, outcome.gain);
+        let gained = self.gained_after(density, t - self.t, outcome.settled.gain);
         self.gained.insert(0, gained);
-        self.gain = outcome.gain;
+        self.gain = outcome.settled.gain;
         self.limited = outcome.settled.limited;
         self.counts.limited += self.limited;
         self.counts.density_implicit +=

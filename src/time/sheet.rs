@@ -45,6 +45,8 @@ pub struct Settled {
     pub state: State,
     /// Cells whose density was limited.
     pub limited: usize,
+    /// Net mass that enters per time.
+    pub gain: f64,
 }
 
 /// A model, by its kind.

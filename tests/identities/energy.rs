@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::common::*;
 use crate::model::{PARAMETERS, closed, describe, settings};
+use monolayer::measure::budget::Budget;
 use monolayer::mesh::Mesh;
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::{ElasticForce, Parameters};
@@ -16,7 +17,7 @@ fn defect(model: &Incompressible, p: &Field) -> f64 {
     let inputs = model.inputs(0.0).unwrap();
     let mut v = model.zero().v;
     // the force looks upstream: repeat until the directions are those of the flow itself
-    let mut pi = model.zero().pi;
+    let mut pi = model.zero().pressure().clone();
     for _ in 0..60 {
         let (next, pressure) = model.flow_of(&model.force(p, &v, &inputs), &inputs).unwrap();
         let change: f64 = next.values.iter().zip(&v.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -26,7 +27,7 @@ fn defect(model: &Incompressible, p: &Field) -> f64 {
         }
     }
     let l = model.molecular(p, 0.0).unwrap();
-    let state = State { v, pi, p: p.clone() };
+    let state = State::incompressible(v, pi, p.clone());
     let rate: Vec<f64> = model.polarity_residual(&state, 0.0).iter().map(|r| -r / m.peclet).collect();
     let gain = m.elasticity * dot(&l.values, &rate);
     let (v, p) = (&state.v, &state.p);
@@ -71,11 +72,11 @@ fn relax(mesh: &Arc<Mesh>, elastic_force: ElasticForce, seed: u64, amplitude: f6
     settings.coupling.kind = CouplingKind::Newton;
     settings.coupling.tolerance = 1e-9;
     settings.coupling.accept = 1e-8;
-    let mut march = March::start(&model, settings, start).unwrap();
+    let mut march = March::start(&model, settings, start.values).unwrap();
     let mut rows = vec![(march.energy().0, 0.0, 0.0)];
     for _ in 0..25 {
         march.advance(1e9).expect("the step converges");
-        let budget = march.budget();
+        let budget = Budget::of(&march);
         rows.push((march.energy().0, budget.defect(), budget.relaxation + budget.viscosity + budget.friction));
     }
     rows

@@ -6,7 +6,7 @@ use crate::common::*;
 use crate::model::{PARAMETERS, closed, describe, formula};
 use monolayer::mesh::Mesh;
 use monolayer::model::incompressible::{Incompressible, State};
-use monolayer::model::lagged::{Lagged, Structure};
+use monolayer::model::lagged::{Lagged, Parts, Structure};
 use monolayer::model::tangent::Tangent;
 use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, VelocityCondition};
 use monolayer::space::Field;
@@ -37,7 +37,7 @@ fn curved() -> Arc<Mesh> {
 /// A state whose flow crosses no face at exactly zero speed, and which solves nothing.
 fn state(model: &Incompressible, seed: u64) -> State {
     let p = random(&model.polarity.space, seed);
-    State { v: random(&model.momentum.velocity, seed + 1), pi: random(&model.momentum.pressure, seed + 2), p }
+    State::incompressible(random(&model.momentum.velocity, seed + 1), random(&model.momentum.pressure, seed + 2), p)
 }
 
 fn cases() -> Vec<(Incompressible, &'static str)> {
@@ -83,7 +83,7 @@ fn every_entry_of_the_derivative_is_that_of_the_equations() {
         let equation = |v: &[f64], p: &[f64]| {
             let p = Field::new(&now.p.space, p.to_vec());
             let v = Field::new(&now.v.space, v.to_vec());
-            let mut r = model.polarity_residual(&State { v, pi: now.pi.clone(), p: p.clone() }, t);
+            let mut r = model.polarity_residual(&State::incompressible(v, now.pressure().clone(), p.clone()), t);
             let mass = model.polarity.mass_times(&p.values);
             r.iter_mut().zip(mass).for_each(|(r, m)| *r += model.parameters.peclet * w * m);
             r
@@ -117,7 +117,7 @@ fn the_factors_of_the_coupled_matrix_invert_the_derivative() {
         }
         let now = state(&model, 5);
         let tangent = Tangent::new(&model, &now, &now.v, 4.0, 0.0);
-        let lagged = Lagged::new(&Structure::new(&model.layout()).unwrap(), &tangent).unwrap();
+        let lagged = Lagged::new(&Structure::new("coupled", &model.layout()).unwrap(), &Parts::new(&tangent)).unwrap();
         let x = random(&now.p.space, 8).values;
         let mut y = vec![0.0; x.len()];
         tangent.times(&x, &mut y).unwrap();

@@ -20,7 +20,7 @@ pub fn run(text: &str, sets: &[(&str, String)]) -> (f64, History) {
     let mut history = History::default();
     while march.t < scene.time.end * (1.0 - 1e-12) {
         let dt = march.advance(scene.time.end).unwrap().dt;
-        history.add(&errors(&setup.model, scene.sources.exact.as_ref().unwrap(), &march.state, march.t), dt);
+        history.add(&errors(&*setup.model, scene.sources.exact.as_ref().unwrap(), &march.state, march.t), dt);
     }
     (setup.quality.h_max, history)
 }
@@ -35,7 +35,7 @@ impl Orders {
     pub fn new(name: &str, runs: Vec<(f64, History)>) -> Self {
         println!("{name}");
         let this = Self { name: name.to_owned(), runs };
-        for field in ErrorField::ALL {
+        for field in ErrorField::INCOMPRESSIBLE {
             for norm in Norm::ALL {
                 let errors: Vec<String> =
                     this.runs.iter().map(|(_, e)| format!("{:.2e}", e.error(field, norm))).collect();

@@ -36,7 +36,7 @@ fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
             elastic_force: ElasticForce::Stress,
             density: None,
         },
-        degrees: Degrees { velocity: 2, pressure: 1, polarity: 1 },
+        degrees: Degrees { velocity: 2, pressure: 1, density: 0, polarity: 1 },
         conditions: mesh
             .tags
             .iter()

@@ -11,6 +11,7 @@ use monolayer::steady::pseudo::Work;
 use monolayer::steady::spectrum::{Ask, Mode, Spectrum, spectrum};
 use monolayer::time::Phases;
 use monolayer::time::memory::Memory;
+use monolayer::time::sheet::Kind;
 
 /// A closed square of tissue that nothing drives.
 pub const CLOSED: &str = r#"
@@ -83,10 +84,18 @@ impl Square {
     }
 }
 
+/// The incompressible sheet that a scene describes.
+pub fn model_of(setup: &Setup) -> &Incompressible {
+    match setup.model.kind() {
+        Kind::Incompressible(model) => model,
+        Kind::Compressible(_) => panic!("the scene is incompressible"),
+    }
+}
+
 /// A polarity with its flow.
 pub fn state(model: &Incompressible, p: Field) -> State {
     let (v, pi) = model.flow(&p, 0.0).unwrap();
-    State { v, pi, p }
+    State::incompressible(v, pi, p)
 }
 
 /// The spectrum about a state.

@@ -35,7 +35,7 @@ fn leads_with(spectrum: &Spectrum, exact: &[f64], tolerance: f64) {
 #[test]
 fn a_uniform_polarity_turns_freely_and_relaxes_at_known_rates() {
     let (scene, setup) = Square::new().setup();
-    let model = &setup.model;
+    let model = model_of(&setup);
     let found = spectrum_of(model, &state(model, uniform(model, [1.0, 0.0])), 8);
     let (pe, kappa) = (scene.parameters.peclet, scene.parameters.coherence);
     let across = |k: f64| -(kappa * PI).powi(2) * k / pe;
@@ -49,7 +49,7 @@ fn a_uniform_polarity_turns_freely_and_relaxes_at_known_rates() {
 #[test]
 fn a_prescribed_polarity_on_one_side_makes_it_stable() {
     let (scene, setup) = Square::new().set("boundary.left.polarity", "{ dirichlet = [1, 0] }").setup();
-    let model = &setup.model;
+    let model = model_of(&setup);
     let found = spectrum_of(model, &state(model, uniform(model, [1.0, 0.0])), 6);
     let rate = (scene.parameters.coherence * PI).powi(2) / scene.parameters.peclet;
     leads_with(&found, &[-0.25 * rate, -1.25 * rate, -2.25 * rate], 2e-4);
@@ -65,7 +65,7 @@ fn a_prescribed_polarity_on_one_side_makes_it_stable() {
 fn all_directions_grow_about_no_polarity() {
     for (kappa, dimension) in [("0.4", 2), ("0.28", 6)] {
         let (scene, setup) = Square::new().set("model.coherence", kappa).setup();
-        let model = &setup.model;
+        let model = model_of(&setup);
         let found = spectrum_of(model, &model.zero(), 8);
         let rate = |k: f64| (1.0 - (scene.parameters.coherence * PI).powi(2) * k) / scene.parameters.peclet;
         leads_with(&found, &[rate(0.0), rate(1.0), rate(2.0)], 2e-4);
@@ -79,7 +79,7 @@ fn tissue_that_turns_as_a_whole_turns_its_disturbances() {
     // in the frame that turns along, a uniform polarity grows at 1/Pe
     let flow = "{ dirichlet = [\"1.5*(1/2-y)\", \"1.5*(x-1/2)\"] }";
     let (scene, setup) = Square::new().sides("velocity", flow).set("model.friction", "0").setup();
-    let model = &setup.model;
+    let model = model_of(&setup);
     let rest = state(model, Field::zero(&model.polarity.space));
     let found = spectrum_of(model, &rest, 4);
     near(found.modes[0].value.re, 1.0 / scene.parameters.peclet, 1e-8, "growth rate");
@@ -107,7 +107,7 @@ pub fn steady(scene: &Scene, model: &Incompressible) -> State {
     let settings = SteadySettings { want: Want::Any, eigenvalues: 0, residual: 1e-11, ..scene.steady.unwrap() };
     let interrupt = std::sync::atomic::AtomicBool::new(false);
     let phases = &mut Phases::default();
-    let search = find(model, begin, &settings, scene.march(), &interrupt, phases, &mut |_| Ok(())).unwrap();
+    let search = find(model, begin.values, &settings, scene.march(), &interrupt, phases, &mut |_| Ok(())).unwrap();
     match search.found {
         Found::Steady(steady) => steady.state,
         other => panic!("{other:?}, {:?}", search.tries),
@@ -120,7 +120,7 @@ fn rate_of_marching(scene: &Scene, model: &Incompressible, rest: &State, directi
     let scale = 1e-7 / size(model, direction);
     begin.values.iter_mut().zip(direction).for_each(|(p, d)| *p += scale * d);
     let coupling = CouplingSettings { kind: CouplingKind::Newton, tolerance: 1e-12, ..scene.coupling };
-    let mut march = March::start(model, MarchSettings { coupling, ..scene.march() }, begin).unwrap();
+    let mut march = March::start(model, MarchSettings { coupling, ..scene.march() }, begin.values).unwrap();
     let mut distances = Vec::new();
     for time in times {
         while march.t < time - 1e-9 {
@@ -139,7 +139,7 @@ fn marching_a_disturbance_shows_the_leading_eigenvalue() {
         (&[("boundary.left.polarity", "\"neumann\""), ("initial.polarity", "[0, 1]")][..], true, [7.0, 8.0]),
     ] {
         let (scene, setup) = driven(3, &[sets, &[("time.step", "0.02")]].concat());
-        let model = &setup.model;
+        let model = model_of(&setup);
         let rest = steady(&scene, model);
         let flow = rest.v.values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         assert!(flow > 0.2, "there is a flow: {flow}");

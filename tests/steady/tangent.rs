@@ -3,7 +3,6 @@
 use crate::common::*;
 use crate::spectrum::steady;
 use monolayer::model::incompressible::{Incompressible, State};
-use monolayer::space::Field;
 use monolayer::time::Phases;
 use monolayer::time::equations::Equations;
 use nalgebra::{Complex, DMatrix};
@@ -11,10 +10,7 @@ use nalgebra::{Complex, DMatrix};
 /// `−M⁻¹R′/Pe` by central differences, column by column; the upwind directions of the energy-consistent force stay those of the state.
 fn differences(model: &Incompressible, state: &State) -> DMatrix<f64> {
     let equations = Equations::stationary(model, &state.v, 0.0).unwrap();
-    let residual = |p: Vec<f64>| {
-        let p = Field::new(&model.polarity.space, p);
-        equations.evaluate(p, &mut Phases::default()).unwrap().residual
-    };
+    let residual = |p: Vec<f64>| equations.evaluate(p, &mut Phases::default()).unwrap().residual;
     let (n, h) = (state.p.values.len(), 1e-5);
     let mut matrix = DMatrix::zeros(n, n);
     for j in 0..n {
@@ -47,7 +43,7 @@ fn the_spectrum_is_that_of_finite_differences_for_both_elastic_forces() {
             .set("model.traction", "0.6")
             .set("model.elastic_force", &format!("\"{force}\""))
             .setup();
-        let model = &setup.model;
+        let model = model_of(&setup);
         let rest = steady(&scene, model);
         let found = spectrum_of(model, &rest, 8);
         let mut dense: Vec<Complex<f64>> = differences(model, &rest).complex_eigenvalues().iter().copied().collect();
