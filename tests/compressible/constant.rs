@@ -29,17 +29,20 @@ fn flow(x: Point) -> Point {
 }
 
 #[track_caller]
-fn agree(a: &[f64], b: &[f64], what: &str) {
+fn close(a: &[f64], b: &[f64], tolerance: f64, what: &str) {
     let (error, scale) = (largest(&minus(a, b)), largest(b));
     println!("{what}: {error:.1e} of {scale:.1e}");
-    assert!(scale > 1e-2 && error < 1e-12 * scale.max(1.0), "{what}: off by {error:.1e} of {scale:.1e}");
+    assert!(scale > 1e-2 && error < tolerance * scale.max(1.0), "{what}: off by {error:.1e} of {scale:.1e}");
 }
 
 #[test]
 fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
     for (mesh, open) in [(square(3), true), (square(3), false), (disc(), false)] {
         let (model, other) = both(&mesh, open);
-        let t = 0.3;
+        let (t, straight) = (0.3, mesh.curved.iter().all(Option::is_none));
+        // a factor ρ asks for a rule of higher degree, and on curved cells none is exact
+        let tolerance = if straight { 1e-12 } else { 1e-6 };
+        let agree = |a: &[f64], b: &[f64], what: &str| close(a, b, tolerance, what);
         let p = random_field(&other.polarity.space, 5);
         let v = project::interpolate_vector(&other.momentum.velocity, flow);
         let one = project::interpolate_scalar(&model.density.space, |_| 1.0);
@@ -72,7 +75,7 @@ fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
         let by_polarity = PARAMETERS.elasticity * dot(&well, &rate);
         agree(&[by_polarity], &[Sheet::energy_rate(&other, &same, &rate, t)], "rate of the free energy");
         // what resists the flow: on straight cells div v = 0 exactly
-        if mesh.curved.iter().all(Option::is_none) {
+        if straight {
             let viscous = Viscous::new(&model, &one).unwrap().times(&model, &v.values);
             let w = random_field(&other.momentum.velocity, 9);
             let direct = other.loops.sum(8, |x| {
@@ -84,7 +87,7 @@ fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
         }
         // nothing is squeezed
         let rate = Sheet::density_rate(&model, &state, t).unwrap();
-        if !open && mesh.curved.iter().all(Option::is_none) {
+        if !open && straight {
             // slip boundaries let nothing through, whatever the interpolated flow does there
             let whole = project::interpolate_vector(&model.velocity, |x| {
                 Point::new(x.x * (1.0 - x.x) * (1.0 - 2.0 * x.y), -x.y * (1.0 - x.y) * (1.0 - 2.0 * x.x))

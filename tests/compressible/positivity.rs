@@ -9,7 +9,7 @@ use monolayer::model::{Conditions, DensityLaw, Parameters, PolarityCondition, Ve
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::time::sheet::Sheet;
-use monolayer::time::{CouplingKind, March, MarchError, MarchSettings, StepFailure};
+use monolayer::time::{ControlSettings, CouplingKind, March, MarchError, MarchSettings, StepFailure};
 
 /// A step in the density from 1 to 1e-10, over a hundredth.
 fn front(s: f64) -> f64 {
@@ -98,10 +98,7 @@ fn a_step_to_a_negative_mean_is_halved() {
         assert!(rejected[1] > 0 && march.nominal_step() < 0.5, "{rejected:?}");
 
         // where Δt may not be halved, the cell is named
-        let settings = MarchSettings {
-            control: monolayer::time::ControlSettings::new(0.5, 0.4),
-            ..settings
-        };
+        let settings = MarchSettings { control: ControlSettings::new(0.5, 0.4), ..settings };
         let mut march = March::start(&model, settings, carried(&model, |_| 1.0, |_| Point::new(0.5, 0.0))).unwrap();
         march.advance(1e9).unwrap();
         let before = march.state.volume().values.clone();
@@ -117,7 +114,7 @@ fn a_step_to_a_negative_mean_is_halved() {
 #[test]
 fn a_negative_density_is_refused_at_the_start() {
     let model = sheet(&square(2), PARAMETERS, 1, closed);
-    let y = carried(&model, |x| if x.x > 0.6 { -0.1 } else { 1.0 }, |_| Point::new(1.0, 0.0));
+    let y = carried(&model, |x| if x.x > 0.3 { -0.1 } else { 1.0 }, |_| Point::new(1.0, 0.0));
     let error = March::start(&model, settings(0.1, 1, CouplingKind::Newton), y).unwrap_err();
     assert!(matches!(error, StepFailure::Density(_)), "{error}");
 

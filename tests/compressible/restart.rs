@@ -51,11 +51,11 @@ density = "exp(-40*x^2) + 1e-8"
 [time]
 scheme = "bdf3"
 step = 0.04
-end = 0.5
+end = 0.25
 
 [[output]]
 fields = ["velocity", "density", "pressure", "polarity"]
-every = { time = 0.15 }
+every = { time = 0.1 }
 [[output]]
 measures = ["free-energy", "mass", "density-min", "limited-cells"]
 every = { steps = 1 }
