@@ -160,10 +160,8 @@ impl Setup {
         let Some(start) = &scene.initial_density else { return Ok(None) };
         let space = self.model.volume();
         let formula = |key: &str, formula: &Expression| {
-            start::density(space, formula, 0.0).map_err(|e| RunError::Formula {
-                origin: scene.source().place(key).to_string(),
-                error: Box::new(e),
-            })
+            start::density(space, formula, 0.0)
+                .map_err(|e| RunError::Formula { origin: scene.source().place(key).to_string(), error: Box::new(e) })
         };
         let field = match start {
             InitialDensity::Formula(given) => formula("initial.density", given)?,
@@ -298,9 +296,8 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Fi
     let saved = Saved::read(path).map_err(|e| wrong(e.to_string()))?;
     let scene = Scene::parse(&saved.scene, path)?;
     let mesh = Arc::new(build_mesh(&scene)?);
-    let discontinuous = |degree: usize, components: usize| {
-        Arc::new(Space::new(&mesh, Continuity::Discontinuous, degree, components))
-    };
+    let discontinuous =
+        |degree: usize, components: usize| Arc::new(Space::new(&mesh, Continuity::Discontinuous, degree, components));
     let polarity = discontinuous(scene.space.polarity, 2);
     // an incompressible sheet has no space of densities
     let density = match scene.parameters.kind() {

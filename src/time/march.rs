@@ -114,7 +114,12 @@ mod whole {
             density_implicit,
             limited,
         } = *counts;
-        [
+        [steps, rejected, nonlinear_iterations, polarity_linear_iterations, accepted_late, density_implicit, limited]
+            .serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Counts, D::Error> {
+        let [
             steps,
             rejected,
             nonlinear_iterations,
@@ -122,13 +127,7 @@ mod whole {
             accepted_late,
             density_implicit,
             limited,
-        ]
-        .serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Counts, D::Error> {
-        let [steps, rejected, nonlinear_iterations, polarity_linear_iterations, accepted_late, density_implicit, limited] =
-            Deserialize::deserialize(deserializer)?;
+        ] = Deserialize::deserialize(deserializer)?;
         Ok(Counts {
             steps,
             rejected,

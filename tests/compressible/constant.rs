@@ -56,7 +56,8 @@ fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
         agree(&l.values, &m.values, "L_h");
         // |v·n| is no polynomial where v·n changes its sign on a face: either the flow is uniform there, or nothing jumps
         let uniform = project::interpolate_vector(&model.velocity, |_| Point::new(1.0, 0.3));
-        let smooth = project::interpolate_vector(&other.polarity.space, |x| Point::new(x.y - x.x * x.y, 0.5 + x.x * x.x));
+        let smooth =
+            project::interpolate_vector(&other.polarity.space, |x| Point::new(x.y - x.x * x.y, 0.5 + x.x * x.x));
         for (p, v) in [(&p, &uniform), (&smooth, &v)] {
             let well = model.molecular_functional(&one, p, t);
             let residual = model.polarity_residual(&one, p, v, &well, &inputs);

@@ -29,7 +29,7 @@ fn end(model: &dyn Sheet, y: Vec<f64>) -> State {
 
 fn start(x: Point) -> Point {
     let (a, b) = (PI * x.x, PI * x.y);
-    Point::new(0.2 + 0.3 * a.cos() - 0.6 * b.cos(), 0.7 * a.cos() * b.cos() + 0.2)
+    Point::new(a.sin().powi(2) * (0.6 - 0.8 * b.cos()), b.sin().powi(2) * (0.9 * a.cos() + 0.3))
 }
 
 /// Starts with the density that has the pressure of the incompressible sheet: from another one, sound would have to fade first,
@@ -49,32 +49,66 @@ fn compressible(mesh: &Arc<Mesh>, penalty: f64, pi: &Field) -> (State, f64) {
     (state, compression)
 }
 
-#[test]
-fn stiff_tissue_moves_like_an_incompressible_sheet() {
-    let n: usize = std::env::var("LN").map_or(3, |n| n.parse().unwrap());
+/// Distances in L² of velocity and polarity.
+fn apart(model: &Incompressible, a: &State, b: &State) -> [f64; 2] {
+    let dp = minus(&a.p.values, &b.p.values);
+    let dv = minus(&a.v.values, &b.v.values);
+    [Sheet::velocity_mass(model).quadratic(&dv).sqrt(), dot(&dp, &model.polarity.mass_times(&dp)).sqrt()]
+}
+
+/// The states at the end of the incompressible sheet and of sheets of growing stiffness.
+struct Ends {
+    other: Incompressible,
+    incompressible: State,
+    stiff: Vec<(State, f64)>,
+}
+
+fn ends(n: usize, penalties: &[f64]) -> Ends {
     let mesh = mesh(&format!("shape = \"square\"\nn = {n}"));
     let other = Incompressible::new(&mesh, &describe(&mesh, parameters(None), DEGREE, closed)).unwrap();
     let p = project::interpolate_vector(&other.polarity.space, start);
     let (_, pi) = other.flow(&p, 0.0).unwrap();
-    println!("Π {}", largest(&pi.values));
-    let rest = end(&other, p.values);
-    let speed = largest(&rest.v.values);
-    println!("speed {speed}");
+    let incompressible = end(&other, p.values);
+    let stiff = penalties.iter().map(|c| compressible(&mesh, *c, &pi)).collect();
+    Ends { other, incompressible, stiff }
+}
+
+const PENALTIES: [f64; 5] = [10.0, 100.0, 1e3, 1e4, 1e6];
+
+#[test]
+fn stiff_tissue_moves_like_an_incompressible_sheet() {
+    let Ends { other, incompressible, stiff } = ends(4, &PENALTIES);
+    let speed = largest(&incompressible.v.values);
     assert!(speed > 0.05, "it moves: {speed}");
-    let mut rows = Vec::new();
-    for penalty in [10.0, 100.0, 1e3, 1e4] {
-        let (state, compression) = compressible(&mesh, penalty, &pi);
-        let velocity = Sheet::velocity_mass(&other).quadratic(&minus(&state.v.values, &rest.v.values)).sqrt();
-        let d = minus(&state.p.values, &rest.p.values);
-        let polarity = dot(&d, &other.polarity.mass_times(&d)).sqrt();
-        rows.push([penalty, velocity, polarity, compression]);
-        println!("c_0 = {penalty}: v {velocity:.3e}, p {polarity:.3e}, ρ {compression:.3e}");
-    }
-    for (column, name) in [(1, "velocity"), (2, "polarity"), (3, "density")] {
-        for pair in rows.windows(2) {
+    let limit = &stiff.last().unwrap().0;
+    let rows: Vec<[f64; 5]> = stiff
+        .iter()
+        .map(|(state, compression)| {
+            let ([v, p], [dv, dp]) = (apart(&other, state, &incompressible), apart(&other, state, limit));
+            println!("v {v:.3e}, p {p:.3e}; from the stiffest v {dv:.3e}, p {dp:.3e}; ρ {compression:.3e}");
+            [v, p, dv, dp, *compression]
+        })
+        .collect();
+    let names = ["velocity", "polarity", "velocity from the stiffest", "polarity from the stiffest", "density"];
+    for (column, name) in names.into_iter().enumerate() {
+        // beyond c_0 = 1000, what the discretisations of the velocity differ by in the corners is larger
+        let count = if column == 0 { 2 } else { 3 };
+        for (pair, penalty) in rows.windows(2).zip(PENALTIES).take(count) {
             let rate = (pair[0][column] / pair[1][column]).log10();
-            println!("{name}: from c_0 = {} rate {rate:.2}", pair[0][0]);
-            assert!(rate > 0.8, "{name} from c_0 = {}: rate {rate:.2} in 1/c_0", pair[0][0]);
+            println!("{name}: from c_0 = {penalty} rate {rate:.2}");
+            assert!(rate > 0.8, "{name} from c_0 = {penalty}: rate {rate:.2} in 1/c_0");
         }
+    }
+}
+
+#[test]
+fn what_remains_between_the_stiffest_sheet_and_the_incompressible_one_falls_with_the_mesh() {
+    let left = [2, 4].map(|n| {
+        let Ends { other, incompressible, stiff } = ends(n, &[1e6]);
+        apart(&other, &stiff[0].0, &incompressible)
+    });
+    println!("{left:?}");
+    for (coarse, fine) in left[0].iter().zip(left[1]) {
+        assert!(fine < 0.35 * coarse && fine < 1e-4, "{left:?}");
     }
 }
