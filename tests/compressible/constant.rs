@@ -17,8 +17,8 @@ fn both(mesh: &std::sync::Arc<monolayer::mesh::Mesh>, open: bool) -> (Compressib
     let law = DensityLaw { penalty: 0.0, exponent: 1.0, critical: 0.0, active_stress_iso: 0.0 };
     let parameters = Parameters { density: Some(law), ..PARAMETERS };
     let free = Parameters { density: None, ..PARAMETERS };
-    let (here, there): (fn(&str) -> Conditions, fn(&str) -> Conditions) =
-        if open { (channel, without_density) } else { (closed, closed) };
+    type Condition = fn(&str) -> Conditions;
+    let (here, there): (Condition, Condition) = if open { (channel, without_density) } else { (closed, closed) };
     let incompressible = Incompressible::new(mesh, &describe(mesh, free, 2, there)).unwrap();
     (sheet(mesh, parameters, 2, here), incompressible)
 }
