@@ -160,10 +160,8 @@ impl Setup {
         let Some(start) = &scene.initial_density else { return Ok(None) };
         let space = self.model.volume();
         let formula = |key: &str, formula: &Expression| {
-            start::density(space, formula, 0.0).map_err(|e| RunError::Formula {
-                origin: scene.source().place(key).to_string(),
-                error: Box::new(e),
-            })
+            start::density(space, formula, 0.0)
+                .map_err(|e| RunError::Formula { origin: scene.source().place(key).to_string(), error: Box::new(e) })
         };
         let field = match start {
             InitialDensity::Formula(given) => formula("initial.density", given)?,
@@ -298,19 +296,22 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Fi
     let saved = Saved::read(path).map_err(|e| wrong(e.to_string()))?;
     let scene = Scene::parse(&saved.scene, path)?;
     let mesh = Arc::new(build_mesh(&scene)?);
-    let spaces = [(scene.space.density, 1), (scene.space.polarity, 2)];
-    let [density, polarity] =
-        spaces.map(|(degree, components)| Space::new(&mesh, Continuity::Discontinuous, degree, components));
-    let before = match scene.parameters.kind() {
-        ModelKind::Incompressible if which == Carried::Density => {
+    let discontinuous =
+        |degree: usize, components: usize| Arc::new(Space::new(&mesh, Continuity::Discontinuous, degree, components));
+    let polarity = discontinuous(scene.space.polarity, 2);
+    // an incompressible sheet has no space of densities
+    let density = match scene.parameters.kind() {
+        ModelKind::Incompressible => None,
+        ModelKind::Compressible => Some(discontinuous(scene.space.density, 1)),
+    };
+    let before = density.as_ref().map_or(0, |space| space.dof_count());
+    let count = before + polarity.dof_count();
+    let (first, other) = match (which, density) {
+        (Carried::Density, Some(density)) => (0, density),
+        (Carried::Density, None) => {
             return Err(wrong("its run was of an incompressible sheet, which has no density".into()));
         }
-        ModelKind::Incompressible => 0,
-        ModelKind::Compressible => density.dof_count(),
-    };
-    let (count, first, other) = match which {
-        Carried::Density => (before + polarity.dof_count(), 0, Arc::new(density)),
-        Carried::Polarity => (before + polarity.dof_count(), before, Arc::new(polarity)),
+        (Carried::Polarity, _) => (before, polarity),
     };
     if saved.mesh != mesh.fingerprint() {
         return Err(wrong("the mesh of its run has changed since".into()));

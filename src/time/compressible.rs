@@ -287,17 +287,15 @@ impl Passes for InTurn<'_> {
         let rho = model.density.limiter.limit_on_the_way(&u)?.rho;
         let (_, history) = model.split(&equations.history);
         let weighted = (equations.weights.polarity, &history);
-        let (operator, right) =
-            phases.measure("polarity assembly", || model.relaxed(&rho, &v, weighted, last, inputs));
+        let (operator, right) = phases.measure("polarity assembly", || model.relaxed(&rho, &v, weighted, last, inputs));
         // factors of the first iterate serve the whole step: later ones differ little
         if self.factors.is_none() {
             self.factors = Some(phases.measure("polarity factors", || model.polarity.precondition(&operator))?);
         }
         let factors = self.factors.as_ref().expect("just made");
         let mut p = last.values.clone();
-        let iterations = phases.measure("polarity solve", || {
-            model.polarity.solve(&operator, factors, &right, &mut p, LINEAR_REDUCTION)
-        })?;
+        let iterations = phases
+            .measure("polarity solve", || model.polarity.solve(&operator, factors, &right, &mut p, LINEAR_REDUCTION))?;
         Ok((State::compressible(v, rho, Field::new(&model.polarity.space, p)), steps + iterations))
     }
 }

@@ -17,29 +17,32 @@ fn both(mesh: &std::sync::Arc<monolayer::mesh::Mesh>, open: bool) -> (Compressib
     let law = DensityLaw { penalty: 0.0, exponent: 1.0, critical: 0.0, active_stress_iso: 0.0 };
     let parameters = Parameters { density: Some(law), ..PARAMETERS };
     let free = Parameters { density: None, ..PARAMETERS };
-    let (here, there): (fn(&str) -> Conditions, fn(&str) -> Conditions) =
-        if open { (channel, without_density) } else { (closed, closed) };
+    type Condition = fn(&str) -> Conditions;
+    let (here, there): (Condition, Condition) = if open { (channel, without_density) } else { (closed, closed) };
     let incompressible = Incompressible::new(mesh, &describe(mesh, free, 2, there)).unwrap();
     (sheet(mesh, parameters, 2, here), incompressible)
 }
 
 /// A flow without divergence that the velocity space holds exactly on straight cells.
 fn flow(x: Point) -> Point {
-    Point::new(1.0 + x.y * x.y - x.x * x.x, 2.0 * x.x * x.y - 0.3 * x.x * x.x + 0.2)
+    Point::new(1.0 + x.y * x.y - x.x * x.x, 2.0 * x.x * x.y - 0.1 * x.x * x.x - 0.2)
 }
 
 #[track_caller]
-fn agree(a: &[f64], b: &[f64], what: &str) {
+fn close(a: &[f64], b: &[f64], tolerance: f64, what: &str) {
     let (error, scale) = (largest(&minus(a, b)), largest(b));
     println!("{what}: {error:.1e} of {scale:.1e}");
-    assert!(scale > 1e-2 && error < 1e-12 * scale.max(1.0), "{what}: off by {error:.1e} of {scale:.1e}");
+    assert!(scale > 1e-2 && error < tolerance * scale.max(1.0), "{what}: off by {error:.1e} of {scale:.1e}");
 }
 
 #[test]
 fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
     for (mesh, open) in [(square(3), true), (square(3), false), (disc(), false)] {
         let (model, other) = both(&mesh, open);
-        let t = 0.3;
+        let (t, straight) = (0.3, mesh.curved.iter().all(Option::is_none));
+        // a factor ρ asks for a rule of higher degree, and on curved cells none is exact
+        let tolerance = if straight { 1e-12 } else { 1e-6 };
+        let agree = |a: &[f64], b: &[f64], what: &str| close(a, b, tolerance, what);
         let p = random_field(&other.polarity.space, 5);
         let v = project::interpolate_vector(&other.momentum.velocity, flow);
         let one = project::interpolate_scalar(&model.density.space, |_| 1.0);
@@ -51,8 +54,16 @@ fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
         agree(&well, &other.polarity.molecular_functional(&other.loops, &p, t), "(1/B)(L_h|q)");
         let (l, m) = (Sheet::molecular_field(&model, &state, t), Sheet::molecular_field(&other, &same, t));
         agree(&l.values, &m.values, "L_h");
-        let residual = model.polarity_residual(&one, &p, &v, &well, &inputs);
-        agree(&residual, &other.polarity_residual(&same, t), "residual of the polarity");
+        // |v·n| is no polynomial where v·n changes its sign on a face: either the flow is uniform there, or nothing jumps
+        let uniform = project::interpolate_vector(&model.velocity, |_| Point::new(1.0, 0.3));
+        let smooth =
+            project::interpolate_vector(&other.polarity.space, |x| Point::new(x.y - x.x * x.y, 0.5 + x.x * x.x));
+        for (p, v) in [(&p, &uniform), (&smooth, &v)] {
+            let well = model.molecular_functional(&one, p, t);
+            let residual = model.polarity_residual(&one, p, v, &well, &inputs);
+            let same = State::incompressible(v.clone(), Field::zero(&other.momentum.pressure), p.clone());
+            agree(&residual, &other.polarity_residual(&same, t), "residual of the polarity");
+        }
         let force = model.force(&one, &p, model.molecular(&well).as_ref(), &inputs);
         agree(&force, &other.force(&p, &v, &others), "force");
         let inertia = Sheet::inertia_times(&model, &state, &model.joined(&one.values, &p.values));
@@ -65,7 +76,7 @@ fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
         let by_polarity = PARAMETERS.elasticity * dot(&well, &rate);
         agree(&[by_polarity], &[Sheet::energy_rate(&other, &same, &rate, t)], "rate of the free energy");
         // what resists the flow: on straight cells div v = 0 exactly
-        if mesh.curved.iter().all(Option::is_none) {
+        if straight {
             let viscous = Viscous::new(&model, &one).unwrap().times(&model, &v.values);
             let w = random_field(&other.momentum.velocity, 9);
             let direct = other.loops.sum(8, |x| {
@@ -77,7 +88,7 @@ fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
         }
         // nothing is squeezed
         let rate = Sheet::density_rate(&model, &state, t).unwrap();
-        if !open && mesh.curved.iter().all(Option::is_none) {
+        if !open && straight {
             // slip boundaries let nothing through, whatever the interpolated flow does there
             let whole = project::interpolate_vector(&model.velocity, |x| {
                 Point::new(x.x * (1.0 - x.x) * (1.0 - 2.0 * x.y), -x.y * (1.0 - x.y) * (1.0 - 2.0 * x.x))

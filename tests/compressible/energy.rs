@@ -27,7 +27,8 @@ fn closed_tissue_without_activity_never_gains_energy() {
         for exponent in [1.0, 3.0] {
             for critical in [0.0, 0.5] {
                 let model = passive(penalty, exponent, critical);
-                let mut march = March::start(&model, settings(2e-3, 1, CouplingKind::Newton), rough(&model, 1)).unwrap();
+                let mut march =
+                    March::start(&model, settings(2e-3, 1, CouplingKind::Newton), rough(&model, 1)).unwrap();
                 let first = march.energy().0;
                 let (mut last, mut most) = (first, 0.0_f64);
                 for step in 1..=200 {
@@ -39,7 +40,10 @@ fn closed_tissue_without_activity_never_gains_energy() {
                     most = most.max(now - last);
                     last = now;
                 }
-                println!("c_0 {penalty}, γ {exponent}, ρ_min {critical}: F {first:.4} to {last:.4}, at most {most:+.1e}, {:?}", march.counts);
+                println!(
+                    "c_0 {penalty}, γ {exponent}, ρ_min {critical}: F {first:.4} to {last:.4}, at most {most:+.1e}, {:?}",
+                    march.counts
+                );
                 assert!(last < 0.9 * first, "it relaxes: {first} to {last}");
             }
         }
@@ -78,7 +82,8 @@ fn the_rate_of_the_energy_is_its_derivative_along_the_rates() {
     // at one state, without a time step: F along ∂_t ρ = −M⁻¹ transport, and along any ∂_t p
     for (penalty, exponent, critical) in [(1.0, 3.0, 0.5), (1.5, 2.5, 0.3)] {
         let model = passive(penalty, exponent, critical);
-        let y: Vec<f64> = smooth(&model).iter().zip(random(model.carried_len(), 2)).map(|(y, r)| y + 0.05 * r).collect();
+        let y: Vec<f64> =
+            smooth(&model).iter().zip(random(model.carried_len(), 2)).map(|(y, r)| y + 0.05 * r).collect();
         let state = Sheet::state_of(&model, &y, 0.0).unwrap();
         let rate_of_p = random(state.p.values.len(), 3);
         let rate = model.joined(&model.density_rate(&state, 0.0).unwrap(), &rate_of_p);

@@ -7,6 +7,7 @@ use crate::common::*;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::incompressible::Incompressible;
 use monolayer::model::{DensityLaw, Parameters, State};
+use monolayer::space::{Field, project};
 use monolayer::time::sheet::Sheet;
 use monolayer::time::{CouplingKind, March, MarchSettings};
 
@@ -14,7 +15,7 @@ use monolayer::time::{CouplingKind, March, MarchSettings};
 const DEGREE: usize = 3;
 
 fn parameters(density: Option<DensityLaw>) -> Parameters {
-    Parameters { traction: 3.0, friction: 1.0, coherence: 0.8, density, ..PARAMETERS }
+    Parameters { traction: 3.0, friction: 1.0, coherence: 0.5, density, ..PARAMETERS }
 }
 
 fn end(model: &dyn Sheet, y: Vec<f64>) -> State {
@@ -26,42 +27,88 @@ fn end(model: &dyn Sheet, y: Vec<f64>) -> State {
     march.state
 }
 
-/// A polarity that a mirror in any side of the square leaves as it is.
 fn start(x: Point) -> Point {
     let (a, b) = (PI * x.x, PI * x.y);
-    Point::new(0.5 + 0.3 * a.cos() - 0.2 * b.cos(), 0.4 * a.cos() * b.cos() + 0.2)
+    Point::new(a.sin().powi(2) * (0.6 - 0.8 * b.cos()), b.sin().powi(2) * (0.9 * a.cos() + 0.3))
 }
 
-fn compressible(mesh: &Arc<Mesh>, penalty: f64) -> (State, Vec<f64>) {
+/// Starts with the density that has the pressure of the incompressible sheet: from another one, sound would have to fade first,
+/// and steps much longer than 1/c_0 do not resolve that.
+fn compressible(mesh: &Arc<Mesh>, penalty: f64, pi: &Field) -> (State, f64) {
     let law = DensityLaw { penalty, exponent: 1.0, critical: 0.0, active_stress_iso: 0.0 };
     let model = sheet(mesh, parameters(Some(law)), DEGREE, closed);
-    let state = end(&model, carried(&model, |_| 1.0, start));
-    let compression = minus(&state.volume().values, &vec![1.0; model.density.space.dof_count()]);
+    let mut y = carried(&model, |_| 1.0, start);
+    for cell in 0..mesh.cells.len() {
+        for i in 0..model.density.space.n {
+            // c_0 ρ² = c_0 + Π
+            y[model.density.space.dof(cell, 0, i)] = (1.0 + pi.values[pi.space.dof(cell, 0, i)] / penalty).sqrt();
+        }
+    }
+    let state = end(&model, y);
+    let compression = state.volume().values.iter().fold(0.0_f64, |m, rho| m.max((rho - 1.0).abs()));
     (state, compression)
 }
 
+/// Distances in L² of velocity and polarity.
+fn apart(model: &Incompressible, a: &State, b: &State) -> [f64; 2] {
+    let dp = minus(&a.p.values, &b.p.values);
+    let dv = minus(&a.v.values, &b.v.values);
+    [Sheet::velocity_mass(model).quadratic(&dv).sqrt(), dot(&dp, &model.polarity.mass_times(&dp)).sqrt()]
+}
+
+/// The states at the end of the incompressible sheet and of sheets of growing stiffness.
+struct Ends {
+    other: Incompressible,
+    incompressible: State,
+    stiff: Vec<(State, f64)>,
+}
+
+fn ends(n: usize, penalties: &[f64]) -> Ends {
+    let mesh = mesh(&format!("shape = \"square\"\nn = {n}"));
+    let other = Incompressible::new(&mesh, &describe(&mesh, parameters(None), DEGREE, closed)).unwrap();
+    let p = project::interpolate_vector(&other.polarity.space, start);
+    let (_, pi) = other.flow(&p, 0.0).unwrap();
+    let incompressible = end(&other, p.values);
+    let stiff = penalties.iter().map(|c| compressible(&mesh, *c, &pi)).collect();
+    Ends { other, incompressible, stiff }
+}
+
+const PENALTIES: [f64; 5] = [10.0, 100.0, 1e3, 1e4, 1e6];
+
 #[test]
 fn stiff_tissue_moves_like_an_incompressible_sheet() {
-    let mesh = mesh("shape = \"square\"\nn = 3");
-    let other = Incompressible::new(&mesh, &describe(&mesh, parameters(None), DEGREE, closed)).unwrap();
-    let p = monolayer::space::project::interpolate_vector(&other.polarity.space, start);
-    let rest = end(&other, p.values);
-    let (dv, dp) = (largest(&rest.v.values), largest(&minus(&rest.p.values, &monolayer::space::project::interpolate_vector(&other.polarity.space, start).values)));
-    assert!(dv > 0.1 && dp > 0.05, "it moves: {dv}, {dp}");
-    let mut rows = Vec::new();
-    for penalty in [10.0, 100.0, 1e3, 1e4] {
-        let (state, compression) = compressible(&mesh, penalty);
-        let velocity = Sheet::velocity_mass(&other).quadratic(&minus(&state.v.values, &rest.v.values)).sqrt();
-        let d = minus(&state.p.values, &rest.p.values);
-        let polarity = dot(&d, &other.polarity.mass_times(&d)).sqrt();
-        rows.push([penalty, velocity, polarity, largest(&compression)]);
-        println!("c_0 = {penalty}: v {velocity:.3e}, p {polarity:.3e}, ρ {:.3e}", largest(&compression));
-    }
-    for (column, name) in [(1, "velocity"), (2, "polarity"), (3, "density")] {
-        for pair in rows.windows(2) {
+    let Ends { other, incompressible, stiff } = ends(4, &PENALTIES);
+    let speed = largest(&incompressible.v.values);
+    assert!(speed > 0.05, "it moves: {speed}");
+    let limit = &stiff.last().unwrap().0;
+    let rows: Vec<[f64; 5]> = stiff
+        .iter()
+        .map(|(state, compression)| {
+            let ([v, p], [dv, dp]) = (apart(&other, state, &incompressible), apart(&other, state, limit));
+            println!("v {v:.3e}, p {p:.3e}; from the stiffest v {dv:.3e}, p {dp:.3e}; ρ {compression:.3e}");
+            [v, p, dv, dp, *compression]
+        })
+        .collect();
+    let names = ["velocity", "polarity", "velocity from the stiffest", "polarity from the stiffest", "density"];
+    for (column, name) in names.into_iter().enumerate() {
+        // beyond c_0 = 1000, what the discretisations of the velocity differ by in the corners is larger
+        let count = if column == 0 { 2 } else { 3 };
+        for (pair, penalty) in rows.windows(2).zip(PENALTIES).take(count) {
             let rate = (pair[0][column] / pair[1][column]).log10();
-            println!("{name}: from c_0 = {} rate {rate:.2}", pair[0][0]);
-            assert!(rate > 0.8, "{name} from c_0 = {}: rate {rate:.2} in 1/c_0", pair[0][0]);
+            println!("{name}: from c_0 = {penalty} rate {rate:.2}");
+            assert!(rate > 0.8, "{name} from c_0 = {penalty}: rate {rate:.2} in 1/c_0");
         }
+    }
+}
+
+#[test]
+fn what_remains_between_the_stiffest_sheet_and_the_incompressible_one_falls_with_the_mesh() {
+    let left = [2, 4].map(|n| {
+        let Ends { other, incompressible, stiff } = ends(n, &[1e6]);
+        apart(&other, &stiff[0].0, &incompressible)
+    });
+    println!("{left:?}");
+    for (coarse, fine) in left[0].iter().zip(left[1]) {
+        assert!(fine < 0.35 * coarse && fine < 1e-4, "{left:?}");
     }
 }

@@ -6,4 +6,6 @@ mod energy;
 mod images;
 mod limit;
 mod mass;
+mod positivity;
+mod restart;
 mod tangent;

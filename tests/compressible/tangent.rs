@@ -5,9 +5,9 @@ use monolayer::model::compressible::Compressible;
 use monolayer::model::lagged::Lagged;
 use monolayer::model::{DensityLaw, Parameters};
 use monolayer::space::Field;
+use monolayer::time::Phases;
 use monolayer::time::equations::{Equations, Trial};
 use monolayer::time::sheet::{Sheet, Weights};
-use monolayer::time::Phases;
 
 const WEIGHTS: Weights = Weights { density: 2.1, polarity: 3.7 };
 
@@ -43,9 +43,8 @@ fn limited(model: &Compressible) -> Vec<f64> {
 /// `(f(h) − f(−h))/2h`, with its error of order h² taken out.
 fn difference(equations: &Equations, y: &[f64], d: &[f64]) -> Vec<f64> {
     let residual = |s: f64| evaluate(equations, y.iter().zip(d).map(|(y, d)| y + s * d).collect()).residual;
-    let central = |h: f64| -> Vec<f64> {
-        residual(h).iter().zip(residual(-h)).map(|(a, b)| (a - b) / (2.0 * h)).collect()
-    };
+    let central =
+        |h: f64| -> Vec<f64> { residual(h).iter().zip(residual(-h)).map(|(a, b)| (a - b) / (2.0 * h)).collect() };
     central(1e-4).iter().zip(central(2e-4)).map(|(a, b)| (4.0 * a - b) / 3.0).collect()
 }
 
@@ -86,8 +85,13 @@ fn the_derivative_is_that_of_the_equations() {
                 for part in [0..first, first..count] {
                     let scale = largest(&expected[part.clone()]);
                     let error = largest(&minus(&image[part.clone()], &expected[part.clone()])) / scale;
-                    println!("{name}, limited {cells}, direction {seed}, rows {part:?}: {scale:.2e}, error {error:.1e}");
-                    assert!(error < 1e-8 && scale > 1e-2, "{name}: rows {part:?} are off by {error:.1e} of {scale:.1e}");
+                    println!(
+                        "{name}, limited {cells}, direction {seed}, rows {part:?}: {scale:.2e}, error {error:.1e}"
+                    );
+                    assert!(
+                        error < 1e-8 && scale > 1e-2,
+                        "{name}: rows {part:?} are off by {error:.1e} of {scale:.1e}"
+                    );
                 }
             }
         }
