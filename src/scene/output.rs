@@ -13,7 +13,7 @@ use crate::time::Schedule;
 pub enum Field {
     /// `v`
     Velocity,
-    /// `Π`, in a compressible sheet that which follows from the density.
+    /// `Π`, in a compressible sheet `ρΠ`, which follows from density and polarity.
     Pressure,
     /// `ρ`, of a compressible sheet.
     Density,

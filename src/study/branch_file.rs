@@ -88,8 +88,20 @@ pub struct BranchStudy {
 }
 
 /// Numbers of `[model]` that a branch may follow.
-const PARAMETERS: [&str; 8] =
-    ["friction", "beta", "traction", "active_stress", "peclet", "coherence", "elasticity", "slip"];
+const PARAMETERS: [&str; 12] = [
+    "friction",
+    "beta",
+    "traction",
+    "active_stress",
+    "active_stress_iso",
+    "peclet",
+    "coherence",
+    "elasticity",
+    "slip",
+    "density.penalty",
+    "density.exponent",
+    "density.critical",
+];
 
 impl BranchStudy {
     /// Reads a study and the scene it names; `sets` change keys of the study or else of the scene.

@@ -31,7 +31,7 @@ pub enum StudyError {
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error(
-        "{place}: the scene has no exact fields to compare with; hint: add [exact] with velocity, pressure and polarity"
+        "{place}: the scene has no exact fields to compare with; hint: add [exact] with velocity, pressure (or density) and polarity"
     )]
     NoExact { place: String },
     /// Wrong in one level or variant only.

@@ -194,7 +194,7 @@ pub trait Sheet: Debug + Sync {
     fn know_structure(&self, structure: Structure);
     /// `L_h` at a state.
     fn molecular_field(&self, state: &State, t: f64) -> Field;
-    /// The pressure Π at a state, for output.
+    /// The pressure Π at a state, ρΠ of a compressible sheet, for output.
     ///
     /// # Errors
     /// A projection that cannot be solved for.

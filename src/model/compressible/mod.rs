@@ -373,20 +373,21 @@ impl Compressible {
         largest
     }
 
-    /// The pressure Π, `ρΠ = c_0 ρ^(γ+1) − ½Bρ_min|p|²`, at the nodes of the density; zero where there is no tissue   [5.50]
+    /// `ρΠ = c_0 ρ^(γ+1) − ½Bρ_min|p|²` at the nodes of the polarity   [5.50]
     pub fn pressure(&self, state: &State) -> Field {
         let (rho, p) = (state.volume(), &state.p);
         let stress = Compression { active: 0.0, ..self.compression() };
-        let mut pi = Field::zero(&rho.space);
-        let nodes = crate::element::basis::nodes(rho.space.degree);
+        let nodes = crate::element::basis::nodes(p.space.degree);
+        let space = Arc::new(Space::new(&self.loops.mesh, Continuity::Discontinuous, p.space.degree, 1));
+        let mut out = Field::zero(&space);
         for cell in 0..self.loops.mesh.cells.len() {
             for (i, xi) in nodes.iter().enumerate() {
-                let density = rho.scalar_at(cell, *xi);
-                let value = stress.stress(density, p.vector_at(cell, *xi).norm_squared());
-                pi.values[rho.space.dof(cell, 0, i)] = if density > 0.0 { value / density } else { 0.0 };
+                // between the points of the limiter rounding may leave it below zero
+                let density = rho.scalar_at(cell, *xi).max(0.0);
+                out.values[space.dof(cell, 0, i)] = stress.stress(density, p.vector_at(cell, *xi).norm_squared());
             }
         }
-        pi
+        out
     }
 
     /// Evaluates every formula at time `t` where it is used.
