@@ -15,6 +15,9 @@ use crate::space::{Continuity, Field, Space};
 /// What is left of the mean at the minimum of a limited cell: above the rounding of an evaluation, far below any error.
 const FLOOR: f64 = 1e-13;
 
+/// A mean that is negative by less than this share of the largest is zero to rounding.
+const SLACK: f64 = 1e-14;
+
 /// `ρ̃ = ⟨ρ⟩ + ϑ(ρ − ⟨ρ⟩)` in each cell, `ϑ = min(1, ⟨ρ⟩/(⟨ρ⟩ − min ρ))`   [8.25], [8.26]
 ///
 /// ⟨ρ⟩ is the mean over the cell as it is meshed. The minimum is taken over every point at which a density is
@@ -87,14 +90,6 @@ impl Limiter {
         Self { space: space.clone(), weights, count, values, lebesgue }
     }
 
-    /// The smallest value over every point at which a density is evaluated.
-    pub fn smallest(&self, u: &Field) -> f64 {
-        let of_cell = |room: &mut Vec<f64>, cell: &[f64]| self.minimum(cell, room).1;
-        let lows: Vec<f64> =
-            u.values.par_chunks(self.space.n).map_init(|| vec![0.0; self.count], of_cell).collect();
-        lows.into_iter().fold(f64::INFINITY, f64::min)
-    }
-
     /// ⟨u⟩ of every cell.
     pub fn means(&self, u: &Field) -> Vec<f64> {
         assert_eq!(u.values.len(), self.weights.len(), "the field is of another space");
@@ -102,30 +97,63 @@ impl Limiter {
         u.values.par_chunks(n).zip(self.weights.par_chunks(n)).map(|(u, w)| product(w, u)).collect()
     }
 
-    /// Limits `u`; cells in which it is large enough keep their bits. A cell with mean 0 becomes 0.
+    /// The smallest value over every point at which a density is evaluated.
+    pub fn smallest(&self, u: &Field) -> f64 {
+        let of_cell = |room: &mut Vec<f64>, cell: &[f64]| self.minimum(cell, room).1;
+        let lows: Vec<f64> = u.values.par_chunks(self.space.n).map_init(|| vec![0.0; self.count], of_cell).collect();
+        lows.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Limits `u`; cells in which it is large enough keep their bits. A cell with mean 0 becomes 0, and so does one whose mean is
+    /// negative by no more than rounding against the largest.
     ///
     /// # Errors
     /// The first cell whose mean is negative or not finite.
     pub fn limit(&self, u: &Field) -> Result<Limited, NegativeMean> {
         let means = self.means(u);
-        if let Some(cell) = means.iter().position(|mean| !(mean.is_finite() && *mean >= 0.0)) {
-            let centre = self.space.mesh.centroid(cell);
-            return Err(NegativeMean { cell, x: centre.x, y: centre.y, mean: means[cell] });
+        let rounding = SLACK * means.iter().fold(0.0_f64, |most, mean| most.max(*mean));
+        match means.iter().position(|mean| !(mean.is_finite() && *mean >= -rounding)) {
+            Some(cell) => Err(self.negative(cell, means[cell])),
+            None => Ok(self.limit_to(u, &means)),
         }
+    }
+
+    /// As [`Limiter::limit`] for an iterate on the way to a density: cells with a negative mean become 0, too.
+    ///
+    /// # Errors
+    /// The first cell whose mean is not finite.
+    pub fn limit_on_the_way(&self, u: &Field) -> Result<Limited, NegativeMean> {
+        let means = self.means(u);
+        match means.iter().position(|mean| !mean.is_finite()) {
+            Some(cell) => Err(self.negative(cell, means[cell])),
+            None => Ok(self.limit_to(u, &means)),
+        }
+    }
+
+    fn negative(&self, cell: usize, mean: f64) -> NegativeMean {
+        let centre = self.space.mesh.centroid(cell);
+        NegativeMean { cell, x: centre.x, y: centre.y, mean }
+    }
+
+    fn limit_to(&self, u: &Field, means: &[f64]) -> Limited {
         let mut rho = u.clone();
         let (theta, lowest): (Vec<f64>, Vec<u32>) = rho
             .values
             .par_chunks_mut(self.space.n)
-            .zip(&means)
+            .zip(means)
             .map_init(|| vec![0.0; self.count], |room, (cell, &mean)| self.limit_cell(cell, mean, room))
             .unzip();
         let cells = theta.iter().filter(|&&t| t < 1.0).count();
-        Ok(Limited { rho, cells, theta, lowest })
+        Limited { rho, cells, theta, lowest }
     }
 
     /// Limits the coefficients of one cell; ϑ and the point of the minimum.
     fn limit_cell(&self, cell: &mut [f64], mean: f64, room: &mut [f64]) -> (f64, u32) {
         const UNTOUCHED: (f64, u32) = (1.0, 0);
+        if mean < 0.0 {
+            cell.fill(0.0);
+            return (0.0, 0);
+        }
         let floor = FLOOR * mean;
         let spread = cell.iter().map(|u| (u - mean).abs()).fold(0.0, f64::max);
         // Σ_i φ_i = 1, so ρ ≥ ⟨ρ⟩ − Σ_i |φ_i| max |u_i − ⟨ρ⟩|: most cells need no more than this
@@ -172,6 +200,9 @@ impl Limiter {
         let phi: Vec<f64> = (0..n).map(|j| self.values[j * self.count + lowest]).collect();
         let mean = product(weights, u);
         let depth = mean - product(&phi, u);
+        if mean < 0.0 {
+            return DMatrix::zeros(n, n);
+        }
         if theta == 1.0 || depth <= 0.0 {
             return DMatrix::identity(n, n);
         }
@@ -190,8 +221,8 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 
 /// The points of the minimum for fields of a degree, each once.
 fn points(degree: usize) -> Vec<Point> {
-    // a field of degree 1 is linear on the reference triangle, also where that is mapped to a curved cell, and every point
-    // lies between the vertices
+    // a field of degree 1 is linear on the reference triangle, also where that is mapped to a curved cell, and every
+    // point lies between the vertices
     if degree == 1 {
         return basis::nodes(1);
     }

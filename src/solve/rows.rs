@@ -1,5 +1,6 @@
 //! Dense blocks by cell and neighbour, between any two spaces whose functions are numbered cell by cell.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::blocks::{NONE, Neighbours};
@@ -34,6 +35,24 @@ impl Rows {
         let size = self.size.0 * self.size.1;
         let blocks = self.off.get(3 * cell * size..3 * (cell + 1) * size).unwrap_or(&[]).chunks_exact(size);
         self.neighbours[cell].into_iter().zip(blocks).filter(|(other, _)| *other != NONE)
+    }
+
+    /// `A C` for a C that acts on single cells: its blocks where it is not the identity.
+    pub fn times_columns(&mut self, changes: &[Option<DMatrix<f64>>]) {
+        let (rows, columns) = self.size;
+        let change_block = |block: &mut [f64], cell: usize| {
+            if let Some(change) = changes.get(cell).and_then(Option::as_ref) {
+                let product = DMatrix::from_row_slice(rows, columns, block) * change;
+                block.copy_from_slice(product.transpose().as_slice());
+            }
+        };
+        let size = rows * columns;
+        for (cell, block) in self.own.chunks_exact_mut(size).enumerate() {
+            change_block(block, cell);
+        }
+        for (k, block) in self.off.chunks_exact_mut(size).enumerate() {
+            change_block(block, self.neighbours[k / 3][k % 3]);
+        }
     }
 
     /// `y += A x`, both cell by cell.

@@ -42,6 +42,9 @@ struct VariantTable {
     name: String,
     #[serde(default)]
     set: BTreeMap<String, toml::Value>,
+    /// In place of the study's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    expect: Option<BTreeMap<String, f64>>,
 }
 
 /// The same levels with other values of the scene.
@@ -51,6 +54,8 @@ pub struct Variant {
     pub name: String,
     /// Keys of the scene and their values.
     pub set: source::Values,
+    /// Least orders, by field.
+    pub expect: Vec<(String, f64)>,
 }
 
 /// A study of orders, read and checked as far as possible without running.
@@ -64,8 +69,6 @@ pub struct OrderStudy {
     pub vary: Vec<(String, Formula)>,
     /// At least one; the only one has no name.
     pub variants: Vec<Variant>,
-    /// Least orders, by field.
-    pub expect: Vec<(String, f64)>,
     source: SceneSource,
 }
 
@@ -85,10 +88,8 @@ impl OrderStudy {
         let mut scene = source::read_scene(&source, &file.scene)?;
         source::apply(&mut scene, Kind::Order, sets, &fixed)?;
         let variants = check_variants(&source, &file)?;
-        check_expectations(&source, &file.expect)?;
         let (title, vary) = (file.title, file.vary.into_iter().collect());
-        let expect = file.expect.into_iter().collect();
-        let study = Self { title, scene, levels: file.levels, vary, variants, expect, source };
+        let study = Self { title, scene, levels: file.levels, vary, variants, source };
         for variant in &study.variants {
             study.check_sizes(variant)?;
         }
@@ -180,23 +181,29 @@ fn check_levels(source: &SceneSource, levels: &[f64]) -> Result<(), StudyError> 
 }
 
 fn check_variants(source: &SceneSource, file: &OrderFile) -> Result<Vec<Variant>, StudyError> {
+    check_expectations(source, "expect", &file.expect)?;
+    let expect = |own: Option<&BTreeMap<String, f64>>| -> Vec<(String, f64)> {
+        own.unwrap_or(&file.expect).iter().map(|(field, order)| (field.clone(), *order)).collect()
+    };
     let mut variants: Vec<Variant> = Vec::new();
     for (at, table) in file.variant.iter().enumerate() {
         check_name(source, &format!("variant.{at}.name"), &table.name, variants.iter().map(|v| v.name.as_str()))?;
         let varied = |key: &str| file.vary.contains_key(key);
         let set = check_values(source, &format!("variant.{at}.set"), &table.set, &varied, "at every level")?;
-        variants.push(Variant { name: table.name.clone(), set });
+        let own = table.expect.as_ref();
+        check_expectations(source, &format!("variant.{at}.expect"), own.unwrap_or(&BTreeMap::new()))?;
+        variants.push(Variant { name: table.name.clone(), set, expect: expect(own) });
     }
     if variants.is_empty() {
-        variants.push(Variant { name: String::new(), set: Vec::new() });
+        variants.push(Variant { name: String::new(), set: Vec::new(), expect: expect(None) });
     }
     Ok(variants)
 }
 
-fn check_expectations(source: &SceneSource, expect: &BTreeMap<String, f64>) -> Result<(), StudyError> {
+fn check_expectations(source: &SceneSource, table: &str, expect: &BTreeMap<String, f64>) -> Result<(), StudyError> {
     let known = ErrorField::ALL.map(|f| f.name());
     for (field, order) in expect {
-        let key = format!("expect.{field}");
+        let key = format!("{table}.{field}");
         if !known.contains(&field.as_str()) {
             let rule = format!("there is no such field{}", names::did_you_mean(field, &known));
             let hint = format!("the fields are {}", known.join(", "));

@@ -190,7 +190,9 @@ pub fn shortfalls(study: &OrderStudy, outcome: &Outcome) -> Vec<String> {
         outcome.levels.iter().filter_map(|l| l.failure.as_ref().map(|reason| format!("n = {}: {reason}", l.n)));
     let mut lines: Vec<String> = failed.collect();
     let known = |name: &String| ErrorField::ALL.into_iter().find(|f| f.name() == name);
-    for (field, least) in study.expect.iter().filter_map(|(name, least)| known(name).zip(Some(*least))) {
+    let variant = study.variants.iter().find(|variant| variant.name == outcome.variant);
+    let expect = variant.map_or(&[][..], |variant| &variant.expect);
+    for (field, least) in expect.iter().filter_map(|(name, least)| known(name).zip(Some(*least))) {
         for norm in Norm::ALL {
             let (name, norm_name) = (field.name(), norm.name());
             let found = match outcome.fit(field, norm) {

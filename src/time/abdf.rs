@@ -117,7 +117,7 @@ impl Formula {
     /// The formula at θ* or at the admissible θ nearest to it.
     fn nearest(times: &[f64]) -> Option<Self> {
         let (low, high) = Self::admissible(times)?;
-        // at the very end a coefficient is zero up to rounding, and when it is α̃_1 no explicit part keeps anything positive
+        // at the very end a coefficient is zero up to rounding; if it is α̃_1, no explicit part keeps anything positive
         let inset = 0.1 * (high - low).min(0.1);
         let theta = if (low..=high).contains(&THETA) { THETA } else { THETA.clamp(low + inset, high - inset) };
         Some(Self::new(times, theta)).filter(Self::is_positive)

@@ -119,7 +119,7 @@ impl Sheet for Compressible {
     fn evaluate(&self, equations: &Equations, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
         let inputs = &equations.inputs;
         let (u, p) = self.split(&y);
-        let limited = phases.measure("limiter", || self.density.limiter.limit(&u))?;
+        let limited = phases.measure("limiter", || self.density.limiter.limit_on_the_way(&u))?;
         let rho = &limited.rho;
         let well = phases.measure("residual", || self.molecular_functional(rho, &p, inputs.t));
         let molecular = self.molecular(&well);
@@ -129,7 +129,7 @@ impl Sheet for Compressible {
         let v = Field::new(&self.velocity, v);
         let residual = phases.measure("residual", || {
             let (mut r_rho, r) = self.rates(equations, &u, &p);
-            axpy(1.0, &self.transport(&u, &v, inputs), &mut r_rho);
+            axpy(1.0, &self.transport(rho, &v, inputs), &mut r_rho);
             let mut r_p = self.inertia(rho, &r);
             axpy(1.0, &self.polarity_residual(rho, &p, &v, &well, inputs), &mut r_p);
             self.joined(&r_rho, &r_p)
@@ -151,12 +151,12 @@ impl Sheet for Compressible {
     }
 
     fn settle(&self, equations: &Equations, state: State, phases: &mut Phases) -> Result<Settled, StepFailure> {
-        let mut rho = state.volume().values.clone();
-        phases.measure("density solve", || self.transported(equations, &state.v, &mut rho))?;
-        let u = Field::new(&self.density.space, rho);
+        let mut u = state.volume().clone();
+        phases.measure("density solve", || self.transported(equations, &state.v, &mut u))?;
         let limited = self.density.limiter.limit(&u)?;
-        let gain = -self.transport(&u, &state.v, &equations.inputs).iter().sum::<f64>();
-        Ok(Settled { state: State::compressible(state.v, limited.rho, state.p), limited: limited.cells, gain })
+        let state = State::compressible(state.v, limited.rho, state.p);
+        let gain = Compressible::gain(self, &state, &equations.inputs);
+        Ok(Settled { state, limited: limited.cells, gain })
     }
 
     fn density_rate(&self, state: &State, t: f64) -> Result<Vec<f64>, ExpressionError> {
@@ -236,15 +236,15 @@ impl Compressible {
         (self.density.mass_times(&rho.values), r)
     }
 
-    /// The density that a flow leads to, to rounding.
-    fn transported(&self, equations: &Equations, v: &Field, rho: &mut [f64]) -> Result<usize, SolveError> {
-        let operator = self.density.operator(&self.loops, equations.weights.density, v);
+    /// The density that a flow leads to, before the limiter, to rounding.
+    fn transported(&self, equations: &Equations, v: &Field, u: &mut Field) -> Result<usize, SolveError> {
+        let transport = self.density.transport(&self.loops, v);
         let (history, _) = self.split(&equations.history);
         let mut right: Vec<f64> = self.density.mass_times(&history.values).iter().map(|h| -h).collect();
         // what enters does not depend on the density
         let none = Field::zero(&self.density.space);
         axpy(-1.0, &self.transport(&none, v, &equations.inputs), &mut right);
-        self.density.solve(&operator, &right, rho)
+        self.density.solve(equations.weights.density, &transport, &right, u)
     }
 }
 
@@ -282,9 +282,9 @@ impl Passes for InTurn<'_> {
         let viscous = phases.measure("momentum factors", || compressible::Viscous::new(model, state.volume()))?;
         let v = phases.measure("momentum", || viscous.solve(model, &force, &inputs.prescribed))?;
         let v = Field::new(&model.velocity, v);
-        let mut rho = state.volume().values.clone();
-        let steps = phases.measure("density solve", || model.transported(equations, &v, &mut rho))?;
-        let rho = model.density.limiter.limit(&Field::new(&model.density.space, rho))?.rho;
+        let mut u = state.volume().clone();
+        let steps = phases.measure("density solve", || model.transported(equations, &v, &mut u))?;
+        let rho = model.density.limiter.limit_on_the_way(&u)?.rho;
         let (_, history) = model.split(&equations.history);
         let weighted = (equations.weights.polarity, &history);
         let (operator, right) = phases.measure("polarity assembly", || model.relaxed(&rho, &v, weighted, last, inputs));

@@ -64,8 +64,6 @@ impl CouplingKind {
 #[derive(Debug, Clone)]
 pub struct StepOutcome {
     pub settled: Settled,
-    /// Net mass that enters per time in the new state.
-    pub gain: f64,
     /// `∂_t p` by the BDF.
     pub rate_of_p: Vec<f64>,
     pub iterations: usize,
@@ -244,7 +242,6 @@ fn fixed_point(step: &Step, depth: usize, phases: &mut Phases) -> Result<StepOut
             let settled = model.settle(&equations, image, phases)?;
             return Ok(StepOutcome {
                 rate_of_p: equations.rate_of_p(&settled.state),
-                gain: model.gain(&settled.state, &equations.inputs),
                 settled,
                 iterations: k,
                 linear_iterations,

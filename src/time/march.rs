@@ -87,64 +87,15 @@ pub struct Counts {
     /// Steps that were accepted at k_max without reaching the tolerance.
     pub accepted_late: usize,
     /// Steps whose density had to be taken by the implicit BDF, because A-BDF(θ) would not have been stable.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub density_implicit: usize,
     /// Cells whose density was limited, over all steps.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub limited: usize,
-}
-
-fn is_zero(count: &usize) -> bool {
-    *count == 0
-}
-
-/// [`Counts`] in a file whose values have no names, where none may be left out.
-mod whole {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    use super::Counts;
-
-    pub fn serialize<S: Serializer>(counts: &Counts, serializer: S) -> Result<S::Ok, S::Error> {
-        let Counts {
-            steps,
-            rejected,
-            nonlinear_iterations,
-            polarity_linear_iterations,
-            accepted_late,
-            density_implicit,
-            limited,
-        } = *counts;
-        [steps, rejected, nonlinear_iterations, polarity_linear_iterations, accepted_late, density_implicit, limited]
-            .serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Counts, D::Error> {
-        let [
-            steps,
-            rejected,
-            nonlinear_iterations,
-            polarity_linear_iterations,
-            accepted_late,
-            density_implicit,
-            limited,
-        ] = Deserialize::deserialize(deserializer)?;
-        Ok(Counts {
-            steps,
-            rejected,
-            nonlinear_iterations,
-            polarity_linear_iterations,
-            accepted_late,
-            density_implicit,
-            limited,
-        })
-    }
 }
 
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     pub t: f64,
-    #[serde(with = "whole")]
     pub counts: Counts,
     pub control: Control,
     /// Times and carried vectors, newest first; the newest is the current state.
@@ -425,7 +376,7 @@ impl<'m> March<'m> {
         let theta = density.map_or(0.0, |step| step.formula.theta);
         let gained = self.gained_after(density, t - self.t, outcome.settled.gain);
         self.gained.insert(0, gained);
-        self.gain = outcome.gain;
+        self.gain = outcome.settled.gain;
         self.limited = outcome.settled.limited;
         self.counts.limited += self.limited;
         self.counts.density_implicit +=

@@ -98,7 +98,6 @@ fn iterate_from(
             let settled = model.settle(&equations, now.state, phases)?;
             return Ok(StepOutcome {
                 rate_of_p: equations.rate_of_p(&settled.state),
-                gain: model.gain(&settled.state, &equations.inputs),
                 settled,
                 iterations: k,
                 linear_iterations,

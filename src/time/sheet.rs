@@ -45,7 +45,7 @@ pub struct Settled {
     pub state: State,
     /// Cells whose density was limited.
     pub limited: usize,
-    /// Net mass that enters per time at the density before the limiter, which the step's equation has.
+    /// Net mass that enters per time.
     pub gain: f64,
 }
 

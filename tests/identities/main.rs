@@ -6,6 +6,7 @@ mod density;
 mod element;
 mod energy;
 mod form;
+mod limiter;
 mod measure;
 mod mesh_generate;
 mod model;

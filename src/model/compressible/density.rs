@@ -5,13 +5,16 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use crate::form::{Faces, Integrator, mass, transport};
-use crate::model::limiter::Limiter;
+use crate::model::limiter::{Limited, Limiter};
 use crate::model::polarity::invert_blocks;
 use crate::solve::blocks::Neighbours;
 use crate::solve::krylov::gmres;
 use crate::solve::rows::{Rows, add_product};
-use crate::solve::{SolveError, dot, norm};
+use crate::solve::{SolveError, axpy, dot, norm};
 use crate::space::{Field, Space};
+
+/// Most corrections of a density.
+const CORRECTIONS: usize = 40;
 
 /// Products that a transport solve may take.
 const KRYLOV_LIMIT: usize = 2000;
@@ -84,47 +87,89 @@ impl Density {
         dot(&self.weights, rho)
     }
 
-    /// `w (ρ|z) + a_mass(ρ,z;v)`   [7.32]
-    pub fn operator(&self, loops: &Integrator, w: f64, flow: &Field) -> Rows {
+    /// `T`: `a_mass(ρ,z;v)`   [7.32]
+    pub fn transport(&self, loops: &Integrator, flow: &Field) -> Rows {
         let (space, n) = (&*self.space, self.space.n);
         let mut rows = Rows::zero(&self.neighbours, (n, n), true);
-        rows.own.iter_mut().zip(&self.mass).for_each(|(a, m)| *a = w * m);
         loops.add_rows(&transport::a_mass(space, flow, self.open), (space, space), &mut rows.own, &mut rows.off);
         rows
     }
 
-    /// Solves `A ρ = b` from the guess in `rho` to rounding, so that mass is kept.
+    /// Solves `w M u + T ρ(u) = b` from the guess in `u`, ρ(u) the limited u: Newton's method, to rounding, so that mass is kept. Where
+    /// nothing is limited, that is one linear system. Returns the products that it took.
+    ///
+    /// The fluxes are those of the limited density, so that the mean of a cell with `⟨b⟩ ≥ 0` cannot be negative, for any step: what
+    /// leaves it vanishes with its mean.
     ///
     /// # Errors
     /// A singular block; an iteration that stalls.
-    pub fn solve(&self, operator: &Rows, b: &[f64], rho: &mut [f64]) -> Result<usize, SolveError> {
-        let n = self.space.n;
-        let inverses = invert_general(&operator.own, n)?;
-        let apply = |x: &[f64], y: &mut [f64]| {
-            y.fill(0.0);
-            operator.times_add(x, y);
-        };
-        let sweep = |x: &mut [f64]| self.sweep(operator, &inverses, x);
-        let outcome = gmres(&apply, &sweep, b, rho, 1e-14 * norm(b), KRYLOV_LIMIT);
-        let relative = outcome.residual / norm(b).max(f64::MIN_POSITIVE);
-        if relative > 1e-11 || relative.is_nan() {
-            let hint = "take a smaller time step".to_owned();
-            return Err(SolveError::Inaccurate { system: "density".into(), residual: relative, hint });
+    pub fn solve(&self, w: f64, transport: &Rows, b: &[f64], u: &mut Field) -> Result<usize, SolveError> {
+        let scale = norm(b).max(f64::MIN_POSITIVE);
+        let (mut products, mut relative) = (0, f64::INFINITY);
+        for _ in 0..CORRECTIONS {
+            let limited = self.limiter.limit_on_the_way(u).map_err(|_| stalled(f64::NAN))?;
+            let mut residual = self.remainder(w, transport, b, u, &limited);
+            let last = std::mem::replace(&mut relative, norm(&residual) / scale);
+            if relative <= 1e-14 || (relative <= 1e-12 && relative > 0.5 * last) {
+                self.close(w, transport, b, u, &limited);
+                return Ok(products);
+            }
+            let operator = self.linearised(w, transport, u, &limited);
+            let inverses = invert_general(&operator.own, self.space.n)?;
+            let apply = |x: &[f64], y: &mut [f64]| {
+                y.fill(0.0);
+                operator.times_add(x, y);
+            };
+            let sweep = |x: &mut [f64]| self.sweep(&operator, &inverses, x);
+            let mut change = vec![0.0; b.len()];
+            let target = (1e-4 * norm(&residual)).max(1e-15 * scale);
+            let target = if limited.cells == 0 { 1e-15 * scale } else { target };
+            products += gmres(&apply, &sweep, &residual, &mut change, target, KRYLOV_LIMIT).iterations;
+            axpy(1.0, &change, &mut u.values);
+            residual.clear();
         }
-        // rounding leaves a residual whose sum would be mass: it is taken up by all cells in proportion
-        let ones = self.total_of_rows(operator, rho);
-        let missing = b.iter().sum::<f64>() - ones;
-        if ones != 0.0 && (missing / ones).abs() < 1e-9 {
-            rho.iter_mut().for_each(|r| *r *= 1.0 + missing / ones);
-        }
-        Ok(outcome.iterations)
+        if relative <= 1e-11 { Ok(products) } else { Err(stalled(relative)) }
     }
 
-    /// `1ᵀAρ`
-    fn total_of_rows(&self, operator: &Rows, rho: &[f64]) -> f64 {
-        let mut image = vec![0.0; rho.len()];
-        operator.times_add(rho, &mut image);
-        image.iter().sum()
+    /// `b − w M u − T ρ(u)`
+    fn remainder(&self, w: f64, transport: &Rows, b: &[f64], u: &Field, limited: &Limited) -> Vec<f64> {
+        let mut image = vec![0.0; b.len()];
+        transport.times_add(&limited.rho.values, &mut image);
+        axpy(w, &self.mass_times(&u.values), &mut image);
+        b.iter().zip(image).map(|(b, a)| b - a).collect()
+    }
+
+    /// Rounding leaves a residual whose sum would be mass: all cells take it up in proportion. The limiter allows it, because
+    /// `ρ(cu) = cρ(u)`.
+    fn close(&self, w: f64, transport: &Rows, b: &[f64], u: &mut Field, limited: &Limited) {
+        let whole: f64 = b.iter().sum();
+        let missing: f64 = self.remainder(w, transport, b, u, limited).iter().sum();
+        let share = missing / (whole - missing);
+        if share.is_finite() && share.abs() < 1e-9 {
+            u.values.iter_mut().for_each(|r| *r *= 1.0 + share);
+        }
+    }
+
+    /// `w M + T ∂ρ/∂u`
+    fn linearised(&self, w: f64, transport: &Rows, u: &Field, limited: &Limited) -> Rows {
+        let mut out = transport.clone();
+        if limited.cells > 0 {
+            let changes = self.limiter_derivatives(u, limited);
+            out.times_columns(&changes);
+        }
+        out.own.iter_mut().zip(&self.mass).for_each(|(a, m)| *a += w * m);
+        out
+    }
+
+    /// `∂ρ/∂u` of the cells whose density was limited.
+    pub fn limiter_derivatives(&self, u: &Field, limited: &Limited) -> Vec<Option<DMatrix<f64>>> {
+        let of_cell = |(cell, theta): (usize, &f64)| (*theta < 1.0).then(|| self.limiter.derivative(limited, u, cell));
+        limited.theta.iter().enumerate().map(of_cell).collect()
+    }
+
+    /// `w (ρ|z)`, by cell.
+    pub fn mass_blocks(&self) -> &[f64] {
+        &self.mass
     }
 
     /// One sweep of block Gauss–Seidel in the order of the cells: nearly exact where the flow goes that way.
@@ -151,6 +196,10 @@ impl Density {
         let mean = self.total(direction) / self.weights.iter().sum::<f64>();
         direction.iter_mut().for_each(|r| *r -= mean);
     }
+}
+
+fn stalled(residual: f64) -> SolveError {
+    SolveError::Inaccurate { system: "density".into(), residual, hint: "take a smaller time step".into() }
 }
 
 fn invert_general(blocks: &[f64], n: usize) -> Result<Vec<f64>, SolveError> {

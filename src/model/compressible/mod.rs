@@ -37,6 +37,9 @@ use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::{Continuity, Field, Space};
 
+/// Added to the density where it weighs the polarity's rate, so that the polarity has an equation where there is no tissue: it stays.
+pub const VACUUM: f64 = 1e-12;
+
 /// The semi-discrete compressible system   [7.34]
 #[derive(Debug)]
 pub struct Compressible {

@@ -1,6 +1,6 @@
 //! The polarity equation of a sheet with density   [7.34]
 
-use super::Compressible;
+use super::{Compressible, VACUUM};
 use crate::form::density::Density as Weight;
 use crate::form::upwind::Carrier;
 use crate::form::{FacePoint, elastic, mass, polarity as forms, swip, upwind};
@@ -55,10 +55,10 @@ impl Compressible {
         out
     }
 
-    /// `Pe (ρ r|q)` for a given r   [7.34]
+    /// `Pe (ρ r|q)` for a given r, ρ with a trace of [`VACUUM`]   [7.34]
     pub fn inertia(&self, rho: &Field, r: &Field) -> Vec<f64> {
         let degree = r.space.degree + rho.space.degree;
-        let load = mass::load(&r.space, degree, |x| r.vector(&x.site) * rho.scalar(&x.site));
+        let load = mass::load(&r.space, degree, |x| r.vector(&x.site) * (rho.scalar(&x.site) + VACUUM));
         self.loops.vector(&(self.parameters.peclet * load), &r.space)
     }
 
@@ -77,7 +77,7 @@ impl Compressible {
         let carrier = self.carrier(v, rho);
         let frozen = mass::weighted_mass(space, 2 * last.space.degree + rho.space.degree, |x| {
             let density = rho.scalar(&x.site);
-            m.peclet * w * density + well(density, last.vector(&x.site))
+            m.peclet * w * (density + VACUUM) + well(density, last.vector(&x.site))
         });
         let alike = m.peclet * upwind::a_upw(space, carrier, self.polarity.dirichlet)
             + m.coherence.powi(2) * swip::a_swip(space, self.polarity.dirichlet, weight)

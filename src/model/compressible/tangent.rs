@@ -1,16 +1,16 @@
 //! The derivative of one step's equations [7.34] at a state, with the velocity eliminated.
 //!
 //! ```text
-//! R_v = K(ρ) v − F(ρ,p),   R_ρ = w_ρ (ρ|z) + a_mass(u,z;v) − …,   R_p = Pe (ρ ∂_t p|q) + … + (1/B) L_h(ρ,p)
+//! R_v = K(ρ) v − F(ρ,p),   R_ρ = w_ρ (u|z) + a_mass(ρ,z;v) − …,   R_p = Pe (ρ ∂_t p|q) + … + (1/B) L_h(ρ,p)
 //! ```
-//! The unknown is the density `u` before the limiter, everything else sees the limited one, `ρ = ρ(u)`. With the molecular field
+//! The unknown is the density `u` before the limiter; everything but its own rate sees the limited one, `ρ = ρ(u)`. With the molecular field
 //! eliminated cell by cell and `K δv = F′`, what remains is `R′ = J + D K⁻¹ F′`.
 
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::Compressible;
+use super::{Compressible, VACUUM};
 use super::viscous::{Viscous, add_velocity_block};
 use crate::form::density::Density as Weight;
 use crate::form::words::{Scalar, Vector};
@@ -43,7 +43,7 @@ pub struct Squeezed {
 pub struct Tangent<'m> {
     pub model: &'m Compressible,
     at: Arc<Squeezed>,
-    /// `∂R_ρ/∂u`, `∂R_ρ/∂v`
+    /// By the density, all with `∂ρ/∂u` of the limiter: `∂R_ρ/∂u`; `∂R_ρ/∂v`
     density: Rows,
     density_drag: Rows,
     /// `∂R_p/∂ρ`, `∂R_p/∂p`, `∂R_p/∂v`
@@ -57,8 +57,6 @@ pub struct Tangent<'m> {
     force_by_density: Rows,
     force_by_polarity: Rows,
     force_by_field: Option<Rows>,
-    /// `∂ρ/∂u` of the cells whose density was limited.
-    limiter: Vec<Option<DMatrix<f64>>>,
 }
 
 impl<'m> Tangent<'m> {
@@ -72,18 +70,18 @@ impl<'m> Tangent<'m> {
         inputs: &Inputs,
     ) -> Self {
         let (loops, m, law) = (&model.loops, &model.parameters, &model.law);
-        let (velocity, density, space) = (&*model.velocity, &*model.density.space, &*model.polarity.space);
+        let (velocity, density_space, space) = (&*model.velocity, &*model.density.space, &*model.polarity.space);
         let (rho, p, v, t) = (state.volume(), &state.p, &state.v, inputs.t);
         let (pe, a, kappa2, weight) = (m.peclet, m.slip, m.coherence.powi(2), Weight::Of(rho));
         let neighbours = model.polarity.neighbours();
-        let sizes = [density.n, space.cell_dof_count(), velocity.cell_dof_count()];
+        let sizes = [density_space.n, space.cell_dof_count(), velocity.cell_dof_count()];
         let rows = |size: (usize, usize), wide: bool| Rows::zero(neighbours, size, wide);
         let dirichlet = model.polarity.dirichlet;
         let data = |s: &FacePoint| model.polarity.data(s, t);
 
         let mut density_drag = rows((sizes[0], sizes[2]), false);
-        let by_flow = transport::transport_by_flow(&at.u, v, model.density.open, |s| model.inflow(s, t));
-        loops.add_own_rows(&by_flow, (velocity, density), &mut density_drag.own);
+        let by_flow = transport::transport_by_flow(rho, v, model.density.open, |s| model.inflow(s, t));
+        loops.add_own_rows(&by_flow, (velocity, density_space), &mut density_drag.own);
 
         let carrier = model.carrier(v, rho);
         let mut drag = rows((sizes[1], sizes[2]), false);
@@ -92,34 +90,34 @@ impl<'m> Tangent<'m> {
         loops.add_own_rows(&form, (velocity, space), &mut drag.own);
 
         let mut well_by_density = rows((sizes[1], sizes[0]), true);
-        let form = elastic::double_well_by_density(p, density)
+        let form = elastic::double_well_by_density(p, density_space)
             + kappa2 * swip::by_density(p, rho, dirichlet, FORMULA_DEGREE, data);
-        loops.add_rows(&form, (density, space), &mut well_by_density.own, &mut well_by_density.off);
+        loops.add_rows(&form, (density_space, space), &mut well_by_density.own, &mut well_by_density.off);
         if let Some((faces, exact)) = model.polarity.slopes() {
             let exact = exact.at_time(t);
             let slope = move |s: &FacePoint| exact.polarity_slope(s.minus.x, t, s.n);
-            let form = -kappa2 * mass::face_load_by_density(space, density, faces, FORMULA_DEGREE, slope);
-            loops.add_rows(&form, (density, space), &mut well_by_density.own, &mut well_by_density.off);
+            let form = -kappa2 * mass::face_load_by_density(space, density_space, faces, FORMULA_DEGREE, slope);
+            loops.add_rows(&form, (density_space, space), &mut well_by_density.own, &mut well_by_density.off);
         }
         let mut by_density = well_by_density.clone();
-        let form = pe * mass::load_by_density(space, density, rate.space.degree, |x| rate.vector(&x.site))
-            + pe * upwind::advection_by_density(p, v, density, dirichlet, data)
-            - pe * forms::turning_by_density(p, v, a, density);
-        loops.add_rows(&form, (density, space), &mut by_density.own, &mut by_density.off);
+        let form = pe * mass::load_by_density(space, density_space, rate.space.degree, |x| rate.vector(&x.site))
+            + pe * upwind::advection_by_density(p, v, density_space, dirichlet, data)
+            - pe * forms::turning_by_density(p, v, a, density_space);
+        loops.add_rows(&form, (density_space, space), &mut by_density.own, &mut by_density.off);
 
         let mut well = model.polarity.empty_operator();
         model.add_alike(&(kappa2 * swip::a_swip(space, dirichlet, weight)), &mut well);
         let relaxation = elastic::double_well_tangent(space, p, weight, law.critical);
         loops.add_cell_blocks(&relaxation, space, space, &mut well.diagonal);
         let mut operator = well.clone();
-        let inertia = mass::weighted_mass(space, density.degree, |x| pe * w[1] * rho.scalar(&x.site));
+        let inertia = mass::weighted_mass(space, density_space.degree, |x| pe * w[1] * (rho.scalar(&x.site) + VACUUM));
         model.add_alike(&(pe * upwind::a_upw(space, carrier, dirichlet) + inertia), &mut operator);
         let turning = -pe * forms::objective(space, v, a, weight);
         loops.add_cell_blocks(&turning, space, space, &mut operator.diagonal);
 
         let (by_rho, by_p, by_l) = forces(model, state, at.molecular.as_ref());
         let mut force_by_density = rows((sizes[2], sizes[0]), false);
-        loops.add_cell_blocks(&by_rho, density, velocity, &mut force_by_density.own);
+        loops.add_cell_blocks(&by_rho, density_space, velocity, &mut force_by_density.own);
         let mut force_by_polarity = rows((sizes[2], sizes[1]), false);
         loops.add_cell_blocks(&by_p, space, velocity, &mut force_by_polarity.own);
         let force_by_field = by_l.map(|form| {
@@ -127,16 +125,17 @@ impl<'m> Tangent<'m> {
             loops.add_cell_blocks(&form, space, velocity, &mut out.own);
             out
         });
-        let limiter = (0..neighbours.len())
-            .map(|cell| {
-                let whole = at.limited.theta[cell] >= 1.0;
-                (!whole).then(|| model.density.limiter.derivative(&at.limited, &at.u, cell))
-            })
-            .collect();
+        let limiter = model.density.limiter_derivatives(&at.u, &at.limited);
+        // everything sees the limited density
+        let mut density = model.density.transport(loops, v);
+        for rows in [&mut density, &mut by_density, &mut well_by_density, &mut force_by_density] {
+            rows.times_columns(&limiter);
+        }
+        density.own.iter_mut().zip(model.density.mass_blocks()).for_each(|(a, m)| *a += w[0] * m);
         Self {
             model,
             at: at.clone(),
-            density: model.density.operator(loops, w[0], v),
+            density,
             density_drag,
             by_density,
             operator,
@@ -146,23 +145,7 @@ impl<'m> Tangent<'m> {
             force_by_density,
             force_by_polarity,
             force_by_field,
-            limiter,
         }
-    }
-
-    /// `δρ` of a change of the density before the limiter.
-    fn limited(&self, du: &[f64]) -> Vec<f64> {
-        let n = self.model.density.space.n;
-        let mut out = du.to_vec();
-        for (cell, change) in self.limiter.iter().enumerate() {
-            if let Some(change) = change {
-                let block = &du[cell * n..(cell + 1) * n];
-                for i in 0..n {
-                    out[cell * n + i] = (0..n).map(|j| change[(i, j)] * block[j]).sum();
-                }
-            }
-        }
-        out
     }
 
     /// `y = (J + D K⁻¹ F′) φ`
@@ -172,15 +155,14 @@ impl<'m> Tangent<'m> {
     pub fn times(&self, phi: &[f64], y: &mut [f64]) -> Result<(), MomentumError> {
         let model = self.model;
         let (du, dp) = phi.split_at(model.density.space.dof_count());
-        let drho = self.limited(du);
         let velocity = &model.velocity;
         let mut local = vec![0.0; model.loops.mesh.cells.len() * velocity.cell_dof_count()];
-        self.force_by_density.times_add(&drho, &mut local);
+        self.force_by_density.times_add(du, &mut local);
         self.force_by_polarity.times_add(dp, &mut local);
         if let Some(rows) = &self.force_by_field {
             let mut well = vec![0.0; dp.len()];
             self.well.times(dp, &mut well);
-            self.well_by_density.times_add(&drho, &mut well);
+            self.well_by_density.times_add(du, &mut well);
             rows.times_add(&model.polarity.mass_solve(&well), &mut local);
         }
         let force = velocity.assembled(&local);
@@ -191,7 +173,7 @@ impl<'m> Tangent<'m> {
         self.density.times_add(du, y_rho);
         self.density_drag.times_add(&dv, y_rho);
         self.operator.times(dp, y_p);
-        self.by_density.times_add(&drho, y_p);
+        self.by_density.times_add(du, y_p);
         self.drag.times_add(&dv, y_p);
         Ok(())
     }
@@ -245,9 +227,9 @@ impl Tangent<'_> {
         add_velocity_block(self.at.viscous.blocks.own_of(cell), &places, columns, sheet.values);
         sheet.add_drag(r0, self.density_drag.own_of(cell));
         sheet.add_drag(p0, self.drag.own_of(cell));
-        let (rho_rows, wide) = (self.limit_columns(cell, self.by_density.own_of(cell), m), self.operator.n);
+        let wide = self.operator.n;
         sheet.add_dense(r0, r0, n, self.density.own_of(cell));
-        sheet.add_dense(p0, r0, n, &rho_rows);
+        sheet.add_dense(p0, r0, n, self.by_density.own_of(cell));
         let square = m * m;
         sheet.add_dense(p0, p0, m, &self.operator.diagonal[cell * square..(cell + 1) * square]);
         let force = self.force_rows(cell);
@@ -263,14 +245,13 @@ impl Tangent<'_> {
             let block = 3 * cell + f;
             sheet.add_dense(r0, at, n, &self.density.off[block * n * n..(block + 1) * n * n]);
             let by_density = &self.by_density.off[block * m * n..(block + 1) * m * n];
-            sheet.add_dense(p0, at, n, &self.limit_columns(other, by_density, m));
+            sheet.add_dense(p0, at, n, by_density);
             let alike = &self.operator.off[block * size..(block + 1) * size];
             sheet.add_dense(p0, at + n, wide, alike);
             sheet.add_dense(p0 + wide, at + n + wide, wide, alike);
             if let Some(pushed) = &force.2 {
                 let by_density = &self.well_by_density.off[block * m * n..(block + 1) * m * n];
-                let limited = self.limit_columns(other, by_density, m);
-                sheet.add_force(at, n, &product(pushed, &limited, n));
+                sheet.add_force(at, n, &product(pushed, by_density, n));
                 let off = &self.well.off[block * size..(block + 1) * size];
                 sheet.add_force(at + n, m, &pushed_alike(pushed, off, wide));
             }
@@ -280,14 +261,6 @@ impl Tangent<'_> {
 }
 
 impl Tangent<'_> {
-    /// `B ∂ρ/∂u` of a block with `rows` rows whose columns are the density of a cell.
-    fn limit_columns(&self, cell: usize, block: &[f64], rows: usize) -> Vec<f64> {
-        let Some(change) = &self.limiter[cell] else { return block.to_vec() };
-        let n = change.nrows();
-        let product = DMatrix::from_row_slice(rows, n, block) * change;
-        product.transpose().as_slice().to_vec()
-    }
-
     /// The force's rows by a cell's own density and polarity, and `F_L M⁻¹`.
     fn force_rows(&self, cell: usize) -> (Vec<f64>, Vec<f64>, Option<DMatrix<f64>>) {
         let (rows, n) = self.force_by_density.size;
@@ -305,7 +278,7 @@ impl Tangent<'_> {
             axpy(1.0, &product(&pushed, &self.well.diagonal[cell * m * m..(cell + 1) * m * m], m), &mut by_polarity);
             pushed
         });
-        (self.limit_columns(cell, &by_density, rows), by_polarity, pushed)
+        (by_density, by_polarity, pushed)
     }
 }
 
