@@ -24,7 +24,9 @@ fn rough(model: &Compressible, seed: u64) -> Vec<f64> {
 fn closed_tissue_without_activity_never_gains_energy() {
     let mut grown = Vec::new();
     for penalty in [0.0, 1.0, 100.0] {
-        for exponent in [1.0, 3.0] {
+        // without a penalty its exponent does not matter
+        let exponents: &[f64] = if penalty == 0.0 { &[1.0] } else { &[1.0, 3.0] };
+        for &exponent in exponents {
             for critical in [0.0, 0.5] {
                 let model = passive(penalty, exponent, critical);
                 let mut march =

