@@ -77,7 +77,8 @@ impl Budget {
         if m.active_stress != 0.0 || law.active_stress_iso != 0.0 {
             budget.active_stress = loops.sum(k - 1 + 2 * q + r, |x| {
                 let (g, p) = (v.vector_gradient(&x.site), p.vector(&x.site));
-                let along = m.active_stress * p.dot(&(sym(&g) * p)) + law.active_stress_iso * p.norm_squared() * g.trace();
+                let along =
+                    m.active_stress * p.dot(&(sym(&g) * p)) + law.active_stress_iso * p.norm_squared() * g.trace();
                 rho.scalar(&x.site) * along
             });
         }

@@ -60,7 +60,9 @@ pub fn check_inflow(loops: &Integrator, conditions: &[Conditions], t: f64) -> Re
             if first.is_ok() {
                 first = formula.try_eval(x, t).and_then(|value| match value >= 0.0 {
                     true => Ok(()),
-                    false => Err(ExpressionError::Negative { text: formula.text().to_owned(), value, x: x.x, y: x.y, t }),
+                    false => {
+                        Err(ExpressionError::Negative { text: formula.text().to_owned(), value, x: x.x, y: x.y, t })
+                    }
                 });
             }
         });

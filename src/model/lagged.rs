@@ -165,7 +165,9 @@ impl Layout<'_> {
     /// Unknowns of the pressure on a cell.
     pub fn pressures(&self, cell: usize) -> impl Iterator<Item = u32> {
         let free = self.frames.free;
-        self.pressure.into_iter().flat_map(move |space| (0..space.n).map(move |i| (free + space.dof(cell, 0, i)) as u32))
+        self.pressure
+            .into_iter()
+            .flat_map(move |space| (0..space.n).map(move |i| (free + space.dof(cell, 0, i)) as u32))
     }
 
     /// Rows and columns of a cell's element: its free velocities, pressures and carried fields; columns also the carried fields of

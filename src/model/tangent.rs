@@ -10,9 +10,9 @@
 use rayon::prelude::*;
 
 use super::incompressible::Incompressible;
-use super::state::State;
 use super::momentum::MomentumError;
 use super::parameters::ElasticForce;
+use super::state::State;
 use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;

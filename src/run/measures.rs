@@ -183,9 +183,7 @@ impl<'s> Gauges<'s> {
         let mut values = BTreeMap::new();
         for (measure, _) in &self.due {
             match measure {
-                Measure::FreeEnergy
-                | Measure::EnergyBudget
-                | Measure::LimitedCells => {}
+                Measure::FreeEnergy | Measure::EnergyBudget | Measure::LimitedCells => {}
                 Measure::Mass => self.mass(state, &mut values),
                 Measure::DensityMin => self.smallest_density(state, &mut values),
                 Measure::Overshoot => self.overshoot(state, &mut values)?,

@@ -10,9 +10,9 @@ use super::memory::{self, Unknowns};
 use super::setup::{build_mesh, describe};
 use super::{RunError, setup};
 use crate::mesh::quality::Quality;
-use crate::model::{ModelKind, Term};
 use crate::model::frames::{Frames, WallPoints};
 use crate::model::momentum::MomentumError;
+use crate::model::{ModelKind, Term};
 use crate::scene::Scene;
 
 /// What will be solved, and with how much.

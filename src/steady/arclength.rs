@@ -3,9 +3,9 @@
 use super::pseudo::{Stall, Work};
 use crate::model::State;
 use crate::solve::{axpy, dot, root};
-use crate::time::{Sheet, StepFailure, Weights};
 use crate::time::equations::{Equations, Trial};
 use crate::time::memory::{correction, derivative, solve};
+use crate::time::{Sheet, StepFailure, Weights};
 
 /// One tissue for every value of a parameter.
 pub struct Family<'f> {

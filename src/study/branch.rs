@@ -18,8 +18,8 @@ use crate::steady::arclength::{Family, Place};
 use crate::steady::branch::{Branch, Point, Special, follow};
 use crate::steady::pseudo::Work;
 use crate::steady::{Event, Found, Stability, Stall, SteadySettings, Want, find};
-use crate::time::Sheet;
 use crate::time::Phases;
+use crate::time::Sheet;
 use crate::time::memory::Memory;
 
 /// What a study of branches found.

@@ -10,8 +10,8 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::{Compressible, VACUUM};
 use super::viscous::{Viscous, add_velocity_block};
+use super::{Compressible, VACUUM};
 use crate::form::density::Density as Weight;
 use crate::form::words::{Scalar, Vector};
 use crate::form::{Bilinear, FacePoint, elastic, mass, polarity as forms, stokes, swip, transport, upwind};
@@ -223,18 +223,18 @@ impl Tangent<'_> {
         let (p0, r0) = (out.rows.len() - m, out.rows.len() - m - n);
         out.values.clear();
         out.values.resize(out.rows.len() * columns, 0.0);
-        let mut sheet = Sheet { places: &places, columns, values: &mut out.values };
-        add_velocity_block(self.at.viscous.blocks.own_of(cell), &places, columns, sheet.values);
-        sheet.add_drag(r0, self.density_drag.own_of(cell));
-        sheet.add_drag(p0, self.drag.own_of(cell));
+        let mut draft = Draft { places: &places, columns, values: &mut out.values };
+        add_velocity_block(self.at.viscous.blocks.own_of(cell), &places, columns, draft.values);
+        draft.add_drag(r0, self.density_drag.own_of(cell));
+        draft.add_drag(p0, self.drag.own_of(cell));
         let wide = self.operator.n;
-        sheet.add_dense(r0, r0, n, self.density.own_of(cell));
-        sheet.add_dense(p0, r0, n, self.by_density.own_of(cell));
+        draft.add_dense(r0, r0, n, self.density.own_of(cell));
+        draft.add_dense(p0, r0, n, self.by_density.own_of(cell));
         let square = m * m;
-        sheet.add_dense(p0, p0, m, &self.operator.diagonal[cell * square..(cell + 1) * square]);
+        draft.add_dense(p0, p0, m, &self.operator.diagonal[cell * square..(cell + 1) * square]);
         let force = self.force_rows(cell);
-        sheet.add_force(r0, n, &force.0);
-        sheet.add_force(p0, m, &force.1);
+        draft.add_force(r0, n, &force.0);
+        draft.add_force(p0, m, &force.1);
         // the neighbours follow, each with its density and its polarity
         let mut at = r0 + n + m;
         let size = wide * wide;
@@ -243,17 +243,17 @@ impl Tangent<'_> {
                 continue;
             }
             let block = 3 * cell + f;
-            sheet.add_dense(r0, at, n, &self.density.off[block * n * n..(block + 1) * n * n]);
+            draft.add_dense(r0, at, n, &self.density.off[block * n * n..(block + 1) * n * n]);
             let by_density = &self.by_density.off[block * m * n..(block + 1) * m * n];
-            sheet.add_dense(p0, at, n, by_density);
+            draft.add_dense(p0, at, n, by_density);
             let alike = &self.operator.off[block * size..(block + 1) * size];
-            sheet.add_dense(p0, at + n, wide, alike);
-            sheet.add_dense(p0 + wide, at + n + wide, wide, alike);
+            draft.add_dense(p0, at + n, wide, alike);
+            draft.add_dense(p0 + wide, at + n + wide, wide, alike);
             if let Some(pushed) = &force.2 {
                 let by_density = &self.well_by_density.off[block * m * n..(block + 1) * m * n];
-                sheet.add_force(at, n, &product(pushed, by_density, n));
+                draft.add_force(at, n, &product(pushed, by_density, n));
                 let off = &self.well.off[block * size..(block + 1) * size];
-                sheet.add_force(at + n, m, &pushed_alike(pushed, off, wide));
+                draft.add_force(at + n, m, &pushed_alike(pushed, off, wide));
             }
             at += n + m;
         }
@@ -299,13 +299,13 @@ fn pushed_alike(a: &DMatrix<f64>, b: &[f64], n: usize) -> Vec<f64> {
 }
 
 /// An element under construction.
-struct Sheet<'s> {
+struct Draft<'s> {
     places: &'s [Vec<(usize, f64)>],
     columns: usize,
     values: &'s mut Vec<f64>,
 }
 
-impl Sheet<'_> {
+impl Draft<'_> {
     /// Adds a dense block with `width` columns at a row and a column.
     fn add_dense(&mut self, row: usize, column: usize, width: usize, block: &[f64]) {
         for (i, block) in block.chunks_exact(width).enumerate() {
