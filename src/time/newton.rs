@@ -136,25 +136,26 @@ fn quick_correction(
     if size.is_nan() || size >= NEAR * tolerance {
         return Ok(None);
     }
-    let Ok(next) = moved(equations, now, &delta, 1.0, phases)? else { return Ok(None) };
+    let Some(next) = moved(equations, now, &delta, 1.0, phases)? else { return Ok(None) };
     let change = model.increment(&now.state, &next.state);
     // a residual that falls by less would mean that the correction is not the error
     Ok((next.size < 0.3 * now.size).then_some((next, change)))
 }
 
-/// The state after the correction `scale · δ`, or why it is so far off that nothing can be evaluated.
+/// The state after the correction `scale · δ`; `None` where it is so far off that nothing can be evaluated.
 fn moved(
     equations: &Equations,
     now: &Trial,
     delta: &[f64],
     scale: f64,
     phases: &mut Phases,
-) -> Result<Result<Trial, StepFailure>, StepFailure> {
+) -> Result<Option<Trial>, StepFailure> {
     let mut y = now.y.clone();
     axpy(scale, delta, &mut y);
     match equations.evaluate(y, phases) {
-        Err(failure) if !failure.may_be_cured_by_a_smaller_step() => Err(failure),
-        other => Ok(other),
+        Ok(trial) => Ok(Some(trial)),
+        Err(failure) if failure.may_be_cured_by_a_smaller_step() => Ok(None),
+        Err(failure) => Err(failure),
     }
 }
 
@@ -173,26 +174,18 @@ fn search(
     tolerance: f64,
     phases: &mut Phases,
 ) -> Result<Search, StepFailure> {
-    let (mut scale, mut whole, mut negative) = (1.0, f64::INFINITY, None);
+    let (mut scale, mut whole) = (1.0, f64::INFINITY);
     for _ in 0..=HALVINGS {
-        match moved(equations, now, delta, scale, phases)? {
-            Ok(next) => {
-                let change = equations.model.increment(&now.state, &next.state);
-                whole = whole.min(change / scale);
-                // at the end rounding hides whether the residual still falls
-                let last = scale == 1.0 && change < tolerance && next.size <= 2.0 * now.size;
-                if next.size <= (1.0 - 1e-4 * scale) * now.size || last {
-                    return Ok(Search::Found(Box::new(next), change / scale));
-                }
+        if let Some(next) = moved(equations, now, delta, scale, phases)? {
+            let change = equations.model.increment(&now.state, &next.state);
+            whole = whole.min(change / scale);
+            // at the end rounding hides whether the residual still falls
+            let last = scale == 1.0 && change < tolerance && next.size <= 2.0 * now.size;
+            if next.size <= (1.0 - 1e-4 * scale) * now.size || last {
+                return Ok(Search::Found(Box::new(next), change / scale));
             }
-            Err(failure @ StepFailure::Density(_)) => negative = Some(failure),
-            Err(_) => {}
         }
         scale *= 0.5;
     }
-    match negative {
-        // the density in question says more than an increment that nobody knows
-        Some(failure) if whole.is_infinite() => Err(failure),
-        Some(_) | None => Ok(Search::Stuck(whole)),
-    }
+    Ok(Search::Stuck(whole))
 }
