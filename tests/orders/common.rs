@@ -35,7 +35,7 @@ impl Orders {
     pub fn new(name: &str, runs: Vec<(f64, History)>) -> Self {
         println!("{name}");
         let this = Self { name: name.to_owned(), runs };
-        for field in ErrorField::INCOMPRESSIBLE {
+        for &field in this.runs[0].1.fields() {
             for norm in Norm::ALL {
                 let errors: Vec<String> =
                     this.runs.iter().map(|(_, e)| format!("{:.2e}", e.error(field, norm))).collect();

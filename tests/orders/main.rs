@@ -1,6 +1,7 @@
 //! Observed orders of convergence: a least-squares slope over three meshes, with the table printed.
 
 mod common;
+mod compressible;
 mod curved;
 mod incompressible;
 mod slip;

@@ -1,0 +1,59 @@
+//! Orders of the compressible sheet: in space alone, and in time alone by formulas that blend and formulas that do not.
+
+use monolayer::measure::errors::ErrorField::{Density, Diffusion, Polarity, Velocity};
+use monolayer::measure::errors::Norm;
+
+use super::common::{Orders, run};
+use super::slope;
+
+fn scene() -> String {
+    std::fs::read_to_string("studies/mms/squeezed-square.toml").unwrap()
+}
+
+fn in_space(k: usize, levels: [usize; 3]) -> Orders {
+    let level = |n: usize| {
+        let sets = [
+            ("space.k", k.to_string()),
+            ("mesh.n", n.to_string()),
+            ("time.scheme", "bdf3".to_owned()),
+            ("time.start", "exact".to_owned()),
+            ("time.step", "0.005".to_owned()),
+            ("time.end", "0.1".to_owned()),
+            ("coupling.tolerance", "1e-9".to_owned()),
+        ];
+        run(&scene(), &sets)
+    };
+    Orders::new(&format!("P{}/P{k}/P{}", k + 1, k + 1), levels.map(level).to_vec())
+}
+
+/// The density is of order k + 1, and drives everything else: velocity and polarity are never worse.
+#[test]
+fn every_field_has_the_order_of_the_density() {
+    in_space(1, [4, 8, 16]).at_least([(Velocity, 1.8), (Density, 1.7), (Polarity, 1.8), (Diffusion, 1.9)]);
+    in_space(2, [4, 6, 8]).at_least([(Velocity, 3.3), (Density, 2.5), (Polarity, 3.3), (Diffusion, 2.8)]);
+}
+
+/// With k = 2 the error in space is far below that of these steps.
+#[test]
+fn the_density_has_the_order_of_its_formula() {
+    for (scheme, density, least) in [("bdf1", "abdf", 0.9), ("bdf2", "abdf", 1.8), ("bdf2", "bdf", 1.8)] {
+        let errors: Vec<(f64, f64)> = [0.02, 0.01, 0.005]
+            .into_iter()
+            .map(|step: f64| {
+                let sets = [
+                    ("space.k", "2".to_owned()),
+                    ("mesh.n", "8".to_owned()),
+                    ("time.scheme", scheme.to_owned()),
+                    ("time.density_scheme", density.to_owned()),
+                    ("time.start", "exact".to_owned()),
+                    ("time.step", step.to_string()),
+                    ("time.end", "0.2".to_owned()),
+                ];
+                (step, run(&scene(), &sets).1.error(Density, Norm::Square))
+            })
+            .collect();
+        let order = slope(&errors);
+        println!("{scheme}, {density}: {errors:?}, order {order:.2}");
+        assert!(order >= least, "{scheme}, {density}: order {order:.2}, not {least}");
+    }
+}
