@@ -1,6 +1,6 @@
 //! Runs every sweep in `studies/extremes` and writes what came of it to `docs/extremes.md`.
 //!
-//! `cargo run --release --example extremes`
+//! `cargo run --release --example extremes`; with numbers, as in `-- 22 25`, only those sweeps, and to the screen.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -28,9 +28,13 @@ fn main() -> Result<(), Failure> {
     let begin = std::time::Instant::now();
     let (mut sections, mut files, mut runs) = (String::new(), 0, 0);
     let mut wrong: Vec<String> = Vec::new();
+    let only: Vec<String> = std::env::args().skip(1).collect();
     for path in sweeps(Path::new(STUDIES))? {
         let study = SweepStudy::read(&path, &[])?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if !only.is_empty() && !only.iter().any(|number| name.starts_with(&format!("{number}-"))) {
+            continue;
+        }
         let folder = out.join(&name);
         let rows = sweep::run(&study, &folder, Verbosity::Quiet, &NEVER)?.rows;
         let seconds: f64 = rows.iter().map(|row| row.seconds).sum();
@@ -56,6 +60,10 @@ fn main() -> Result<(), Failure> {
     let total = begin.elapsed().as_secs_f64();
     if !wrong.is_empty() {
         return Err(format!("{}\nnothing is written to {PAGE}", wrong.join("\n")).into());
+    }
+    if !only.is_empty() {
+        println!("{sections}");
+        return Ok(());
     }
     let old = std::fs::read_to_string(PAGE).unwrap_or_default();
     std::fs::write(PAGE, page(&old, &sections, files, runs, total))?;
