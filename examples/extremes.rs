@@ -52,7 +52,10 @@ fn main() -> Result<(), Failure> {
         for row in &rows {
             let kept = Kept::read(&folder.join(&row.case.folder))?;
             if row.found.is_good() && kept.is_some_and(|kept| !kept.is_sound()) {
-                wrong.push(format!("{name}, run {}: ended well, but lost mass or has a negative density", row.case.folder));
+                wrong.push(format!(
+                    "{name}, run {}: ended well, but lost mass or has a negative density",
+                    row.case.folder
+                ));
             }
         }
         sections.push_str(&section(&study, &name, &rows, seconds, &folder)?);

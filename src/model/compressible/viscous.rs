@@ -102,7 +102,8 @@ impl Viscous {
                 return Ok(frames.expand(&free, prescribed));
             }
             if refined || relative.is_nan() {
-                let hint = "where the density vanishes, friction alone holds the tissue: raise `model.friction`".to_owned();
+                let hint =
+                    "where the density vanishes, friction alone holds the tissue: raise `model.friction`".to_owned();
                 return Err(weighted(model, SolveError::Inaccurate { system: system(), residual: relative, hint }));
             }
             self.factors.solve_flow(&mut residual);
