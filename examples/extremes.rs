@@ -1,12 +1,12 @@
 //! Runs every sweep in `studies/extremes` and writes what came of it to `docs/extremes.md`.
 //!
-//! `cargo run --release --example extremes`
+//! `cargo run --release --example extremes`; with numbers, as in `-- 22 25`, only those sweeps, and to the screen.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use monolayer::measure::errors::{ErrorField, Norm};
+use monolayer::measure::errors::{ErrorField, History, Norm};
 use monolayer::output::progress::Verbosity;
 use monolayer::study::SweepStudy;
 use monolayer::study::results::Row;
@@ -28,9 +28,13 @@ fn main() -> Result<(), Failure> {
     let begin = std::time::Instant::now();
     let (mut sections, mut files, mut runs) = (String::new(), 0, 0);
     let mut wrong: Vec<String> = Vec::new();
+    let only: Vec<String> = std::env::args().skip(1).collect();
     for path in sweeps(Path::new(STUDIES))? {
         let study = SweepStudy::read(&path, &[])?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if !only.is_empty() && !only.iter().any(|number| name.starts_with(&format!("{number}-"))) {
+            continue;
+        }
         let folder = out.join(&name);
         let rows = sweep::run(&study, &folder, Verbosity::Quiet, &NEVER)?.rows;
         let seconds: f64 = rows.iter().map(|row| row.seconds).sum();
@@ -45,11 +49,24 @@ fn main() -> Result<(), Failure> {
         wrong.extend(rows.iter().filter(|row| is_wrong(row)).map(|row| {
             format!("{name}, run {}: ended well, said nothing, and is off by {:.1e}", row.case.folder, worst(row))
         }));
-        sections.push_str(&section(&study, &name, &rows, seconds)?);
+        for row in &rows {
+            let kept = Kept::read(&folder.join(&row.case.folder))?;
+            if row.found.is_good() && kept.is_some_and(|kept| !kept.is_sound()) {
+                wrong.push(format!(
+                    "{name}, run {}: ended well, but lost mass or has a negative density",
+                    row.case.folder
+                ));
+            }
+        }
+        sections.push_str(&section(&study, &name, &rows, seconds, &folder)?);
     }
     let total = begin.elapsed().as_secs_f64();
     if !wrong.is_empty() {
         return Err(format!("{}\nnothing is written to {PAGE}", wrong.join("\n")).into());
+    }
+    if !only.is_empty() {
+        println!("{sections}");
+        return Ok(());
     }
     let old = std::fs::read_to_string(PAGE).unwrap_or_default();
     std::fs::write(PAGE, page(&old, &sections, files, runs, total))?;
@@ -96,13 +113,78 @@ fn has_nan(text: &str) -> bool {
 fn worst(row: &Row) -> f64 {
     match &row.found {
         Found::Ran { errors: Some(errors), .. } => {
-            FIELDS.iter().map(|field| errors.error(*field, Norm::Largest)).fold(0.0, f64::max)
+            fields(errors).iter().map(|field| errors.error(*field, Norm::Largest)).fold(0.0, f64::max)
         }
         Found::Ran { errors: None, .. } | Found::Refused(_) => 0.0,
     }
 }
 
-const FIELDS: [ErrorField; 3] = [ErrorField::Velocity, ErrorField::Pressure, ErrorField::Polarity];
+/// The fields of a sheet's errors; a compressible one has no error of the pressure.
+fn fields(errors: &History) -> [ErrorField; 3] {
+    let dense = errors.error(ErrorField::Pressure, Norm::Largest).is_nan();
+    let second = if dense { ErrorField::Density } else { ErrorField::Pressure };
+    [ErrorField::Velocity, second, ErrorField::Polarity]
+}
+
+/// What a compressible run must keep to, over all its steps.
+struct Kept {
+    /// The smallest density at the points at which one is evaluated.
+    lowest: f64,
+    /// The largest difference between the mass and what is counted of it, relative to that mass or, where there is none, itself.
+    defect: f64,
+    /// Most cells limited in a step.
+    limited: f64,
+    /// Mean of |p| on axis 1 at the end, where the run cuts there.
+    ordered: Option<f64>,
+}
+
+impl Kept {
+    /// From what a run left in `folder`; `None` for other runs.
+    fn read(folder: &Path) -> Result<Option<Kept>, Failure> {
+        let Ok(mut table) = csv::Reader::from_path(folder.join("history.csv")) else { return Ok(None) };
+        let head = table.headers()?.clone();
+        let column = |name: &str| head.iter().position(|column| column == name);
+        let columns = ["density_min", "mass_defect", "mass", "limited_cells"].map(column);
+        let [Some(lowest), Some(defect), Some(mass), Some(limited)] = columns else { return Ok(None) };
+        let mut kept = Kept { lowest: f64::INFINITY, defect: 0.0, limited: 0.0, ordered: ordered(folder)? };
+        for record in table.records() {
+            let record = record?;
+            let at = |k: usize| record[k].parse::<f64>();
+            let whole = at(mass)?.abs();
+            kept.lowest = kept.lowest.min(at(lowest)?);
+            kept.defect = kept.defect.max(at(defect)?.abs() / if whole > 0.0 { whole } else { 1.0 });
+            kept.limited = kept.limited.max(at(limited)?);
+        }
+        Ok(kept.lowest.is_finite().then_some(kept))
+    }
+
+    /// No density is negative and no mass is lost.
+    fn is_sound(&self) -> bool {
+        self.lowest >= 0.0 && self.defect <= 1e-10
+    }
+
+    fn text(&self) -> String {
+        let lowest = if self.lowest == 0.0 { "0".to_owned() } else { format!("{:.1e}", self.lowest) };
+        let ordered = self.ordered.map_or_else(String::new, |p| format!(", mean \\|p\\| {p:.4}"));
+        format!("ρ ≥ {lowest}, mass to {:.0e}, limited {}{ordered}", self.defect, self.limited)
+    }
+}
+
+/// Mean of |p| over the points of axis 1.
+fn ordered(folder: &Path) -> Result<Option<f64>, Failure> {
+    let Ok(mut table) = csv::Reader::from_path(folder.join("cuts/axis-1.csv")) else { return Ok(None) };
+    let head = table.headers()?.clone();
+    let (Some(p1), Some(p2)) = (head.iter().position(|c| c == "p1"), head.iter().position(|c| c == "p2")) else {
+        return Ok(None);
+    };
+    let (mut sum, mut count) = (0.0, 0);
+    for record in table.records() {
+        let record = record?;
+        sum += record[p1].parse::<f64>()?.hypot(record[p2].parse::<f64>()?);
+        count += 1;
+    }
+    Ok((count > 0).then(|| sum / f64::from(count)))
+}
 
 /// Whether a run ended well and said nothing of resolution, but its fields are wrong.
 fn is_wrong(row: &Row) -> bool {
@@ -111,11 +193,11 @@ fn is_wrong(row: &Row) -> bool {
 }
 
 /// A study's heading and table, and what was said in its runs.
-fn section(study: &SweepStudy, name: &str, rows: &[Row], seconds: f64) -> Result<String, Failure> {
+fn section(study: &SweepStudy, name: &str, rows: &[Row], seconds: f64, folder: &Path) -> Result<String, Failure> {
     let mut text = String::new();
     let title = study.title.as_deref().unwrap_or(name);
     writeln!(text, "\n## {title}\n")?;
-    let paired = rows.iter().any(|row| row.case.name.is_none() && step(row).is_some());
+    let paired = rows.iter().any(|row| row.case.name.is_none() && reference_of(row, rows).is_some());
     let reference = if paired { "; reference in brackets: the same with half the step" } else { "" };
     writeln!(text, "`{STUDIES}/{name}.toml`, {} runs in {seconds:.0} s{reference}.\n", rows.len())?;
     let keys: Vec<&str> = study.keys().into_iter().filter(|key| !(paired && *key == "time.step")).collect();
@@ -135,7 +217,10 @@ fn section(study: &SweepStudy, name: &str, rows: &[Row], seconds: f64) -> Result
         let said = row.said.iter().map(String::as_str).chain(row.found.reason());
         let marks: Vec<String> = said.map(|note| mark(note, &mut notes)).collect();
         let (ending, work) = ending(row);
-        let (accuracy, marks) = (accuracy(row, reference), marks.join(", "));
+        let kept = Kept::read(&folder.join(&row.case.folder))?.map(|kept| kept.text());
+        let found = Some(accuracy(row, reference)).filter(|text| !text.is_empty());
+        let accuracy = found.into_iter().chain(kept).collect::<Vec<_>>().join("; ");
+        let marks = marks.join(", ");
         writeln!(text, "| {label} | {ending} | {work} | {accuracy} | {:.1} | {marks} |", row.seconds)?;
     }
     if !notes.is_empty() {
@@ -193,7 +278,7 @@ fn accuracy(row: &Row, reference: Option<&Row>) -> String {
                 0.0 => format!("{} 0", field.symbol()),
                 error => format!("{} {error:.1e}", field.symbol()),
             };
-            FIELDS.iter().map(of).collect::<Vec<_>>().join(", ")
+            fields(errors).iter().map(of).collect::<Vec<_>>().join(", ")
         }
         (Found::Ran { errors: None, .. }, None) => {
             measured(row).map_or_else(String::new, |found| format!("{} {}", found.name, found.text()))

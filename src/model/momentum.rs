@@ -50,6 +50,14 @@ pub enum MomentumError {
     )]
     Unheld,
     #[error(
+        "the density vanishes, and with `model.friction` = 0 nothing but viscosity, which vanishes with it, holds the tissue: its \
+         velocity is not determined there; hint: give a friction, or keep the density away from 0"
+    )]
+    Vacuum,
+    /// A matrix that depends on the density.
+    #[error("{0}")]
+    Weighted(SolveError),
+    #[error(
         "the prescribed velocities carry a net flux of {flux:.3e} through the closed boundary, but div v = 0; hint: make \
          inflow and outflow equal, or give one tag `velocity = \"traction\"`"
     )]

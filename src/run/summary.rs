@@ -219,7 +219,11 @@ impl std::fmt::Display for Summary {
             writeln!(out, "{steady}")?;
         }
         for (name, value) in &self.measures {
-            writeln!(out, "{name} = {value:.6}")?;
+            match value.abs() {
+                // six digits would make nothing of it
+                size if size > 0.0 && size < 1e-3 => writeln!(out, "{name} = {value:.3e}")?,
+                _ => writeln!(out, "{name} = {value:.6}")?,
+            }
         }
         let memory = self.peak_memory_mib.map_or_else(|| "unknown".into(), |m| format!("{m:.0} MiB"));
         write!(out, "peak memory {memory}")

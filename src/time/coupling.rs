@@ -116,6 +116,8 @@ impl StepFailure {
             | StepFailure::Density(_) => true,
             // a force that is not finite comes from a polarity that is not
             StepFailure::Momentum(MomentumError::Solve(SolveError::NotFiniteInput { .. })) => true,
+            // so does a density that an iterate has made too thin
+            StepFailure::Momentum(MomentumError::Vacuum | MomentumError::Weighted(_)) => true,
             StepFailure::Momentum(
                 MomentumError::Solve(_)
                 | MomentumError::Formula(_)

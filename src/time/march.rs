@@ -71,6 +71,21 @@ pub enum MarchError {
     Failed { step: usize, t: f64, cause: Box<StepFailure> },
 }
 
+/// What to do where no step is small enough.
+fn hint(cause: &StepFailure, kind: CouplingKind) -> &'static str {
+    match cause {
+        // fluxes leave no mean negative
+        StepFailure::Density(_) => "a `source.density` may take no more than there is; else take a finer mesh there",
+        StepFailure::Momentum(MomentumError::Vacuum) => "give a friction, or keep the density away from 0",
+        StepFailure::Slow { .. }
+        | StepFailure::Diverged { .. }
+        | StepFailure::Polarity(_)
+        | StepFailure::Momentum(_)
+        | StepFailure::Formula(_)
+        | StepFailure::Interrupted => kind.hint(),
+    }
+}
+
 /// What went wrong, where another hint follows.
 fn without_hint(cause: &StepFailure) -> String {
     let text = cause.to_string();
@@ -317,7 +332,8 @@ impl<'m> March<'m> {
                     cap = 0.5 * dt;
                     if cap < self.settings.control.step_min {
                         let step_min = self.settings.control.step_min;
-                        let (cause, hint) = (Box::new(cause), coupling.kind.hint());
+                        let hint = hint(&cause, coupling.kind);
+                        let cause = Box::new(cause);
                         return Err(MarchError::StepTooSmall { step, t: self.t, step_min, cause, hint });
                     }
                     // a step that was trimmed to a sliver says nothing about the steps to come

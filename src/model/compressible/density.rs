@@ -104,6 +104,11 @@ impl Density {
     /// # Errors
     /// A singular block; an iteration that stalls.
     pub fn solve(&self, w: f64, transport: &Rows, b: &[f64], u: &mut Field) -> Result<usize, SolveError> {
+        // a residual of nothing cannot be measured against b
+        if b.iter().all(|b| *b == 0.0) {
+            u.values.fill(0.0);
+            return Ok(0);
+        }
         let scale = norm(b).max(f64::MIN_POSITIVE);
         let (mut products, mut relative) = (0, f64::INFINITY);
         for _ in 0..CORRECTIONS {

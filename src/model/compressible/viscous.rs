@@ -64,7 +64,7 @@ impl Viscous {
         let mut blocks = Rows::zero(model.polarity.neighbours(), (m, m), false);
         loops.add_own_rows(&form, (velocity, velocity), &mut blocks.own);
         let free = Free { layout: model.flow_layout(), blocks: &blocks };
-        let factors = Lagged::new(model.flow_structure(), &free).map_err(|error| unheld(model, error))?;
+        let factors = Lagged::new(model.flow_structure(), &free).map_err(|error| weighted(model, error))?;
         Ok(Self { blocks, factors })
     }
 
@@ -104,7 +104,7 @@ impl Viscous {
             if refined || relative.is_nan() {
                 let hint =
                     "where the density vanishes, friction alone holds the tissue: raise `model.friction`".to_owned();
-                return Err(SolveError::Inaccurate { system: system(), residual: relative, hint }.into());
+                return Err(weighted(model, SolveError::Inaccurate { system: system(), residual: relative, hint }));
             }
             self.factors.solve_flow(&mut residual);
             axpy(1.0, &residual, &mut free);
@@ -113,6 +113,7 @@ impl Viscous {
     }
 }
 
-fn unheld(model: &Compressible, error: SolveError) -> MomentumError {
-    if model.parameters.friction == 0.0 { MomentumError::Unheld } else { error.into() }
+/// The conditions hold the tissue, or the model would not have been built: without friction it is the density that is missing.
+fn weighted(model: &Compressible, error: SolveError) -> MomentumError {
+    if model.parameters.friction == 0.0 { MomentumError::Vacuum } else { MomentumError::Weighted(error) }
 }
