@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use monolayer::model::{State, VelocityCondition};
+use monolayer::model::{State, VelocityCondition, Volume};
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::solve::{dot, root};
@@ -15,22 +15,25 @@ use monolayer::steady::{Found, find};
 use monolayer::time::{Phases, Sheet};
 
 /// Penalties; the last one stands for the limit of this discretisation.
-const PENALTIES: [f64; 8] = [1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6, 1e8];
+const PENALTIES: [f64; 7] = [10.0, 100.0, 1e3, 1e4, 1e5, 1e6, 1e8];
 
 type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
-    for (name, begin) in [("square", 10.0), ("strip", 10.0)] {
+    // rounding of a pressure of size c_0 hides a residual of 1e-9 beyond 1e6
+    for (name, end) in [("square", 1e8), ("strip", 1e6)] {
         let path = Path::new("studies/limit").join(format!("{name}.toml"));
         let source = SceneSource::read(&path)?;
-        let (_, without) = solve(&incompressible(source.clone())?)?;
-        let penalties: Vec<f64> = PENALTIES.into_iter().filter(|c| *c >= begin).collect();
-        let mut states = Vec::new();
+        let penalties: Vec<f64> = PENALTIES.into_iter().filter(|c| *c <= end).collect();
+        let mut states: Vec<(Setup, State)> = Vec::new();
         for penalty in &penalties {
             let mut source = source.clone();
             source.set("model.density.penalty", &penalty.to_string())?;
-            states.push(solve(&Scene::check(source)?)?);
+            // steady states are followed from one penalty to the next: there may be others
+            let near = states.last().map(|(_, state)| state);
+            states.push(solve(&Scene::check(source)?, near)?);
         }
+        let (_, without) = solve(&incompressible(source.clone())?, states.last().map(|(_, state)| state))?;
         let (_, last) = states.last().expect("there are penalties");
         println!("{name}: distances in L², the largest |ρ − 1| at a node, and orders in 1/c_0");
         println!("{:>8} {:>10} {:>10} {:>10} {:>10} {:>10}", "c_0", "v", "p", "v last", "p last", "ρ − 1");
@@ -77,8 +80,8 @@ fn incompressible(mut source: SceneSource) -> Result<Scene, Failure> {
     Ok(Scene::check(source)?)
 }
 
-/// The state at the end of a scene, or the steady state that it asks for.
-fn solve(scene: &Scene) -> Result<(Setup, State), Failure> {
+/// The state at the end of a scene, or the steady state that it asks for, searched for from `near`.
+fn solve(scene: &Scene, near: Option<&State>) -> Result<(Setup, State), Failure> {
     let setup = Setup::new(scene)?;
     let mut march = setup.start(scene)?;
     let Some(settings) = &scene.steady else {
@@ -88,12 +91,25 @@ fn solve(scene: &Scene) -> Result<(Setup, State), Failure> {
         let state = march.state.clone();
         return Ok((setup, state));
     };
-    let (interrupt, start) = (AtomicBool::new(false), setup.model.carried(&march.state));
+    let interrupt = AtomicBool::new(false);
+    let start = match near {
+        Some(state) => State { p: state.p.clone(), volume: volume_of(state, &march.state), ..march.state.clone() },
+        None => march.state.clone(),
+    };
+    let start = setup.model.carried(&start);
     let search =
         find(&*setup.model, start, settings, scene.march(), &interrupt, &mut Phases::default(), &mut |_| Ok(()))?;
     match search.found {
         Found::Steady(steady) => Ok((setup, steady.state)),
         Found::Oscillating { .. } | Found::Nothing | Found::Interrupted => Err("no steady state".into()),
+    }
+}
+
+/// The density of `near`, where the other state has one.
+fn volume_of(near: &State, other: &State) -> Volume {
+    match &other.volume {
+        Volume::Density(_) => near.volume.clone(),
+        Volume::Pressure(pi) => Volume::Pressure(pi.clone()),
     }
 }
 
