@@ -29,29 +29,28 @@ fn in_space(k: usize, levels: [usize; 3]) -> Orders {
 /// The density is of order k + 1, and drives everything else: velocity and polarity are never worse.
 #[test]
 fn every_field_has_the_order_of_the_density() {
-    in_space(1, [4, 8, 16]).at_least([(Velocity, 1.8), (Density, 1.7), (Polarity, 1.8), (Diffusion, 1.9)]);
+    in_space(1, [4, 8, 16]).at_least([(Velocity, 1.8), (Density, 1.75), (Polarity, 1.65), (Diffusion, 1.95)]);
     in_space(2, [4, 6, 8]).at_least([(Velocity, 3.3), (Density, 2.5), (Polarity, 3.3), (Diffusion, 2.8)]);
 }
 
-/// With k = 2 the error in space is far below that of these steps.
+/// Orders of the velocity, which the density drives, between two steps; with k = 3 the error in space is far below theirs.
 #[test]
 fn the_density_has_the_order_of_its_formula() {
-    for (scheme, density, least) in [("bdf1", "abdf", 0.9), ("bdf2", "abdf", 1.8), ("bdf2", "bdf", 1.8)] {
-        let errors: Vec<(f64, f64)> = [0.02, 0.01, 0.005]
-            .into_iter()
-            .map(|step: f64| {
-                let sets = [
-                    ("space.k", "2".to_owned()),
-                    ("mesh.n", "8".to_owned()),
-                    ("time.scheme", scheme.to_owned()),
-                    ("time.density_scheme", density.to_owned()),
-                    ("time.start", "exact".to_owned()),
-                    ("time.step", step.to_string()),
-                    ("time.end", "0.2".to_owned()),
-                ];
-                (step, run(&scene(), &sets).1.error(Density, Norm::Square))
-            })
-            .collect();
+    for (scheme, density, least) in
+        [("bdf1", "abdf", 0.95), ("bdf2", "abdf", 1.75), ("bdf2", "bdf", 1.75), ("bdf3", "abdf", 2.7)]
+    {
+        let errors = [0.04, 0.02].map(|step: f64| {
+            let sets = [
+                ("space.k", "3".to_owned()),
+                ("mesh.n", "6".to_owned()),
+                ("time.scheme", scheme.to_owned()),
+                ("time.density_scheme", density.to_owned()),
+                ("time.start", "exact".to_owned()),
+                ("time.step", step.to_string()),
+                ("time.end", "0.24".to_owned()),
+            ];
+            (step, run(&scene(), &sets).1.error(Velocity, Norm::Square))
+        });
         let order = slope(&errors);
         println!("{scheme}, {density}: {errors:?}, order {order:.2}");
         assert!(order >= least, "{scheme}, {density}: order {order:.2}, not {least}");
