@@ -9,6 +9,7 @@ use super::swip::jump_and_slope;
 use super::words::{Scalar, Vector, penalty_constant};
 use super::{Bilinear, Linear, mass};
 use crate::mesh::Point;
+use crate::space::field::Site;
 use crate::space::{Field, Space};
 
 /// `c_h(p,p,w;ρ) = ∫ ρ(∇_hpᵀ·∇_hp) : D(w)`, test w   [7.6d]
@@ -93,83 +94,81 @@ pub fn energy_over_b(
     well + kappa * kappa * (slope + face)
 }
 
-/// The free energy of the compressible sheet   [5.39]
+/// The polarity's part of the free energy of the compressible sheet: κ, and its Dirichlet faces with data of degree `degree`   [5.39]
 ///
-/// `F_h = ∫ [e(ρ) + Bρ¼(|p|²−1)² + ½Bρ_min|p|² + ½κ²Bρ|∇_hp|²] + κ²B Σ_Si∪SD ∫ η (½Cϖ|[p]|² − {∂_np}·[p])`,
-/// `e(ρ)` that of [`Compression::potential`], with `[p] = p − g` on Dirichlet faces for data `g` of degree `degree`.
-///
-/// Its derivative along q is `B∫[ρ|p|² − (ρ−ρ_min)] p·q + κ²B [a_swip(p,q;ρ) − l_swip(q;ρ)]` to rounding: every term has the
-/// quadrature of its form, that of `l_swip` for what the data multiply.
-pub fn energy_of(
-    loops: &Integrator,
-    (rho, p): (&Field, &Field),
-    compression: &Compression,
-    kappa: f64,
-    dirichlet: Faces,
-    degree: usize,
-    data: impl Fn(&FacePoint) -> Point + Sync,
-) -> f64 {
-    let (q, r, b) = (p.space.degree, rho.space.degree, compression.elasticity);
-    let crowding = match compression.penalty {
-        0.0 => 0.0,
-        _ => loops.sum(compression.power_degree(r, 0), |x| compression.potential(rho.scalar(&x.site))),
-    };
-    if b == 0.0 {
-        return crowding;
-    }
-    let well = loops.sum(4 * q + r, |x| {
-        let p2 = p.vector(&x.site).norm_squared();
-        0.25 * rho.scalar(&x.site) * (p2 - 1.0).powi(2) + 0.5 * compression.critical * p2
-    });
-    let slope = loops.sum(2 * (q - 1) + r, |x| 0.5 * rho.scalar(&x.site) * p.vector_gradient(&x.site).norm_squared());
-    let c = penalty_constant(q);
-    let face = loops.sum_faces(Faces::INTERIOR | dirichlet, 2 * q + r, |s| {
-        let (jump, slope) = jump_and_slope(p, s);
-        Density::Of(rho).harmonic(s) * (0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump))
-    });
-    let imposed = loops.sum_faces(dirichlet, q + r + degree, |s| {
-        let (g, (value, slope)) = (data(s), jump_and_slope(p, s));
-        rho.scalar(&s.minus) * (c * s.varpi * (0.5 * g - value) + slope).dot(&g)
-    });
-    crowding + b * (well + kappa * kappa * (slope + face + imposed))
+/// `∫ (ρ ¼(|p|²−1)² + ½ρ_min|p|² + ½κ²ρ|∇_hp|²) + κ² Σ_Si∪SD ∫ η (½Cϖ|[p]|² − {∂_np}·[p])`, with `[p] = p − g` on Dirichlet faces.
+/// It is linear in the weights ρ, η and ρ_min: others give its derivative along ρ.
+#[derive(Debug, Clone, Copy)]
+pub struct PolarEnergy<'a, G> {
+    pub loops: &'a Integrator,
+    pub p: &'a Field,
+    pub kappa: f64,
+    pub dirichlet: Faces,
+    pub degree: usize,
+    pub data: G,
 }
 
-/// Derivative of [`energy_of`] along ρ in the direction `rate`   [5.39]
-///
-/// `∫ δρ [e′(ρ) + B¼(|p|²−1)² + ½κ²B|∇_hp|²] + κ²B Σ ∫ δη (½Cϖ|[p]|² − {∂_np}·[p])`
-#[allow(clippy::too_many_arguments)]
-pub fn energy_along_density(
-    loops: &Integrator,
-    (rho, p): (&Field, &Field),
-    rate: &Field,
-    compression: &Compression,
-    kappa: f64,
-    dirichlet: Faces,
-    degree: usize,
-    data: impl Fn(&FacePoint) -> Point + Sync,
-) -> f64 {
-    let (q, r, b) = (p.space.degree, rho.space.degree, compression.elasticity);
-    let crowding = match compression.penalty {
-        0.0 => 0.0,
-        _ => loops.sum(compression.power_degree(r, 0), |x| {
-            compression.potential_by_density(rho.scalar(&x.site)) * rate.scalar(&x.site)
-        }),
-    };
-    if b == 0.0 {
-        return crowding;
+impl<G: Fn(&FacePoint) -> Point + Sync> PolarEnergy<'_, G> {
+    /// With weights of degree `r`: in the cells, on the faces, and of `½|p|²`. Every term has the quadrature of its form in `L_h`, that of
+    /// `l_swip` for what the data multiply.
+    fn weighed(
+        &self,
+        r: usize,
+        cell: impl Fn(&Site) -> f64 + Sync,
+        face: impl Fn(&FacePoint) -> f64 + Sync,
+        critical: f64,
+    ) -> f64 {
+        let (p, loops, q) = (self.p, self.loops, self.p.space.degree);
+        let well = loops.sum(4 * q + r, |x| {
+            let p2 = p.vector(&x.site).norm_squared();
+            0.25 * cell(&x.site) * (p2 - 1.0).powi(2) + 0.5 * critical * p2
+        });
+        let slope = loops.sum(2 * (q - 1) + r, |x| 0.5 * cell(&x.site) * p.vector_gradient(&x.site).norm_squared());
+        let c = penalty_constant(q);
+        let jumps = loops.sum_faces(Faces::INTERIOR | self.dirichlet, 2 * q + r, |s| {
+            let (jump, slope) = jump_and_slope(p, s);
+            face(s) * (0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump))
+        });
+        let imposed = loops.sum_faces(self.dirichlet, q + r + self.degree, |s| {
+            let (g, (value, slope)) = ((self.data)(s), jump_and_slope(p, s));
+            face(s) * (c * s.varpi * (0.5 * g - value) + slope).dot(&g)
+        });
+        well + self.kappa * self.kappa * (slope + jumps + imposed)
     }
-    let well = loops.sum(4 * q + r, |x| 0.25 * rate.scalar(&x.site) * (p.vector(&x.site).norm_squared() - 1.0).powi(2));
-    let slope = loops.sum(2 * (q - 1) + r, |x| 0.5 * rate.scalar(&x.site) * p.vector_gradient(&x.site).norm_squared());
-    let c = penalty_constant(q);
-    let face = loops.sum_faces(Faces::INTERIOR | dirichlet, 2 * q + r, |s| {
-        let (jump, slope) = jump_and_slope(p, s);
-        let [inner, outer] = Density::Of(rho).harmonic_slopes(s);
-        let change = inner * rate.scalar(&s.minus) + s.plus.as_ref().map_or(0.0, |plus| outer * rate.scalar(plus));
-        change * (0.5 * c * s.varpi * jump.norm_squared() - slope.dot(&jump))
-    });
-    let imposed = loops.sum_faces(dirichlet, q + r + degree, |s| {
-        let (g, (value, slope)) = (data(s), jump_and_slope(p, s));
-        rate.scalar(&s.minus) * (c * s.varpi * (0.5 * g - value) + slope).dot(&g)
-    });
-    crowding + b * (well + kappa * kappa * (slope + face + imposed))
+
+    /// The free energy `∫ e(ρ)` and B times the polarity's part, `e(ρ)` that of [`Compression::potential`]   [5.39]
+    ///
+    /// Its derivative along q is `B∫[ρ|p|² − (ρ−ρ_min)] p·q + κ²B [a_swip(p,q;ρ) − l_swip(q;ρ)]` to rounding.
+    pub fn with(&self, rho: &Field, compression: &Compression) -> f64 {
+        let r = rho.space.degree;
+        let crowding = match compression.penalty {
+            0.0 => 0.0,
+            _ => self.loops.sum(compression.power_degree(r, 0), |x| compression.potential(rho.scalar(&x.site))),
+        };
+        if compression.elasticity == 0.0 {
+            return crowding;
+        }
+        let weight = Density::Of(rho);
+        let polar = self.weighed(r, |x| weight.at(x), |s| weight.harmonic(s), compression.critical);
+        crowding + compression.elasticity * polar
+    }
+
+    /// Derivative of [`PolarEnergy::with`] along ρ in the direction `rate`   [5.39]
+    pub fn along(&self, rho: &Field, rate: &Field, compression: &Compression) -> f64 {
+        let r = rho.space.degree;
+        let crowding = match compression.penalty {
+            0.0 => 0.0,
+            _ => self.loops.sum(compression.power_degree(r, 0), |x| {
+                compression.potential_by_density(rho.scalar(&x.site)) * rate.scalar(&x.site)
+            }),
+        };
+        if compression.elasticity == 0.0 {
+            return crowding;
+        }
+        let change = |s: &FacePoint| {
+            let [inner, outer] = Density::Of(rho).harmonic_slopes(s);
+            inner * rate.scalar(&s.minus) + s.plus.as_ref().map_or(0.0, |plus| outer * rate.scalar(plus))
+        };
+        crowding + compression.elasticity * self.weighed(r, |x| rate.scalar(x), change, 0.0)
+    }
 }

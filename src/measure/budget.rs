@@ -61,7 +61,7 @@ impl Budget {
     }
 
     fn compressible(model: &Compressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
-        let (m, law, loops) = (&model.parameters, &model.law, &model.loops);
+        let (m, law, loops) = (&model.parameters, &model.law(), &model.loops);
         let (v, rho, p) = (&state.v, state.volume(), &state.p);
         let (k, r, q) = (v.space.degree, rho.space.degree, p.space.degree);
         let mut budget = Self {

@@ -1,11 +1,11 @@
 //! The incompressible tissue: velocity and pressure that follow the polarity, and a polarity that the flow carries.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::ExpressionError;
 use super::formulas::check_formulas;
-use super::lagged::{Layout, Structure};
+use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
@@ -68,7 +68,7 @@ pub struct Incompressible {
     /// the polarity is prescribed.
     pub natural_faces: [Faces; 2],
     /// That of the coupled matrix, once somebody has asked for it.
-    structure: OnceLock<Structure>,
+    structure: Found,
 }
 
 impl Incompressible {
@@ -135,7 +135,7 @@ impl Incompressible {
             loops,
             momentum,
             polarity,
-            structure: OnceLock::new(),
+            structure: Found::default(),
         })
     }
 
@@ -327,16 +327,12 @@ impl Incompressible {
     /// # Errors
     /// As [`Structure::new`].
     pub fn structure(&self) -> Result<&Structure, SolveError> {
-        if self.structure.get().is_none() {
-            self.know_structure(Structure::new("coupled", &self.layout())?);
-        }
-        Ok(self.structure.get().expect("just found"))
+        self.structure.of(&self.layout())
     }
 
     /// Keeps a structure that was found from the same layout; a later one changes nothing.
     pub fn know_structure(&self, structure: Structure) {
-        // whoever was first has found the same
-        let _ = self.structure.set(structure);
+        self.structure.know(structure);
     }
 
     /// How the unknowns of the coupled matrix hang together.

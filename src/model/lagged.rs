@@ -11,7 +11,7 @@
 //! is close enough for a preconditioner.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::DMatrix;
 
@@ -23,6 +23,7 @@ use crate::solve::SolveError;
 use crate::solve::blocks::{NONE, Neighbours};
 use crate::solve::dissection::{Group, LEAF, LateGroup, dissect};
 use crate::solve::multifrontal::Multifrontal;
+use crate::solve::rows::Rows;
 use crate::solve::symbolic::{Element, Symbolic};
 use crate::space::Space;
 
@@ -32,6 +33,34 @@ pub struct Structure {
     pub symbolic: Arc<Symbolic>,
     /// Where the polarity begins.
     first: usize,
+}
+
+/// A structure that is found when somebody first asks for it.
+#[derive(Debug, Default)]
+pub struct Found(OnceLock<Structure>);
+
+impl Found {
+    /// The structure of the coupled matrix.
+    ///
+    /// # Errors
+    /// As [`Structure::new`].
+    pub fn of(&self, layout: &Layout) -> Result<&Structure, SolveError> {
+        if self.0.get().is_none() {
+            self.know(Structure::new("coupled", layout)?);
+        }
+        Ok(self.0.get().expect("just found"))
+    }
+
+    /// What is known already.
+    pub fn known(&self) -> Option<&Structure> {
+        self.0.get()
+    }
+
+    /// Keeps a structure that was found from the same layout; a later one changes nothing.
+    pub fn know(&self, structure: Structure) {
+        // whoever was first has found the same
+        let _ = self.0.set(structure);
+    }
 }
 
 /// Factors of the coupled matrix at one state.
@@ -115,6 +144,25 @@ impl Lagged {
 pub trait Elements: Sync {
     /// The element of number `e`: its unknowns as [`Layout`] numbers them, and its values.
     fn fill(&self, e: usize, out: &mut Element);
+}
+
+impl<E: Elements + ?Sized> Elements for &E {
+    fn fill(&self, e: usize, out: &mut Element) {
+        (**self).fill(e, out);
+    }
+}
+
+/// Adds a block of velocity dofs to an element, in terms of the free unknowns.
+pub(super) fn add_velocity_block(block: &[f64], places: &[Vec<(usize, f64)>], columns: usize, values: &mut [f64]) {
+    for (row, block) in places.iter().zip(block.chunks_exact(places.len())) {
+        for (column, k) in places.iter().zip(block) {
+            for (r, a) in row {
+                for (c, b) in column {
+                    values[r * columns + c] += a * k * b;
+                }
+            }
+        }
+    }
 }
 
 /// Which unknowns belong to which cell and node: all that the structure depends on.
@@ -302,15 +350,8 @@ impl<'t> Parts<'t> {
         out.values.clear();
         out.values.resize(out.rows.len() * columns, 0.0);
         let values = &mut out.values;
+        add_velocity_block(&self.stiffness[cell * nv * nv..(cell + 1) * nv * nv], &maps, columns, values);
         for (i, row) in maps.iter().enumerate() {
-            for (j, column) in maps.iter().enumerate() {
-                let k = self.stiffness[cell * nv * nv + i * nv + j];
-                for (r, a) in row {
-                    for (c, b) in column {
-                        values[r * columns + c] += a * k * b;
-                    }
-                }
-            }
             for j in 0..np {
                 let g = self.divergence[cell * nv * np + i * np + j];
                 for (r, a) in row {
@@ -318,7 +359,7 @@ impl<'t> Parts<'t> {
                     values[(nf + j) * columns + r] += a * g;
                 }
             }
-            let drag = &self.tangent.drag[cell * n * nv..(cell + 1) * n * nv];
+            let drag = self.tangent.drag.own_of(cell);
             for q in 0..n {
                 for (r, a) in row {
                     values[(p0 + q) * columns + r] += a * drag[q * nv + i];
@@ -351,7 +392,7 @@ impl<'t> Parts<'t> {
     fn fill_force(&self, cell: usize, maps: &[Vec<(usize, f64)>], p0: usize, columns: usize, values: &mut [f64]) {
         let (force, well) = (self.force(), &self.tangent.molecular);
         let (nv, n, m) = (maps.len(), well.n, 2 * well.n);
-        let block = |all: &[f64]| DMatrix::from_row_slice(nv, m, &all[cell * nv * m..(cell + 1) * nv * m]);
+        let block = |rows: &Rows| DMatrix::from_row_slice(nv, m, rows.own_of(cell));
         let mut add = |at: usize, part: &DMatrix<f64>| {
             for (i, row) in maps.iter().enumerate() {
                 for (r, a) in row {
@@ -361,10 +402,10 @@ impl<'t> Parts<'t> {
                 }
             }
         };
-        add(p0, &block(&force.by_polarity.own));
+        add(p0, &block(&force.by_polarity));
         let Some(by_field) = &force.by_field else { return };
         // F_L M⁻¹, component by component
-        let mut pushed = block(&by_field.own);
+        let mut pushed = block(by_field);
         let inverse = self.model().polarity.mass_inverse_of(cell);
         for c in [0, n] {
             let part = pushed.columns(c, n) * &inverse;

@@ -15,6 +15,7 @@ use crate::form::{Bilinear, Density, FacePoint, Faces, Integrator, Linear, elast
 use crate::mesh::{Mesh, Point};
 use crate::solve::blocks::{Incomplete, Neighbours, ScalarBlocks, VectorBlocks, neighbours};
 use crate::solve::krylov::gmres;
+use crate::solve::rows::times_each;
 use crate::solve::sparse::Factored;
 use crate::solve::{SolveError, norm};
 use crate::space::{Field, Space};
@@ -144,7 +145,7 @@ impl Polarity {
 
     /// `M⁻¹ f`.
     pub fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
-        self.each_block(&self.mass_inverse, f)
+        times_each(&self.mass_inverse, self.space.n, 2, f)
     }
 
     /// Neumann faces with the slope `∂_np` of exact fields.
@@ -170,19 +171,7 @@ impl Polarity {
 
     /// `M x`.
     pub fn mass_times(&self, x: &[f64]) -> Vec<f64> {
-        self.each_block(&self.mass, x)
-    }
-
-    fn each_block(&self, blocks: &[f64], x: &[f64]) -> Vec<f64> {
-        let n = self.space.n;
-        let mut out = vec![0.0; x.len()];
-        out.par_chunks_mut(n).zip(x.par_chunks(n)).enumerate().for_each(|(k, (out, x))| {
-            let block = &blocks[k / 2 * n * n..(k / 2 + 1) * n * n];
-            for (row, out) in block.chunks_exact(n).zip(out) {
-                *out = row.iter().zip(x).map(|(a, x)| a * x).sum();
-            }
-        });
-        out
+        times_each(&self.mass, self.space.n, 2, x)
     }
 
     /// The operator of one step, linear in the new polarity; `w = α₀/Δt`, `last` the last iterate:
@@ -208,19 +197,13 @@ impl Polarity {
     /// `w Pe (p|q) + κ² a_swip(p,q)` and a form that acts on both components alike.
     fn assemble(&self, loops: &Integrator, w: f64, alike: &Bilinear<Scalar, Scalar>, out: &mut VectorBlocks) {
         let space = &*self.space;
-        let (n, size) = (space.n, space.n * space.n);
         let mut diagonal = self.diffusion.diagonal.clone();
         let scale = self.parameters.peclet * w;
         diagonal.par_iter_mut().zip(&self.mass).for_each(|(a, mass)| *a += scale * mass);
         out.off.copy_from_slice(&self.diffusion.off);
         loops.add_rows(alike, (space, space), &mut diagonal, &mut out.off);
-        out.diagonal.par_chunks_mut(4 * size).zip(diagonal.par_chunks(size)).for_each(|(block, alike)| {
-            block.fill(0.0);
-            for (i, row) in alike.chunks_exact(n).enumerate() {
-                block[i * 2 * n..][..n].copy_from_slice(row);
-                block[(n + i) * 2 * n + n..][..n].copy_from_slice(row);
-            }
-        });
+        out.diagonal.fill(0.0);
+        out.add_alike(&diagonal);
     }
 
     /// Derivative of `(1/B)(L_h|q)` along p: `∫ q·[(|p|²−1) I + 2 p⊗p]·φ + κ² a_swip(φ,q)`   [7.10]

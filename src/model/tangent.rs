@@ -7,8 +7,6 @@
 //! `F′ = F_p + F_L M⁻¹ Λ′` couples a cell's velocities to the polarity of its neighbours. With the velocity eliminated, too
 //! (the Stokes problem is linear and factorised), the polarity alone remains: `R_p′ = J_pp + D S⁻¹ F′`.
 
-use rayon::prelude::*;
-
 use super::incompressible::Incompressible;
 use super::momentum::MomentumError;
 use super::parameters::ElasticForce;
@@ -17,23 +15,17 @@ use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
 use crate::form::{Bilinear, Density, FacePoint, elastic, mass, polarity, upwind};
-use crate::solve::blocks::{NONE, VectorBlocks};
+use crate::solve::blocks::VectorBlocks;
+use crate::solve::rows::Rows;
 use crate::space::Field;
-
-/// Dense blocks with velocity rows: of the cell's own polarity, and of its three neighbours' (none for purely local forms).
-#[derive(Debug, Clone)]
-pub struct ForceRows {
-    pub own: Vec<f64>,
-    pub off: Vec<f64>,
-}
 
 /// How the force depends on the polarity at a state, `F_p`, and on the molecular field over B, `F_L`.
 #[derive(Debug, Clone)]
 pub struct ForceTangent {
-    /// `2n_v × 2n_p` per cell.
-    pub by_polarity: ForceRows,
+    /// `2n_v × 2n_p` per cell; the energy-consistent force also sees the cell's neighbours.
+    pub by_polarity: Rows,
     /// Only with elasticity.
-    pub by_field: Option<ForceRows>,
+    pub by_field: Option<Rows>,
 }
 
 /// The derivative of the equations of one step.
@@ -48,7 +40,7 @@ pub struct Tangent<'m> {
     pub molecular: VectorBlocks,
     pub force: ForceTangent,
     /// `D`: the derivative of `R_p` along v, `2n_p × 2n_v` per cell.
-    pub drag: Vec<f64>,
+    pub drag: Rows,
 }
 
 impl<'m> Tangent<'m> {
@@ -66,8 +58,9 @@ impl<'m> Tangent<'m> {
         let velocity = &*model.momentum.velocity;
         let form = pe * upwind::advection_by_flow(p, carrier, model.polarity.dirichlet, data)
             - pe * polarity::turning_by_flow(velocity, p, a, Density::One);
-        let mut drag = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count() * p.space.cell_dof_count()];
-        loops.add_own_rows(&form, (velocity, &p.space), &mut drag);
+        let size = (p.space.cell_dof_count(), velocity.cell_dof_count());
+        let mut drag = Rows::zero(model.polarity.neighbours(), size, false);
+        loops.add_own_rows(&form, (velocity, &p.space), &mut drag.own);
         Self { model, state, t, operator, molecular, force, drag }
     }
 
@@ -118,53 +111,16 @@ impl<'m> Tangent<'m> {
 
     /// `D w`, a functional on the polarity space.
     pub fn drag_of(&self, w: &[f64]) -> Vec<f64> {
-        let velocity = &*self.model.momentum.velocity;
-        let (columns, rows) = (velocity.cell_dof_count(), self.model.polarity.space.cell_dof_count());
         let mut out = vec![0.0; self.model.polarity.space.dof_count()];
-        out.par_chunks_mut(rows).enumerate().for_each_init(
-            || vec![0.0; columns],
-            |local, (cell, out)| {
-                for (k, value) in local.iter_mut().enumerate() {
-                    *value = w[velocity.dof(cell, k / velocity.n, k % velocity.n)];
-                }
-                let block = &self.drag[cell * rows * columns..(cell + 1) * rows * columns];
-                for (row, out) in block.chunks_exact(columns).zip(out) {
-                    *out = row.iter().zip(local.iter()).map(|(a, x)| a * x).sum();
-                }
-            },
-        );
+        self.drag.times_add(&self.model.momentum.velocity.by_cell(w), &mut out);
         out
     }
 
     /// Rows of a force times a function of the polarity space, gathered on the velocity space.
-    fn times_force(&self, rows: &ForceRows, x: &[f64]) -> Vec<f64> {
-        let velocity = &*self.model.momentum.velocity;
-        let (m, n) = (velocity.cell_dof_count(), self.model.polarity.space.cell_dof_count());
-        let neighbours = &self.operator.neighbours;
-        let mut local = vec![0.0; m * neighbours.len()];
-        local.par_chunks_mut(m).enumerate().for_each(|(cell, out)| {
-            add_product(&rows.own[cell * m * n..(cell + 1) * m * n], &x[cell * n..(cell + 1) * n], out);
-            for (f, &other) in neighbours[cell].iter().enumerate() {
-                if other != NONE && !rows.off.is_empty() {
-                    let block = &rows.off[(3 * cell + f) * m * n..(3 * cell + f + 1) * m * n];
-                    add_product(block, &x[other * n..(other + 1) * n], out);
-                }
-            }
-        });
-        let mut global = vec![0.0; velocity.dof_count()];
-        for (cell, block) in local.chunks_exact(m).enumerate() {
-            for (k, value) in block.iter().enumerate() {
-                global[velocity.dof(cell, k / velocity.n, k % velocity.n)] += value;
-            }
-        }
-        global
-    }
-}
-
-/// `out += A x`, row-major.
-fn add_product(a: &[f64], x: &[f64], out: &mut [f64]) {
-    for (row, out) in a.chunks_exact(x.len()).zip(out) {
-        *out += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    fn times_force(&self, rows: &Rows, x: &[f64]) -> Vec<f64> {
+        let mut local = vec![0.0; rows.size.0 * rows.neighbours.len()];
+        rows.times_add(x, &mut local);
+        self.model.momentum.velocity.assembled(&local)
     }
 }
 
@@ -188,7 +144,7 @@ impl ForceTangent {
             form = form + 2.0 * polarity::force_by_field(velocity, p, 0.0, m.active_stress, Density::One);
         }
         let Some(l) = l else {
-            return Self { by_polarity: ForceRows::local(model, &form), by_field: None };
+            return Self { by_polarity: rows(model, &form, kind), by_field: None };
         };
         let b = m.elasticity;
         form = form - polarity::force_by_polarity(velocity, l, b, b * m.slip);
@@ -196,7 +152,7 @@ impl ForceTangent {
         match kind {
             ElasticForce::Stress => {
                 form = form + m.coherence.powi(2) * b * elastic::ericksen_tangent(velocity, p, Density::One);
-                Self { by_polarity: ForceRows::local(model, &form), by_field: Some(ForceRows::local(model, &pushed)) }
+                Self { by_polarity: rows(model, &form, kind), by_field: Some(rows(model, &pushed, kind)) }
             }
             ElasticForce::Energy => {
                 let data = move |s: &FacePoint| model.polarity.data(s, t);
@@ -205,23 +161,20 @@ impl ForceTangent {
                 let shift = power::natural_traction_tangent(velocity, p, m.coherence, open, dirichlet);
                 form = form + b * power.by_polarity() - b * shift;
                 let pushed = pushed + b * power.by_field();
-                Self { by_polarity: ForceRows::wide(model, &form), by_field: Some(ForceRows::wide(model, &pushed)) }
+                Self { by_polarity: rows(model, &form, kind), by_field: Some(rows(model, &pushed, kind)) }
             }
         }
     }
 }
 
-impl ForceRows {
-    fn local(model: &Incompressible, form: &Bilinear<Vector, Vector>) -> Self {
-        let (trial, test) = (&*model.polarity.space, &*model.momentum.velocity);
-        Self { own: model.loops.cell_blocks(form, trial, test), off: Vec::new() }
+/// The rows of a force: those of the energy-consistent one see the neighbours of their cell.
+fn rows(model: &Incompressible, form: &Bilinear<Vector, Vector>, kind: ElasticForce) -> Rows {
+    let (trial, test) = (&*model.polarity.space, &*model.momentum.velocity);
+    let size = (test.cell_dof_count(), trial.cell_dof_count());
+    let mut out = Rows::zero(model.polarity.neighbours(), size, kind == ElasticForce::Energy);
+    match kind {
+        ElasticForce::Stress => model.loops.add_cell_blocks(form, trial, test, &mut out.own),
+        ElasticForce::Energy => model.loops.add_rows(form, (trial, test), &mut out.own, &mut out.off),
     }
-
-    fn wide(model: &Incompressible, form: &Bilinear<Vector, Vector>) -> Self {
-        let (trial, test) = (&*model.polarity.space, &*model.momentum.velocity);
-        let size = model.loops.mesh.cells.len() * trial.cell_dof_count() * test.cell_dof_count();
-        let (mut own, mut off) = (vec![0.0; size], vec![0.0; 3 * size]);
-        model.loops.add_rows(form, (trial, test), &mut own, &mut off);
-        Self { own, off }
-    }
+    out
 }

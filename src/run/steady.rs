@@ -136,8 +136,6 @@ fn report_of(step: &PseudoStep) -> StepReport {
         rate: f64::INFINITY,
         converged: true,
         rejected: step.rejected,
-        theta: 0.0,
-        limited: 0,
     }
 }
 

@@ -144,6 +144,18 @@ impl VectorBlocks {
         }
     }
 
+    /// Adds blocks `n × n` per cell that act on both components alike.
+    pub fn add_alike(&mut self, diagonal: &[f64]) {
+        let (n, size) = (self.n, self.n * self.n);
+        self.diagonal.par_chunks_mut(4 * size).zip(diagonal.par_chunks(size)).for_each(|(block, alike)| {
+            for (k, a) in alike.iter().enumerate() {
+                let at = k / n * 2 * n + k % n;
+                block[at] += a;
+                block[at + n * (2 * n + 1)] += a;
+            }
+        });
+    }
+
     /// `A x`.
     pub fn times(&self, x: &[f64], y: &mut [f64]) {
         let (n, size) = (self.n, self.n * self.n);

@@ -67,6 +67,16 @@ impl Rows {
     }
 }
 
+/// `y = B x` with a block `n × n` per cell, row-major, that acts alike on each of so many components.
+pub fn times_each(blocks: &[f64], n: usize, components: usize, x: &[f64]) -> Vec<f64> {
+    let mut y = vec![0.0; x.len()];
+    y.par_chunks_mut(n).zip(x.par_chunks(n)).enumerate().for_each(|(k, (y, x))| {
+        let cell = k / components;
+        add_product(&blocks[cell * n * n..(cell + 1) * n * n], x, y);
+    });
+    y
+}
+
 /// `y += A x`, A row-major.
 pub fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
     for (row, y) in a.chunks_exact(x.len()).zip(y) {

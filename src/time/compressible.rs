@@ -160,8 +160,7 @@ impl Sheet for Compressible {
     }
 
     fn density_rate(&self, state: &State, t: f64) -> Result<Vec<f64>, ExpressionError> {
-        let transport = self.transport(state.volume(), &state.v, &Compressible::inputs(self, t)?);
-        Ok(self.density.mass_solve(&transport).into_iter().map(|r| -r).collect())
+        Ok(Compressible::density_rate(self, state, t)?.values)
     }
 
     fn stiffness(&self, state: &State) -> f64 {
@@ -254,7 +253,7 @@ impl Tangent for compressible::Tangent<'_> {
     }
 
     fn elements(&self) -> Box<dyn Elements + '_> {
-        Box::new(compressible::Blocks(self))
+        Box::new(self)
     }
 
     fn factors_are_exact(&self) -> bool {

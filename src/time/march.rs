@@ -51,10 +51,6 @@ pub struct StepReport {
     pub converged: bool,
     /// Halvings before this step was accepted.
     pub rejected: usize,
-    /// θ of the density's formula, 0 for the implicit BDF.
-    pub theta: f64,
-    /// Cells whose density was limited.
-    pub limited: usize,
 }
 
 /// Why the march cannot go on; the last good state is kept.
@@ -389,14 +385,13 @@ impl<'m> March<'m> {
         rejected: usize,
         density: Option<&DensityStep>,
     ) -> StepReport {
-        let theta = density.map_or(0.0, |step| step.formula.theta);
+        let implicit = density.is_some_and(|step| step.formula.theta == 0.0);
         let gained = self.gained_after(density, t - self.t, outcome.settled.gain);
         self.gained.insert(0, gained);
         self.gain = outcome.settled.gain;
         self.limited = outcome.settled.limited;
         self.counts.limited += self.limited;
-        self.counts.density_implicit +=
-            usize::from(density.is_some() && theta == 0.0 && !self.settings.density_implicit);
+        self.counts.density_implicit += usize::from(implicit && !self.settings.density_implicit);
         self.counts.steps += 1;
         self.counts.nonlinear_iterations += outcome.iterations;
         self.counts.polarity_linear_iterations += outcome.linear_iterations;
@@ -411,8 +406,6 @@ impl<'m> March<'m> {
             rate: outcome.rate,
             converged: outcome.converged,
             rejected,
-            theta,
-            limited: self.limited,
         };
         self.t = t;
         self.state = outcome.settled.state;

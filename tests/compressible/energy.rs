@@ -88,7 +88,7 @@ fn the_rate_of_the_energy_is_its_derivative_along_the_rates() {
             smooth(&model).iter().zip(random(model.carried_len(), 2)).map(|(y, r)| y + 0.05 * r).collect();
         let state = Sheet::state_of(&model, &y, 0.0).unwrap();
         let rate_of_p = random(state.p.values.len(), 3);
-        let rate = model.joined(&model.density_rate(&state, 0.0).unwrap(), &rate_of_p);
+        let rate = model.joined(&model.density_rate(&state, 0.0).unwrap().values, &rate_of_p);
         let energy = |s: f64| {
             let moved: Vec<f64> = y.iter().zip(&rate).map(|(y, r)| y + s * r).collect();
             let moved = model.with_carried(&state, &moved).unwrap();

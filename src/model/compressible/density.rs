@@ -9,7 +9,7 @@ use crate::model::limiter::{Limited, Limiter};
 use crate::model::polarity::invert_blocks;
 use crate::solve::blocks::Neighbours;
 use crate::solve::krylov::gmres;
-use crate::solve::rows::{Rows, add_product};
+use crate::solve::rows::{Rows, add_product, times_each};
 use crate::solve::{SolveError, axpy, dot, norm};
 use crate::space::{Field, Space};
 
@@ -65,21 +65,12 @@ impl Density {
 
     /// `M x`
     pub fn mass_times(&self, x: &[f64]) -> Vec<f64> {
-        self.each_block(&self.mass, x)
+        times_each(&self.mass, self.space.n, 1, x)
     }
 
     /// `M⁻¹ f`
     pub fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
-        self.each_block(&self.mass_inverse, f)
-    }
-
-    fn each_block(&self, blocks: &[f64], x: &[f64]) -> Vec<f64> {
-        let n = self.space.n;
-        let mut out = vec![0.0; x.len()];
-        for ((block, x), out) in blocks.chunks_exact(n * n).zip(x.chunks_exact(n)).zip(out.chunks_exact_mut(n)) {
-            add_product(block, x, out);
-        }
-        out
+        times_each(&self.mass_inverse, self.space.n, 1, f)
     }
 
     /// `∫ρ`

@@ -12,10 +12,10 @@ mod tangent;
 mod viscous;
 mod worth;
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 pub use density::Density;
-pub use tangent::{Blocks, Squeezed, Tangent};
+pub use tangent::{Squeezed, Tangent};
 pub use viscous::Viscous;
 
 use super::boundary::VelocityCondition;
@@ -23,7 +23,7 @@ use super::expression::ExpressionError;
 use super::formulas::{check_formulas, check_inflow};
 use super::frames::{Frames, WallPoints};
 use super::incompressible::{Description, Inputs};
-use super::lagged::{Layout, Structure};
+use super::lagged::{Found, Layout, Structure};
 use super::limiter::NegativeMean;
 use super::momentum::{MomentumError, SlipTreatment, outer_force, tagged};
 use super::parameters::DensityLaw;
@@ -45,8 +45,6 @@ pub const VACUUM: f64 = 1e-12;
 #[derive(Debug)]
 pub struct Compressible {
     pub parameters: Parameters,
-    /// `c_0`, `γ`, `ρ_min`, `S_a'`
-    pub law: DensityLaw,
     pub conditions: Vec<Conditions>,
     pub sources: Sources,
     pub loops: Integrator,
@@ -61,7 +59,7 @@ pub struct Compressible {
     /// `|Ω|`
     pub area: f64,
     flow_structure: Structure,
-    structure: OnceLock<Structure>,
+    structure: Found,
 }
 
 /// Why there is no flow for a density and a polarity.
@@ -102,7 +100,7 @@ impl Compressible {
     ) -> Result<Self, MomentumError> {
         let spaces = [&self.velocity, &self.density.space, &self.polarity.space];
         let other = Self::assemble(self.loops.clone(), spaces, parameters, conditions, sources, self.slip)?;
-        if let (Some(known), true) = (self.structure.get(), conditions == self.conditions) {
+        if let (Some(known), true) = (self.structure.known(), conditions == self.conditions) {
             other.know_structure(known.clone());
         }
         Ok(other)
@@ -116,6 +114,7 @@ impl Compressible {
         sources: &Sources,
         slip: SlipTreatment,
     ) -> Result<Self, MomentumError> {
+        assert!(parameters.density.is_some(), "a compressible sheet has a density");
         let frames = Frames::new(velocity, conditions, slip.points());
         if parameters.friction == 0.0
             && !Frames::new(velocity, conditions, WallPoints::Nodes).hold_rigid_motions(velocity)
@@ -132,7 +131,6 @@ impl Compressible {
         let flow_structure = Structure::new("momentum", &flow_layout(velocity, &frames, &polarity))?;
         Ok(Self {
             parameters: *parameters,
-            law: parameters.density.expect("a compressible sheet has a density"),
             conditions: conditions.to_vec(),
             sources: sources.clone(),
             area: loops.mesh.area(),
@@ -145,7 +143,7 @@ impl Compressible {
             density,
             polarity,
             flow_structure,
-            structure: OnceLock::new(),
+            structure: Found::default(),
         })
     }
 
@@ -171,16 +169,12 @@ impl Compressible {
     /// # Errors
     /// As [`Structure::new`].
     pub fn structure(&self) -> Result<&Structure, SolveError> {
-        if self.structure.get().is_none() {
-            self.know_structure(Structure::new("coupled", &self.layout())?);
-        }
-        Ok(self.structure.get().expect("just found"))
+        self.structure.of(&self.layout())
     }
 
     /// Keeps a structure that was found from the same layout; a later one changes nothing.
     pub fn know_structure(&self, structure: Structure) {
-        // whoever was first has found the same
-        let _ = self.structure.set(structure);
+        self.structure.know(structure);
     }
 
     /// Whether no mass can leave or enter.
@@ -231,9 +225,14 @@ impl Compressible {
         Ok(Inputs { t, force, source, density, prescribed })
     }
 
+    /// `c_0`, `γ`, `ρ_min`, `S_a'`
+    pub fn law(&self) -> DensityLaw {
+        self.parameters.density.expect("a compressible sheet has a density")
+    }
+
     /// The isotropic stress of the sheet.
     pub fn compression(&self) -> Compression {
-        let DensityLaw { penalty, exponent, critical, active_stress_iso } = self.law;
+        let DensityLaw { penalty, exponent, critical, active_stress_iso } = self.law();
         Compression { penalty, exponent, elasticity: self.parameters.elasticity, critical, active: active_stress_iso }
     }
 

@@ -19,7 +19,7 @@ impl Compressible {
     /// `∫ [ρ|p|² − (ρ − ρ_min)] p·q + κ² [a_swip(p,q;ρ) − l_swip(q;ρ)] = (1/B)(L_h|q)` as a functional   [7.34]
     pub fn molecular_functional(&self, rho: &Field, p: &Field, t: f64) -> Vec<f64> {
         let space = &*self.polarity.space;
-        let mut out = self.loops.vector(&elastic::double_well(space, p, Weight::Of(rho), self.law.critical), space);
+        let mut out = self.loops.vector(&elastic::double_well(space, p, Weight::Of(rho), self.law().critical), space);
         axpy(self.parameters.coherence.powi(2), &self.diffusion(rho, p, t), &mut out);
         out
     }
@@ -62,31 +62,14 @@ impl Compressible {
         self.loops.vector(&(self.parameters.peclet * load), &r.space)
     }
 
-    /// `w Pe (ρp|q) + Pe a_upw(p,q;ρv) − Pe [ω(p,ρq,v) + a δ(p,ρq,v)] + κ² a_swip(p,q;ρ)`, trial p, and `([…]p|q)` with what `well`
-    /// gives   [7.34]
-    pub(super) fn operator(
-        &self,
-        rho: &Field,
-        v: &Field,
-        w: f64,
-        well: impl Fn(f64, crate::mesh::Point) -> f64 + Sync,
-        last: &Field,
-    ) -> VectorBlocks {
-        let m = &self.parameters;
-        let (space, weight) = (&*self.polarity.space, Weight::Of(rho));
-        let carrier = self.carrier(v, rho);
-        let frozen = mass::weighted_mass(space, 2 * last.space.degree + rho.space.degree, |x| {
-            let density = rho.scalar(&x.site);
-            m.peclet * w * (density + VACUUM) + well(density, last.vector(&x.site))
-        });
-        let alike = m.peclet * upwind::a_upw(space, carrier, self.polarity.dirichlet)
-            + m.coherence.powi(2) * swip::a_swip(space, self.polarity.dirichlet, weight)
-            + frozen;
-        let mut out = self.polarity.empty_operator();
-        self.add_alike(&alike, &mut out);
-        let turning = -m.peclet * forms::objective(space, v, m.slip, weight);
+    /// Adds `w Pe (ρp|q) + Pe a_upw(p,q;ρv) − Pe [ω(p,ρq,v) + a δ(p,ρq,v)]`, trial p   [7.34]
+    pub(super) fn add_carried(&self, rho: &Field, v: &Field, w: f64, out: &mut VectorBlocks) {
+        let (space, pe) = (&*self.polarity.space, self.parameters.peclet);
+        let inertia = mass::weighted_mass(space, rho.space.degree, |x| w * (rho.scalar(&x.site) + VACUUM));
+        let advection = upwind::a_upw(space, self.carrier(v, rho), self.polarity.dirichlet);
+        self.add_alike(&(pe * (inertia + advection)), out);
+        let turning = -pe * forms::objective(space, v, self.parameters.slip, Weight::Of(rho));
         self.loops.add_cell_blocks(&turning, space, space, &mut out.diagonal);
-        out
     }
 
     /// The linear equation of the polarity in one pass   [8.38]: `|p|²` and the `−ρp` term are those of `last`.
@@ -98,15 +81,23 @@ impl Compressible {
         last: &Field,
         inputs: &Inputs,
     ) -> (VectorBlocks, Vec<f64>) {
-        let critical = self.law.critical;
-        let operator = self.operator(rho, v, w, |density, p| density * p.norm_squared() + critical, last);
+        let (space, critical) = (&*self.polarity.space, self.law().critical);
+        let degree = 2 * last.space.degree + rho.space.degree;
+        let frozen = mass::weighted_mass(space, degree, |x| {
+            rho.scalar(&x.site) * last.vector(&x.site).norm_squared() + critical
+        });
+        let kappa2 = self.parameters.coherence.powi(2);
+        let diffusion = kappa2 * swip::a_swip(space, self.polarity.dirichlet, Weight::Of(rho));
+        let mut operator = self.polarity.empty_operator();
+        self.add_alike(&(frozen + diffusion), &mut operator);
+        self.add_carried(rho, v, w, &mut operator);
         // what is left of the residual without polarity: inflow, boundary data and sources
         let none = Field::zero(&self.polarity.space);
         let well = self.molecular_functional(rho, &none, inputs.t);
         let mut right: Vec<f64> = self.polarity_residual(rho, &none, v, &well, inputs).iter().map(|r| -r).collect();
         axpy(-1.0, &self.inertia(rho, history), &mut right);
-        let (space, degree) = (&self.polarity.space, rho.space.degree + last.space.degree);
-        let pushed = mass::load(space, degree, |x| last.vector(&x.site) * rho.scalar(&x.site));
+        let pushed =
+            mass::load(space, rho.space.degree + last.space.degree, |x| last.vector(&x.site) * rho.scalar(&x.site));
         axpy(1.0, &self.loops.vector(&pushed, space), &mut right);
         (operator, right)
     }
@@ -118,15 +109,8 @@ impl Compressible {
         out: &mut VectorBlocks,
     ) {
         let space = &*self.polarity.space;
-        let n = space.n;
         let mut diagonal = vec![0.0; out.diagonal.len() / 4];
         self.loops.add_rows(form, (space, space), &mut diagonal, &mut out.off);
-        for (block, alike) in out.diagonal.chunks_exact_mut(4 * n * n).zip(diagonal.chunks_exact(n * n)) {
-            for (k, a) in alike.iter().enumerate() {
-                let (i, j) = (k / n, k % n);
-                block[i * 2 * n + j] += a;
-                block[(n + i) * 2 * n + n + j] += a;
-            }
-        }
+        out.add_alike(&diagonal);
     }
 }

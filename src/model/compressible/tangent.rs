@@ -10,13 +10,13 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::viscous::{Viscous, add_velocity_block};
-use super::{Compressible, VACUUM};
+use super::Compressible;
+use super::viscous::Viscous;
 use crate::form::density::Density as Weight;
 use crate::form::words::{Scalar, Vector};
 use crate::form::{Bilinear, FacePoint, elastic, mass, polarity as forms, stokes, swip, transport, upwind};
 use crate::model::incompressible::Inputs;
-use crate::model::lagged::Elements;
+use crate::model::lagged::{Elements, add_velocity_block};
 use crate::model::limiter::Limited;
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::FORMULA_DEGREE;
@@ -69,7 +69,7 @@ impl<'m> Tangent<'m> {
         w: [f64; 2],
         inputs: &Inputs,
     ) -> Self {
-        let (loops, m, law) = (&model.loops, &model.parameters, &model.law);
+        let (loops, m, law) = (&model.loops, &model.parameters, &model.law());
         let (velocity, density_space, space) = (&*model.velocity, &*model.density.space, &*model.polarity.space);
         let (rho, p, v, t) = (state.volume(), &state.p, &state.v, inputs.t);
         let (pe, a, kappa2, weight) = (m.peclet, m.slip, m.coherence.powi(2), Weight::Of(rho));
@@ -110,10 +110,7 @@ impl<'m> Tangent<'m> {
         let relaxation = elastic::double_well_tangent(space, p, weight, law.critical);
         loops.add_cell_blocks(&relaxation, space, space, &mut well.diagonal);
         let mut operator = well.clone();
-        let inertia = mass::weighted_mass(space, density_space.degree, |x| pe * w[1] * (rho.scalar(&x.site) + VACUUM));
-        model.add_alike(&(pe * upwind::a_upw(space, carrier, dirichlet) + inertia), &mut operator);
-        let turning = -pe * forms::objective(space, v, a, weight);
-        loops.add_cell_blocks(&turning, space, space, &mut operator.diagonal);
+        model.add_carried(rho, v, w[1], &mut operator);
 
         let (by_rho, by_p, by_l) = forces(model, state, at.molecular.as_ref());
         let mut force_by_density = rows((sizes[2], sizes[0]), false);
@@ -203,17 +200,7 @@ fn forces<'a>(model: &Compressible, state: &'a State, l: Option<&'a Field>) -> F
     (by_rho, by_p, Some(-forms::force_by_field(velocity, p, b, b * m.slip, Weight::One)))
 }
 
-/// The elements of a derivative.
-#[derive(Debug)]
-pub struct Blocks<'t>(pub &'t Tangent<'t>);
-
-impl Elements for Blocks<'_> {
-    fn fill(&self, cell: usize, out: &mut Element) {
-        self.0.fill(cell, out);
-    }
-}
-
-impl Tangent<'_> {
+impl Elements for Tangent<'_> {
     /// Rows: the free velocities, density and polarity of a cell; columns: those, and density and polarity of the neighbours.
     fn fill(&self, cell: usize, out: &mut Element) {
         let model = self.model;

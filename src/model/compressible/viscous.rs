@@ -2,7 +2,7 @@
 
 use crate::form::{mass, stokes};
 use crate::model::compressible::Compressible;
-use crate::model::lagged::{Elements, Lagged, Layout};
+use crate::model::lagged::{Elements, Lagged, Layout, add_velocity_block};
 use crate::model::momentum::{MomentumError, SlipTreatment};
 use crate::solve::rows::Rows;
 use crate::solve::symbolic::Element;
@@ -30,19 +30,6 @@ impl Elements for Free<'_> {
         out.values.clear();
         out.values.resize(out.rows.len() * columns, 0.0);
         add_velocity_block(self.blocks.own_of(e), &places, columns, &mut out.values);
-    }
-}
-
-/// Adds a block of velocity dofs to an element, in terms of the free unknowns.
-pub(super) fn add_velocity_block(block: &[f64], places: &[Vec<(usize, f64)>], columns: usize, values: &mut [f64]) {
-    for (row, block) in places.iter().zip(block.chunks_exact(places.len())) {
-        for (column, k) in places.iter().zip(block) {
-            for (r, a) in row {
-                for (c, b) in column {
-                    values[r * columns + c] += a * k * b;
-                }
-            }
-        }
     }
 }
 

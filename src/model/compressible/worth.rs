@@ -3,45 +3,53 @@
 use std::sync::Arc;
 
 use super::Compressible;
+use crate::form::FacePoint;
 use crate::form::compression::Compression;
-use crate::form::{FacePoint, elastic};
+use crate::form::elastic::PolarEnergy;
+use crate::mesh::Point;
+use crate::model::expression::ExpressionError;
 use crate::model::polarity::FORMULA_DEGREE;
 use crate::model::state::State;
 use crate::solve::dot;
 use crate::space::{Continuity, Field, Space};
 
 impl Compressible {
+    /// The polarity's part of the free energy at time `t`.
+    fn polar_energy<'a>(&'a self, p: &'a Field, t: f64) -> PolarEnergy<'a, impl Fn(&FacePoint) -> Point + Sync> {
+        PolarEnergy {
+            loops: &self.loops,
+            p,
+            kappa: self.parameters.coherence,
+            dirichlet: self.polarity.dirichlet,
+            degree: FORMULA_DEGREE,
+            data: move |s: &FacePoint| self.polarity.data(s, t),
+        }
+    }
+
     /// `F_h`   [5.39]
     pub fn free_energy(&self, state: &State, t: f64) -> f64 {
-        let data = |s: &FacePoint| self.polarity.data(s, t);
-        let (rho, p) = (state.volume(), &state.p);
-        let (kappa, dirichlet) = (self.parameters.coherence, self.polarity.dirichlet);
-        elastic::energy_of(&self.loops, (rho, p), &self.compression(), kappa, dirichlet, FORMULA_DEGREE, data)
+        self.polar_energy(&state.p, t).with(state.volume(), &self.compression())
     }
 
     /// `dF_h/dt` for the given rate of the polarity, and that of the density that the transport gives.
     pub fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64 {
-        let (rho, p, b) = (state.volume(), &state.p, self.parameters.elasticity);
-        let by_polarity = match b {
+        let (rho, p) = (state.volume(), &state.p);
+        let by_polarity = match self.parameters.elasticity {
             0.0 => 0.0,
             b => b * dot(&self.molecular_functional(rho, p, t), rate_of_p),
         };
-        let Ok(inputs) = self.inputs(t) else { return f64::NAN };
-        let rate = self.density.mass_solve(&self.transport(rho, &state.v, &inputs));
-        let rate = Field::new(&self.density.space, rate.into_iter().map(|r| -r).collect());
-        let data = |s: &FacePoint| self.polarity.data(s, t);
-        let (kappa, dirichlet) = (self.parameters.coherence, self.polarity.dirichlet);
-        by_polarity
-            + elastic::energy_along_density(
-                &self.loops,
-                (rho, p),
-                &rate,
-                &self.compression(),
-                kappa,
-                dirichlet,
-                FORMULA_DEGREE,
-                data,
-            )
+        let Ok(rate) = self.density_rate(state, t) else { return f64::NAN };
+        by_polarity + self.polar_energy(p, t).along(rho, &rate, &self.compression())
+    }
+
+    /// `∂_t ρ` that follows from the flow.
+    ///
+    /// # Errors
+    /// A formula that is not finite.
+    pub fn density_rate(&self, state: &State, t: f64) -> Result<Field, ExpressionError> {
+        let transport = self.transport(state.volume(), &state.v, &self.inputs(t)?);
+        let values = self.density.mass_solve(&transport).into_iter().map(|r| -r).collect();
+        Ok(Field::new(&self.density.space, values))
     }
 
     /// A bound on `−λ` of the density's equation, per time: transport through a cell, and the relaxation of a squeezed cell,

@@ -147,7 +147,11 @@ fn the_molecular_field_is_the_derivative_of_the_energy() {
     let kappa = 0.3;
     for s in Sheet::all() {
         for c in compressions() {
-            let energy = |p: &Field| elastic::energy_of(&s.loops, (&s.rho, p), &c, kappa, s.part, DATA_DEGREE, data);
+            let energy = |p: &Field| {
+                let polar =
+                    elastic::PolarEnergy { loops: &s.loops, p, kappa, dirichlet: s.part, degree: DATA_DEGREE, data };
+                polar.with(&s.rho, &c)
+            };
             let well = elastic::double_well(&s.p.space, &s.p, Density::Of(&s.rho), c.critical);
             let mut l = s.vector(well, &s.p.space);
             l.iter_mut().zip(s.diffusion(&s.p, &s.rho)).for_each(|(l, d)| *l += kappa * kappa * d);
