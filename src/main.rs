@@ -1,5 +1,9 @@
 //! The program `monolayer`: arguments and printing.
 
+mod command {
+    pub mod map;
+}
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -90,6 +94,8 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Draw pictures of the fields that runs have left in their folders; solve nothing.
+    Map(command::map::MapArgs),
     /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
     Mesh {
         /// A scene (.toml) or a Gmsh 4.1 file (.msh).
@@ -153,6 +159,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
         Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
+        Command::Map(args) => command::map::run(args, cli.quiet).map(|()| ExitCode::SUCCESS),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }

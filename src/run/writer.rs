@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::maps::{self, Draft};
 use super::measures::{Readings, columns};
 use super::{RunError, Setup};
 use crate::element::basis;
@@ -13,7 +14,7 @@ use crate::output::history::History;
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::output::{OutputError, number, write_whole};
-use crate::scene::{AxisLine, Cut, Field, Scene, What};
+use crate::scene::{AxisLine, Cut, Field, MapRequest, Scene, What};
 use crate::space;
 use crate::time::{March, Schedule, StepReport};
 
@@ -38,12 +39,16 @@ pub struct Writer {
     stream: Option<StreamFunction>,
     fields: Vec<(Vec<Field>, Schedule)>,
     cuts: Vec<(Vec<Section>, Schedule)>,
+    maps: Vec<(Vec<MapRequest>, Schedule)>,
     checkpoints: Vec<Schedule>,
     schedules: Vec<Schedule>,
     /// `T_a/C_F`, the speed of the tissue's frame.
     frame_speed: f64,
     /// Step and fields of the last file, so that the last state is not written twice.
     last_fields: Option<(usize, Vec<Field>)>,
+    /// Step and names of the last pictures, for the same reason.
+    last_maps: (usize, Vec<String>),
+    caption: maps::Caption,
 }
 
 impl Writer {
@@ -62,15 +67,22 @@ impl Writer {
             stream: None,
             fields: Vec::new(),
             cuts: Vec::new(),
+            maps: Vec::new(),
             checkpoints: Vec::new(),
             schedules: scene.outputs.iter().map(|o| o.schedule).collect(),
             frame_speed: scene.parameters.traction / scene.parameters.friction,
             last_fields: None,
+            last_maps: (0, Vec::new()),
+            caption: maps::Caption::of(scene),
         };
-        for output in &scene.outputs {
+        for (at, output) in scene.outputs.iter().enumerate() {
             match &output.what {
                 What::Measures(_) => {}
                 What::Checkpoint => writer.checkpoints.push(output.schedule),
+                What::Maps(requests) => {
+                    maps::check_windows(requests, &format!("output.{at}.maps"), scene, setup)?;
+                    writer.maps.push((requests.clone(), output.schedule));
+                }
                 What::Fields(fields) => writer.fields.push((fields.clone(), output.schedule)),
                 What::Cuts(cuts) => {
                     let sections =
@@ -79,7 +91,8 @@ impl Writer {
                 }
             }
         }
-        if writer.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
+        let streamlines = writer.maps.iter().flat_map(|(requests, _)| requests).any(|request| request.streamlines);
+        if streamlines || writer.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
             writer.stream = Some(StreamFunction::new(setup.model.loops(), setup.model.velocity())?);
         }
         if !writer.fields.is_empty() {
@@ -87,6 +100,9 @@ impl Writer {
         }
         if !writer.cuts.is_empty() {
             make_folder(&out.join("cuts"))?;
+        }
+        if !writer.maps.is_empty() {
+            make_folder(&out.join("plots"))?;
         }
         Ok(writer)
     }
@@ -126,6 +142,9 @@ impl Writer {
         if !fields.is_empty() {
             self.write_fields(march, setup, &fields)?;
         }
+        let maps: Vec<MapRequest> =
+            self.maps.iter().filter(|(_, s)| due(s)).flat_map(|(m, _)| m.iter().cloned()).collect();
+        self.draw_maps(march, setup, &maps)?;
         if before.is_some() {
             for (sections, schedule) in &self.cuts {
                 if due(schedule) {
@@ -160,6 +179,8 @@ impl Writer {
         for (sections, _) in &self.cuts {
             self.write_cuts(march, sections, None)?;
         }
+        let maps: Vec<MapRequest> = self.maps.iter().flat_map(|(m, _)| m.iter().cloned()).collect();
+        self.draw_maps(march, setup, &maps)?;
         Ok(())
     }
 
@@ -255,6 +276,25 @@ impl Writer {
                 Ok(())
             })?;
         }
+        Ok(())
+    }
+
+    /// Draws what was not drawn at this step yet.
+    fn draw_maps(&mut self, march: &mut March, setup: &Setup, requests: &[MapRequest]) -> Result<(), RunError> {
+        let step = march.counts.steps;
+        if self.last_maps.0 != step {
+            self.last_maps = (step, Vec::new());
+        }
+        let folder = self.out.join("plots");
+        for request in requests.iter().filter(|request| !self.last_maps.1.contains(&request.name)) {
+            let draft = Draft { setup, state: &march.state, t: march.t, stream: self.stream.as_ref() };
+            let path = folder.join(format!("{}-{step:06}", request.name));
+            march.phases.measure("output", || {
+                let picture = draft.draw(request, &self.caption)?;
+                picture.write(&path).map_err(|error| maps::failed(&request.name, error))
+            })?;
+        }
+        self.last_maps.1.extend(requests.iter().map(|request| request.name.clone()));
         Ok(())
     }
 

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, de};
 
+use super::maps::{MapRequest, MapTable};
 use crate::mesh::Point;
 use crate::time::Schedule;
 
@@ -154,6 +155,7 @@ pub enum What {
     Fields(Vec<Field>),
     Measures(Vec<Measure>),
     Cuts(Vec<Cut>),
+    Maps(Vec<MapRequest>),
     Checkpoint,
 }
 
@@ -164,7 +166,7 @@ pub struct Output {
     pub schedule: Schedule,
 }
 
-/// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `checkpoint`.
+/// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `maps`, `checkpoint`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutputTable {
@@ -174,6 +176,8 @@ pub struct OutputTable {
     pub measures: Option<Vec<Measure>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cuts: Option<Vec<CutTable>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub maps: Option<Vec<MapTable>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<bool>,
     /// Absent: only at the end.

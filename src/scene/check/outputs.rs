@@ -15,6 +15,7 @@ impl Checker<'_> {
         let outputs: Vec<Output> =
             numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, p)).collect::<Result<_, _>>()?;
         self.one_name_each(&outputs)?;
+        self.one_picture_each(&outputs)?;
         Ok(outputs)
     }
 
@@ -24,7 +25,7 @@ impl Checker<'_> {
         for (at, output) in outputs.iter().enumerate() {
             let cuts = match &output.what {
                 What::Cuts(cuts) => cuts.as_slice(),
-                What::Fields(_) | What::Measures(_) | What::Checkpoint => &[],
+                What::Fields(_) | What::Measures(_) | What::Maps(_) | What::Checkpoint => &[],
             };
             for cut in cuts {
                 let name = match cut {
@@ -40,19 +41,21 @@ impl Checker<'_> {
     }
 
     fn output(&self, key: &str, table: &OutputTable, p: &Parameters) -> Result<Output, SceneError> {
-        let one = "exactly one of `fields`, `measures`, `cuts` and `checkpoint = true` is needed";
+        let one = "exactly one of `fields`, `measures`, `cuts`, `maps` and `checkpoint = true` is needed";
         let split = "write one [[output]] for each";
-        let what = match (&table.fields, &table.measures, &table.cuts, table.checkpoint) {
-            (Some(fields), None, None, None) => What::Fields(self.fields(key, fields, p)?),
-            (None, Some(measures), None, None) => What::Measures(self.measures(key, measures, p)?),
-            (None, None, Some(cuts), None) => What::Cuts(self.cuts(key, cuts)?),
-            (None, None, None, Some(true)) => What::Checkpoint,
-            (_, _, _, _) => return Err(self.error(key, "(a table)", one, split)),
+        let what = match (&table.fields, &table.measures, &table.cuts, &table.maps, table.checkpoint) {
+            (Some(fields), None, None, None, None) => What::Fields(self.fields(key, fields, p)?),
+            (None, Some(measures), None, None, None) => What::Measures(self.measures(key, measures, p)?),
+            (None, None, Some(cuts), None, None) => What::Cuts(self.cuts(key, cuts)?),
+            (None, None, None, Some(maps), None) => What::Maps(self.maps(key, maps, p)?),
+            (None, None, None, None, Some(true)) => What::Checkpoint,
+            (_, _, _, _, _) => return Err(self.error(key, "(a table)", one, split)),
         };
         let empty = match &what {
             What::Fields(list) => list.is_empty().then_some("fields"),
             What::Measures(list) => list.is_empty().then_some("measures"),
             What::Cuts(list) => list.is_empty().then_some("cuts"),
+            What::Maps(list) => list.is_empty().then_some("maps"),
             What::Checkpoint => None,
         };
         if let Some(list) = empty {
@@ -108,10 +111,7 @@ impl Checker<'_> {
 
     fn line(&self, key: &str, line: &LineTable) -> Result<Cut, SceneError> {
         let key = |name: &str| format!("{key}.{name}");
-        let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_');
-        let named = !line.name.is_empty() && line.name.chars().all(plain);
-        let rule = "must be a file name of letters, digits, `-`, `_`";
-        self.require(named, &key("name"), format!("\"{}\"", line.name), rule, "such as \"wake\"")?;
+        self.file_name(&key("name"), &line.name, "such as \"wake\"")?;
         let (from, to) = (Point::from(line.from), Point::from(line.to));
         let length = (to - from).norm();
         let apart = length.is_finite() && length > 0.0;
@@ -119,6 +119,14 @@ impl Checker<'_> {
         self.require(apart, &key("to"), shown, "must be finite and differ from `from`", "give two points")?;
         self.require(line.points >= 2, &key("points"), line.points, "must be at least 2", "200 is usual")?;
         Ok(Cut::Line { name: line.name.clone(), from, to, points: line.points })
+    }
+
+    /// A name that files may have.
+    pub(super) fn file_name(&self, key: &str, name: &str, hint: &str) -> Result<(), SceneError> {
+        let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_');
+        let holds = !name.is_empty() && name.chars().all(plain);
+        let rule = "must be a file name of letters, digits, `-`, `_`";
+        self.require(holds, key, format!("\"{name}\""), rule, hint)
     }
 
     fn schedule(&self, key: &str, every: Option<&EveryTable>) -> Result<Schedule, SceneError> {
