@@ -6,7 +6,7 @@ use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::mesh::Point;
 use crate::model::{ModelKind, Parameters};
 use crate::scene::error::SceneError;
-use crate::scene::output::{Cut, CutTable, EveryTable, Field, LineTable, Measure, Output, OutputTable, What};
+use crate::scene::output::{Cut, CutTable, EveryTable, Field, Measure, Output, OutputTable, SectionTable, What};
 use crate::time::Schedule;
 
 impl Checker<'_> {
@@ -28,10 +28,7 @@ impl Checker<'_> {
                 What::Fields(_) | What::Measures(_) | What::Maps(_) | What::Checkpoint => &[],
             };
             for cut in cuts {
-                let name = match cut {
-                    Cut::Axis(axis) => axis.name(),
-                    Cut::Line { name, .. } => name,
-                };
+                let name = cut.name();
                 let hint = "give every cut a name of its own";
                 let rule = "two cuts have this name, and would write the same file";
                 self.require(names.insert(name), &format!("output.{at}.cuts"), format!("\"{name}\""), rule, hint)?;
@@ -78,7 +75,8 @@ impl Checker<'_> {
                     (p.friction > 0.0, "v − (T_a/C_F) e_1 needs friction > 0", "remove it, or use velocity")
                 }
                 Field::Density => (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY, WRONG_KIND),
-                Field::Velocity | Field::Pressure | Field::Polarity | Field::StreamFunction => (true, "", ""),
+                Field::Velocity | Field::Pressure | Field::Polarity | Field::PolarityLaplacian => (true, "", ""),
+                Field::StreamFunction => (true, "", ""),
             };
             self.require(holds, key, format!("\"{}\"", field.name()), rule, hint)?;
         }
@@ -104,21 +102,48 @@ impl Checker<'_> {
         numbered
             .map(|(at, cut)| match cut {
                 CutTable::Axis(axis) => Ok(Cut::Axis(*axis)),
-                CutTable::Line(line) => self.line(&format!("{key}.cuts.{at}"), line),
+                CutTable::Section(section) if section.is_circle() => self.circle(&format!("{key}.cuts.{at}"), section),
+                CutTable::Section(section) => self.line(&format!("{key}.cuts.{at}"), section),
             })
             .collect()
     }
 
-    fn line(&self, key: &str, line: &LineTable) -> Result<Cut, SceneError> {
-        let key = |name: &str| format!("{key}.{name}");
+    fn line(&self, table: &str, line: &SectionTable) -> Result<Cut, SceneError> {
+        let key = |name: &str| format!("{table}.{name}");
         self.file_name(&key("name"), &line.name, "such as \"wake\"")?;
-        let (from, to) = (Point::from(line.from), Point::from(line.to));
+        let point = |name: &str, given: Option<[f64; 2]>| {
+            given
+                .map(Point::from)
+                .ok_or_else(|| self.missing(table, name, "a line has `from` and `to`, a circle `centre` and `radius`"))
+        };
+        let (from, to) = (point("from", line.from)?, point("to", line.to)?);
         let length = (to - from).norm();
         let apart = length.is_finite() && length > 0.0;
         let shown = format!("[{}, {}]", to.x, to.y);
         self.require(apart, &key("to"), shown, "must be finite and differ from `from`", "give two points")?;
-        self.require(line.points >= 2, &key("points"), line.points, "must be at least 2", "200 is usual")?;
-        Ok(Cut::Line { name: line.name.clone(), from, to, points: line.points })
+        let points = line.points.unwrap_or_default();
+        self.require(points >= 2, &key("points"), points, "must be at least 2", "200 is usual")?;
+        Ok(Cut::Line { name: line.name.clone(), from, to, points })
+    }
+
+    fn circle(&self, table: &str, circle: &SectionTable) -> Result<Cut, SceneError> {
+        let key = |name: &str| format!("{table}.{name}");
+        self.file_name(&key("name"), &circle.name, "such as \"circle\"")?;
+        for (name, given) in [("from", circle.from), ("to", circle.to)] {
+            if let Some([x, y]) = given {
+                let hint = "remove it, or remove `centre` and `radius` to have a line";
+                return Err(self.error(&key(name), format!("[{x}, {y}]"), "a circle has no ends", hint));
+            }
+        }
+        let hint = "such as { name = \"circle\", centre = [0, 0], radius = 1.05 }";
+        let centre = circle.centre.ok_or_else(|| self.missing(table, "centre", hint))?;
+        let finite = centre.iter().all(|c| c.is_finite());
+        self.require(finite, &key("centre"), format!("[{}, {}]", centre[0], centre[1]), "must be finite", hint)?;
+        let radius = circle.radius.ok_or_else(|| self.missing(table, "radius", hint))?;
+        let radius = self.positive(&key("radius"), radius, hint)?;
+        let points = circle.points.unwrap_or_default();
+        self.require(points >= 3, &key("points"), points, "must be at least 3", "360 is usual")?;
+        Ok(Cut::Circle { name: circle.name.clone(), centre: centre.into(), radius, points })
     }
 
     /// A name that files may have.

@@ -61,7 +61,7 @@ impl<'m> Arranged<'m> {
         let [x, y] = [0, 1].map(|c| Range::exact(map.window.low()[c], map.window.high()[c]));
         // the room for the numbers at the ticks depends on their number, which depends on the height
         let height = |left: f64| ((right - left) * size.y / size.x).min(HIGHEST);
-        let ticks_of = |height: f64| y.ticks(((height / 90.0) as usize).clamp(2, 6));
+        let ticks_of = |height: f64| upright_ticks(&y, height);
         let left = SIZES.left(&ticks_of(height(110.0)), font).ceil();
         let width = (right - left).min(HIGHEST * size.x / size.y);
         let pixels = [width, width * size.y / size.x].map(|s| ((s * f64::from(PNG_SCALE)).round() as usize).max(1));
@@ -244,6 +244,13 @@ impl<'m> Arranged<'m> {
         }
         (group, y + 0.3 * NOTE)
     }
+}
+
+/// Ticks of a vertical axis: three or more, if their numbers have room.
+fn upright_ticks(range: &Range, height: f64) -> Vec<Tick> {
+    let (few, many) = (((height / 90.0) as usize).clamp(2, 6), ((height / 32.0) as usize).max(2));
+    let labelled = |ticks: &Vec<Tick>| ticks.iter().filter(|tick| tick.label.is_some()).count();
+    (few..=many).map(|most| range.ticks(most)).find(|ticks| labelled(ticks) > 2).unwrap_or_else(|| range.ticks(few))
 }
 
 fn moved(shape: Shape, by: (f64, f64)) -> Shape {
