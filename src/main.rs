@@ -1,5 +1,9 @@
 //! The program `monolayer`: arguments and printing.
 
+mod command {
+    pub mod compare;
+}
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -90,6 +94,8 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Compare measured velocities with a run.
+    Compare(command::compare::CompareArgs),
     /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
     Mesh {
         /// A scene (.toml) or a Gmsh 4.1 file (.msh).
@@ -153,6 +159,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
         Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
+        Command::Compare(args) => args.execute(cli.quiet),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }
