@@ -136,9 +136,8 @@ fn filter_of_the_means_is_the_mean_of_what_is_filtered_in_bins_and_frames() {
 fn the_variance_after_the_filter_is_that_of_the_sum() {
     // scatter of many tables against the variance that each of them tells on average
     let bins = bins([8, 6]);
-    let tables: Vec<Binned> = (0..400)
-        .map(|seed| averages(bins, &random_samples(bins, 20, 60, seed), 20).mean().filtered(1.0))
-        .collect();
+    let tables: Vec<Binned> =
+        (0..400).map(|seed| averages(bins, &random_samples(bins, 20, 60, seed), 20).mean().filtered(1.0)).collect();
     let n = tables.len() as f64;
     for bin in [0, 20, 27] {
         let mean = tables.iter().map(|t| t.values[bin].x).sum::<f64>() / n;
@@ -179,7 +178,10 @@ fn a_linear_trend_is_removed_and_the_flux_kept() {
         let exact = Point::new(profile(x.y), 0.2 * x.y) / mean;
         assert!((kept.values[bin] - exact).norm() < 1e-13, "{x}: {} {exact}", kept.values[bin]);
     }
-    assert!((flux.minus / scale - (mean - 2.5 * alpha)).abs() < 1e-13 && (flux.plus / scale - (mean + 2.5 * alpha)).abs() < 1e-13);
+    assert!(
+        (flux.minus / scale - (mean - 2.5 * alpha)).abs() < 1e-13
+            && (flux.plus / scale - (mean + 2.5 * alpha)).abs() < 1e-13
+    );
     // away from the sides of the box, where a Gaussian sees both sides alike, the filter keeps a linear trend
     let (kept, _) = field.filtered(1.0).flux_kept(2.5).unwrap();
     let column = |i: usize| (0..20).map(|j| kept.values[50 * j + i].x).collect::<Vec<f64>>();
