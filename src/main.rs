@@ -2,6 +2,7 @@
 
 mod command {
     pub mod compare;
+    pub mod map;
 }
 
 use std::io::Write;
@@ -96,6 +97,8 @@ enum Command {
     },
     /// Compare measured velocities with a run.
     Compare(command::compare::CompareArgs),
+    /// Draw pictures of the fields that runs have left in their folders; solve nothing.
+    Map(command::map::MapArgs),
     /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
     Mesh {
         /// A scene (.toml) or a Gmsh 4.1 file (.msh).
@@ -160,6 +163,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
         Command::Compare(args) => args.execute(cli.quiet),
+        Command::Map(args) => command::map::run(args, cli.quiet).map(|()| ExitCode::SUCCESS),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }

@@ -1,4 +1,4 @@
-//! Sections along straight lines.
+//! Sections along straight lines and circles.
 
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
@@ -16,7 +16,7 @@ pub struct Line {
 /// A point of a section and the cells that meet there.
 #[derive(Debug, Clone)]
 pub struct Sample {
-    /// Distance from the beginning of the section.
+    /// Distance from the beginning of a line, angle on a circle.
     pub s: f64,
     pub x: Point,
     /// Reference positions in the one cell, or in the cells on both sides of the line where it runs along faces.
@@ -33,6 +33,36 @@ impl Line {
                 let x = self.from + (self.to - self.from) * share;
                 let at = both_sides(mesh, locator, x, self.to - self.from);
                 (!at.is_empty()).then_some(Sample { s: share * length, x, at })
+            })
+            .collect()
+    }
+}
+
+/// A section along a circle: points at the angles `2πk/points`, counterclockwise from the one to the right of the centre.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Circle {
+    pub name: String,
+    pub centre: Point,
+    pub radius: f64,
+    pub points: usize,
+}
+
+/// Barycentric coordinates down to this much below zero count as inside, so that a circle may lie on a bent boundary.
+const NEAR: f64 = 1e-3;
+
+impl Circle {
+    /// The points of the section that lie in the mesh.
+    pub fn samples(&self, mesh: &Mesh, locator: &Locator) -> Vec<Sample> {
+        (0..self.points)
+            .filter_map(|k| {
+                let angle = std::f64::consts::TAU * k as f64 / self.points as f64;
+                let out = Point::new(angle.cos(), angle.sin());
+                let x = self.centre + out * self.radius;
+                let mut at = both_sides(mesh, locator, x, Point::new(-out.y, out.x));
+                if at.is_empty() {
+                    at.extend(locator.locate_near(mesh, x, NEAR));
+                }
+                (!at.is_empty()).then_some(Sample { s: angle, x, at })
             })
             .collect()
     }

@@ -10,7 +10,7 @@ pub mod stream;
 
 pub use asymmetry::Mirror;
 pub use budget::Budget;
-pub use cut::{Line, Sample};
+pub use cut::{Circle, Line, Sample};
 pub use overshoot::Overshoot;
 pub use stream::StreamFunction;
 

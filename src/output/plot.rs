@@ -10,6 +10,7 @@ mod axis;
 mod header;
 mod layout;
 mod legend;
+pub mod map;
 mod raster;
 mod scene;
 mod slope;
@@ -149,6 +150,25 @@ pub enum PlotError {
     Encode {
         /// What the encoder said.
         reason: String,
+    },
+    /// The part of the plane that a map shows cannot be drawn.
+    #[error(
+        "map window [{}, {}] to [{}, {}]: must be finite, increasing, and at most {limit} times as long as wide; hint: give the lower left and the upper right corner",
+        low[0], low[1], high[0], high[1]
+    )]
+    Window {
+        /// Lower left corner.
+        low: [f64; 2],
+        /// Upper right corner.
+        high: [f64; 2],
+        /// Largest ratio of the sides.
+        limit: f64,
+    },
+    /// A map has nothing to show.
+    #[error("`{name}` has no value in the window of the map; hint: choose a window that meets the domain")]
+    Blank {
+        /// Name of the quantity.
+        name: String,
     },
     /// A file could not be written.
     #[error("plot file {path}: {source}, must be writable; hint: create the folder and check its permissions")]

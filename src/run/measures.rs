@@ -48,7 +48,7 @@ impl<'s> Gauges<'s> {
         for output in &scene.outputs {
             match &output.what {
                 What::Measures(measures) => due.extend(measures.iter().map(|m| (*m, output.schedule))),
-                What::Fields(_) | What::Cuts(_) | What::Checkpoint => {}
+                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => {}
             }
         }
         let centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
@@ -236,7 +236,7 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
     let named = |measure: Measure| {
         scene.outputs.iter().any(|output| match &output.what {
             What::Measures(measures) => measures.contains(&measure),
-            What::Fields(_) | What::Cuts(_) | What::Checkpoint => false,
+            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
         })
     };
     let (energy, overshoot, asymmetry) =

@@ -123,6 +123,7 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
     let rows = layout.velocity.cell_dof_count() as f64;
     let streams = scene.outputs.iter().any(|output| match &output.what {
         What::Fields(fields) => fields.contains(&Field::StreamFunction),
+        What::Maps(maps) => maps.iter().any(|map| map.streamlines),
         What::Measures(_) | What::Cuts(_) | What::Checkpoint => false,
     });
     let stream = if streams { STREAM * r } else { 0.0 };

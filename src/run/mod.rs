@@ -2,6 +2,8 @@
 
 pub mod available;
 pub mod exact;
+pub mod finished;
+pub mod maps;
 pub mod measures;
 pub mod memory;
 pub mod report;
@@ -22,6 +24,7 @@ use crate::model::Residuals;
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;
 use crate::output::checkpoint::Saved;
+use crate::output::plot::PlotError;
 use crate::output::progress::{Progress, Status, Verbosity};
 use crate::scene::{Scene, SceneError};
 use crate::solve::SolveError;
@@ -53,6 +56,10 @@ pub enum RunError {
     Momentum(#[from] MomentumError),
     #[error(transparent)]
     Output(#[from] OutputError),
+    #[error("{origin}: {error}")]
+    Map { origin: String, error: Box<PlotError> },
+    #[error("{folder}: holds no {file} of a run; hint: name the folder that `monolayer run` has written")]
+    NoRun { folder: String, file: &'static str },
     #[error(
         "{folder}: holds the results of an earlier run; hint: add `--resume` to continue it, or choose another `--out`"
     )]

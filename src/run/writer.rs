@@ -2,18 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
+use super::maps::{self, Draft};
 use super::measures::{Readings, columns};
 use super::{RunError, Setup};
 use crate::element::basis;
 use crate::element::tables::Tables;
-use crate::measure::{Line, MeasureError, Sample, StreamFunction, cut};
+use crate::measure::{Circle, Line, MeasureError, Sample, StreamFunction, cut};
 use crate::mesh::Point;
 use crate::output::checkpoint::Saved;
 use crate::output::history::History;
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::output::{OutputError, number, write_whole};
-use crate::scene::{AxisLine, Cut, Field, Scene, What};
+use crate::scene::{Axis, AxisLine, Cut, Field, MapRequest, Scene, What};
 use crate::space;
 use crate::time::{March, Schedule, StepReport};
 
@@ -23,8 +24,14 @@ const STEP_COLUMNS: [&str; 7] = ["time", "dt", "order", "iterations", "increment
 /// Points of a cut along an axis.
 const AXIS_POINTS: usize = 1001;
 
-/// A prepared section: name and points.
-type Section = (String, Vec<Sample>);
+/// A prepared section.
+#[derive(Debug)]
+struct Section {
+    name: String,
+    /// Column of [`Sample::s`].
+    abscissa: &'static str,
+    samples: Vec<Sample>,
+}
 
 /// Writes what a scene asks for.
 #[derive(Debug)]
@@ -38,12 +45,16 @@ pub struct Writer {
     stream: Option<StreamFunction>,
     fields: Vec<(Vec<Field>, Schedule)>,
     cuts: Vec<(Vec<Section>, Schedule)>,
+    maps: Vec<(Vec<MapRequest>, Schedule)>,
     checkpoints: Vec<Schedule>,
     schedules: Vec<Schedule>,
     /// `T_a/C_F`, the speed of the tissue's frame.
     frame_speed: f64,
     /// Step and fields of the last file, so that the last state is not written twice.
     last_fields: Option<(usize, Vec<Field>)>,
+    /// Step and names of the last pictures, for the same reason.
+    last_maps: (usize, Vec<String>),
+    caption: maps::Caption,
 }
 
 impl Writer {
@@ -62,24 +73,31 @@ impl Writer {
             stream: None,
             fields: Vec::new(),
             cuts: Vec::new(),
+            maps: Vec::new(),
             checkpoints: Vec::new(),
             schedules: scene.outputs.iter().map(|o| o.schedule).collect(),
             frame_speed: scene.parameters.traction / scene.parameters.friction,
             last_fields: None,
+            last_maps: (0, Vec::new()),
+            caption: maps::Caption::of(scene),
         };
-        for output in &scene.outputs {
+        for (at, output) in scene.outputs.iter().enumerate() {
             match &output.what {
                 What::Measures(_) => {}
                 What::Checkpoint => writer.checkpoints.push(output.schedule),
+                What::Maps(requests) => {
+                    maps::check_windows(requests, &format!("output.{at}.maps"), scene, setup)?;
+                    writer.maps.push((requests.clone(), output.schedule));
+                }
                 What::Fields(fields) => writer.fields.push((fields.clone(), output.schedule)),
                 What::Cuts(cuts) => {
-                    let sections =
-                        cuts.iter().map(|c| section(&line(c, scene, setup), setup)).collect::<Result<_, _>>()?;
+                    let sections = cuts.iter().map(|c| section(c, scene, setup)).collect::<Result<_, _>>()?;
                     writer.cuts.push((sections, output.schedule));
                 }
             }
         }
-        if writer.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
+        let streamlines = writer.maps.iter().flat_map(|(requests, _)| requests).any(|request| request.streamlines);
+        if streamlines || writer.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
             writer.stream = Some(StreamFunction::new(setup.model.loops(), setup.model.velocity())?);
         }
         if !writer.fields.is_empty() {
@@ -87,6 +105,9 @@ impl Writer {
         }
         if !writer.cuts.is_empty() {
             make_folder(&out.join("cuts"))?;
+        }
+        if !writer.maps.is_empty() {
+            make_folder(&out.join("plots"))?;
         }
         Ok(writer)
     }
@@ -126,6 +147,9 @@ impl Writer {
         if !fields.is_empty() {
             self.write_fields(march, setup, &fields)?;
         }
+        let maps: Vec<MapRequest> =
+            self.maps.iter().filter(|(_, s)| due(s)).flat_map(|(m, _)| m.iter().cloned()).collect();
+        self.draw_maps(march, setup, &maps)?;
         if before.is_some() {
             for (sections, schedule) in &self.cuts {
                 if due(schedule) {
@@ -160,6 +184,8 @@ impl Writer {
         for (sections, _) in &self.cuts {
             self.write_cuts(march, sections, None)?;
         }
+        let maps: Vec<MapRequest> = self.maps.iter().flat_map(|(m, _)| m.iter().cloned()).collect();
+        self.draw_maps(march, setup, &maps)?;
         Ok(())
     }
 
@@ -225,6 +251,7 @@ impl Writer {
                 let stream = self.stream.as_ref().expect("prepared when a scene asks for it");
                 stream.of(model.loops(), &state.v)?
             }
+            Field::PolarityLaplacian => model.polarity_laplacian(state, march.t),
             Field::TissueVelocity => {
                 let mut v = state.v.clone();
                 v.values.iter_mut().step_by(2).for_each(|v1| *v1 -= self.frame_speed);
@@ -234,27 +261,48 @@ impl Writer {
     }
 
     fn write_cuts(&self, march: &March, sections: &[Section], step: Option<usize>) -> Result<(), RunError> {
-        for (name, samples) in sections {
+        let state = &march.state;
+        let pressure = march.model.pressure(state)?;
+        let laplacian = march.model.polarity_laplacian(state, march.t);
+        for Section { name, abscissa, samples } in sections {
             let file = match step {
                 Some(step) => format!("{name}-step-{step:06}.csv"),
                 None => format!("{name}.csv"),
             };
             let path = self.out.join("cuts").join(file);
-            let state = &march.state;
-            let pressure = march.model.pressure(state)?;
             write_whole(&path, |out| {
-                let squeezed = state.density().is_some();
-                writeln!(out, "s,x1,x2,v1,v2,pressure,p1,p2{}", if squeezed { ",density" } else { "" })?;
+                let density = if state.density().is_some() { ",density" } else { "" };
+                writeln!(out, "{abscissa},x1,x2,v1,v2,pressure,p1,p2{density},laplacian1,laplacian2")?;
                 for sample in samples {
                     let v = |field: &space::Field, c| cut::value(field, &sample.at, c);
-                    let (v, pi, p) = ([0, 1].map(|c| v(&state.v, c)), v(&pressure, 0), [0, 1].map(|c| v(&state.p, c)));
-                    let row = [sample.s, sample.x.x, sample.x.y, v[0], v[1], pi, p[0], p[1]];
-                    let rho = state.density().map(|rho| format!(",{}", number(cut::value(rho, &sample.at, 0))));
-                    writeln!(out, "{}{}", row.map(number).join(","), rho.unwrap_or_default())?;
+                    let (v1, p1) = ([0, 1].map(|c| v(&state.v, c)), [0, 1].map(|c| v(&state.p, c)));
+                    let mut row = vec![sample.s, sample.x.x, sample.x.y, v1[0], v1[1], v(&pressure, 0), p1[0], p1[1]];
+                    row.extend(state.density().map(|rho| v(rho, 0)));
+                    row.extend([0, 1].map(|c| v(&laplacian, c)));
+                    writeln!(out, "{}", row.into_iter().map(number).collect::<Vec<_>>().join(","))?;
                 }
                 Ok(())
             })?;
         }
+        Ok(())
+    }
+
+    /// Draws what was not drawn at this step yet.
+    fn draw_maps(&mut self, march: &mut March, setup: &Setup, requests: &[MapRequest]) -> Result<(), RunError> {
+        let step = march.counts.steps;
+        if self.last_maps.0 != step {
+            self.last_maps = (step, Vec::new());
+        }
+        let folder = self.out.join("plots");
+        for request in requests.iter().filter(|request| !self.last_maps.1.contains(&request.name)) {
+            let draft = Draft { setup, state: &march.state, t: march.t, stream: self.stream.as_ref() };
+            let path = folder.join(format!("{}-{step:06}", request.name));
+            march.phases.measure("output", || {
+                let picture = draft.draw(request, &self.caption)?;
+                picture.write(&path).map_err(|error| maps::failed(&request.name, error))
+            })?;
+        }
+        self.last_maps.1.extend(requests.iter().map(|request| request.name.clone()));
         Ok(())
     }
 
@@ -281,37 +329,43 @@ fn open_history(scene: &Scene, out: &Path, resume_after: Option<usize>) -> Resul
 ///
 /// # Errors
 /// A cut that lies outside of the domain.
-fn section(line: &Line, setup: &Setup) -> Result<Section, MeasureError> {
-    let samples = line.samples(&setup.mesh, &setup.locator);
+fn section(cut: &Cut, scene: &Scene, setup: &Setup) -> Result<Section, MeasureError> {
+    let (mesh, locator) = (&*setup.mesh, &setup.locator);
+    let name = cut.name().to_owned();
+    let (abscissa, samples) = match cut {
+        Cut::Line { from, to, points, .. } => {
+            ("s", Line { name: name.clone(), from: *from, to: *to, points: *points }.samples(mesh, locator))
+        }
+        Cut::Circle { centre, radius, points, .. } => {
+            let circle = Circle { name: name.clone(), centre: *centre, radius: *radius, points: *points };
+            ("theta", circle.samples(mesh, locator))
+        }
+        Cut::Axis(axis) => ("s", whole_axis(*axis, scene, setup).samples(mesh, locator)),
+    };
     if samples.is_empty() {
-        return Err(MeasureError::CutOutside { name: line.name.clone() });
+        return Err(MeasureError::CutOutside { name });
     }
-    Ok((line.name.clone(), samples))
+    Ok(Section { name, abscissa, samples })
 }
 
-/// The line of a cut; axes run through the whole domain.
-fn line(cut: &Cut, scene: &Scene, setup: &Setup) -> Line {
-    match cut {
-        Cut::Line { name, from, to, points } => Line { name: name.clone(), from: *from, to: *to, points: *points },
-        Cut::Axis(axis) => {
-            let vertices = &setup.mesh.vertices;
-            let low = vertices.iter().fold(vertices[0], |m, x| m.inf(x));
-            let high = vertices.iter().fold(vertices[0], |m, x| m.sup(x));
-            let centre = Point::from(scene.mesh.centre.unwrap_or([0.0, 0.0]));
-            let radius = scene.mesh.radius.unwrap_or(1.0);
-            let (from, to) = match axis.line() {
-                AxisLine::Horizontal(y) => {
-                    let y = centre.y + radius * y;
-                    (Point::new(low.x, y), Point::new(high.x, y))
-                }
-                AxisLine::Vertical(x) => {
-                    let x = centre.x + radius * x;
-                    (Point::new(x, low.y), Point::new(x, high.y))
-                }
-            };
-            Line { name: axis.name().into(), from, to, points: AXIS_POINTS }
+/// An axis through the whole domain.
+fn whole_axis(axis: Axis, scene: &Scene, setup: &Setup) -> Line {
+    let vertices = &setup.mesh.vertices;
+    let low = vertices.iter().fold(vertices[0], |m, x| m.inf(x));
+    let high = vertices.iter().fold(vertices[0], |m, x| m.sup(x));
+    let centre = Point::from(scene.mesh.centre.unwrap_or([0.0, 0.0]));
+    let radius = scene.mesh.radius.unwrap_or(1.0);
+    let (from, to) = match axis.line() {
+        AxisLine::Horizontal(y) => {
+            let y = centre.y + radius * y;
+            (Point::new(low.x, y), Point::new(high.x, y))
         }
-    }
+        AxisLine::Vertical(x) => {
+            let x = centre.x + radius * x;
+            (Point::new(x, low.y), Point::new(x, high.y))
+        }
+    };
+    Line { name: axis.name().into(), from, to, points: AXIS_POINTS }
 }
 
 /// Values at the nodes of every cell of a grid: exact when the grid's degree is not below the field's.

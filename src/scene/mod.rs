@@ -6,6 +6,7 @@ mod check;
 mod edit;
 mod error;
 mod locate;
+pub mod maps;
 pub mod output;
 mod resolve;
 mod source;
@@ -25,6 +26,7 @@ pub use crate::model::momentum::SlipTreatment;
 pub use crate::steady::{SteadySettings, Want};
 pub use crate::time::{ControlSettings, CouplingSettings, MarchSettings, Schedule};
 pub use error::{Place, SceneError};
+pub use maps::{ArrowsOf, MapOptions, MapRequest, Quantity};
 pub use output::{Axis, AxisLine, Cut, Field, Measure, Output, What};
 pub use source::SceneSource;
 

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, de};
 
+use super::maps::{MapRequest, MapTable};
 use crate::mesh::Point;
 use crate::time::Schedule;
 
@@ -25,6 +26,8 @@ pub enum Field {
     StreamFunction,
     /// `v − (T_a/C_F) e_1`
     TissueVelocity,
+    /// `κ²Δ_h p`
+    PolarityLaplacian,
 }
 
 /// Numbers that can be measured.
@@ -116,6 +119,7 @@ impl Field {
             Field::MolecularField => "molecular-field",
             Field::StreamFunction => "stream-function",
             Field::TissueVelocity => "tissue-velocity",
+            Field::PolarityLaplacian => "polarity-laplacian",
         }
     }
 }
@@ -146,6 +150,23 @@ pub enum Cut {
         to: Point,
         points: usize,
     },
+    /// `points` points at equal angles, counterclockwise from the one to the right of the centre.
+    Circle {
+        name: String,
+        centre: Point,
+        radius: f64,
+        points: usize,
+    },
+}
+
+impl Cut {
+    /// Name of the table that is written.
+    pub fn name(&self) -> &str {
+        match self {
+            Cut::Axis(axis) => axis.name(),
+            Cut::Line { name, .. } | Cut::Circle { name, .. } => name,
+        }
+    }
 }
 
 /// What one `[[output]]` writes.
@@ -154,6 +175,7 @@ pub enum What {
     Fields(Vec<Field>),
     Measures(Vec<Measure>),
     Cuts(Vec<Cut>),
+    Maps(Vec<MapRequest>),
     Checkpoint,
 }
 
@@ -164,7 +186,7 @@ pub struct Output {
     pub schedule: Schedule,
 }
 
-/// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `checkpoint`.
+/// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `maps`, `checkpoint`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutputTable {
@@ -174,6 +196,8 @@ pub struct OutputTable {
     pub measures: Option<Vec<Measure>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cuts: Option<Vec<CutTable>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub maps: Option<Vec<MapTable>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<bool>,
     /// Absent: only at the end.
@@ -191,29 +215,42 @@ pub struct EveryTable {
     pub steps: Option<usize>,
 }
 
-/// An element of `cuts`: the name of an axis, or a line.
+/// An element of `cuts`: the name of an axis, a line or a circle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum CutTable {
     Axis(Axis),
-    Line(LineTable),
+    Section(SectionTable),
 }
 
-/// `{ name = "…", from = [x, y], to = [x, y], points = 200 }`
+/// `{ name = "…", from = [x, y], to = [x, y], points = 200 }` or
+/// `{ name = "…", centre = [x, y], radius = r, points = 360 }`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LineTable {
+pub struct SectionTable {
     /// Name of the file that is written.
     pub name: String,
-    pub from: [f64; 2],
-    pub to: [f64; 2],
-    /// Number of points, both ends included (default 200).
-    #[serde(default = "default_points")]
-    pub points: usize,
+    /// Ends of a line.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<[f64; 2]>,
+    /// Centre of a circle.
+    #[serde(default, alias = "center", skip_serializing_if = "Option::is_none")]
+    pub centre: Option<[f64; 2]>,
+    /// Its radius.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+    /// Number of points, both ends of a line included (default 200; 360 of a circle).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<usize>,
 }
 
-fn default_points() -> usize {
-    200
+impl SectionTable {
+    /// Whether it has a key of circles.
+    pub fn is_circle(&self) -> bool {
+        self.centre.is_some() || self.radius.is_some()
+    }
 }
 
 impl<'de> Deserialize<'de> for CutTable {
@@ -229,7 +266,7 @@ impl<'de> de::Visitor<'de> for CutVisitor {
     type Value = CutTable;
 
     fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("the name of an axis or { name, from = [x, y], to = [x, y], points }")
+        out.write_str("the name of an axis, { name, from = [x, y], to = [x, y], points } or { name, centre = [x, y], radius, points }")
     }
 
     fn visit_str<E: de::Error>(self, name: &str) -> Result<CutTable, E> {
@@ -237,6 +274,9 @@ impl<'de> de::Visitor<'de> for CutVisitor {
     }
 
     fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<CutTable, A::Error> {
-        LineTable::deserialize(de::value::MapAccessDeserializer::new(map)).map(CutTable::Line)
+        let mut section = SectionTable::deserialize(de::value::MapAccessDeserializer::new(map))?;
+        let points = if section.is_circle() { 360 } else { 200 };
+        section.points.get_or_insert(points);
+        Ok(CutTable::Section(section))
     }
 }

@@ -221,6 +221,10 @@ impl Sheet for Compressible {
         scaled(Field::new(&self.polarity.space, self.polarity.mass_solve(&well)), self.parameters.elasticity)
     }
 
+    fn polarity_laplacian(&self, state: &State, t: f64) -> Field {
+        scaled(self.diffused(state.volume(), &state.p, t), self.parameters.coherence.powi(2))
+    }
+
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {
         Ok(Compressible::pressure(self, state))
     }

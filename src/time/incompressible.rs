@@ -210,6 +210,10 @@ impl Sheet for Incompressible {
         scaled(self.polarity.molecular_over_b(&self.loops, &state.p, t), self.parameters.elasticity)
     }
 
+    fn polarity_laplacian(&self, state: &State, t: f64) -> Field {
+        scaled(self.polarity.laplacian(&self.loops, &state.p, t), self.parameters.coherence.powi(2))
+    }
+
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {
         Incompressible::pressure(self, state)
     }

@@ -194,6 +194,8 @@ pub trait Sheet: Debug + Sync {
     fn know_structure(&self, structure: Structure);
     /// `L_h` at a state.
     fn molecular_field(&self, state: &State, t: f64) -> Field;
+    /// `κ²Δ_h p` at a state, `κ² div_h(ρ∇p)` of a compressible sheet: what diffusion adds to `−L_h/B`.
+    fn polarity_laplacian(&self, state: &State, t: f64) -> Field;
     /// The pressure Π at a state, ρΠ of a compressible sheet, for output.
     ///
     /// # Errors

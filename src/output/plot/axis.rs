@@ -62,6 +62,11 @@ impl Range {
         Self { scale, lo: (lo - pad).max(-f64::MAX), hi: (hi + pad).min(f64::MAX) }
     }
 
+    /// Exactly from `lo` to `hi`, linear.
+    pub fn exact(lo: f64, hi: f64) -> Self {
+        Self { scale: Scale::Linear, lo, hi }
+    }
+
     /// Lowers the lower end by a share of the range.
     pub fn extend_below(&mut self, share: f64) {
         self.lo -= share * (self.hi - self.lo);
@@ -142,8 +147,7 @@ fn power_of_ten(exponent: i64) -> String {
 // Ticks at multiples of 1, 2 or 5 times a power of ten.
 fn linear_ticks(lo: f64, hi: f64, most: usize) -> Vec<Tick> {
     let raw = (hi / 2.0 - lo / 2.0) / most.max(2) as f64 * 2.0;
-    let decade = 10f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].iter().map(|m| m * decade).find(|&s| s >= raw).unwrap_or(raw);
+    let step = nice_above(raw);
     if !(step.is_finite() && step > 0.0) {
         return Vec::new();
     }
@@ -153,6 +157,29 @@ fn linear_ticks(lo: f64, hi: f64, most: usize) -> Vec<Tick> {
         .into_iter()
         .map(|k| Tick { at: k * step, label: Some(decimal(k * step, step, lo.abs().max(hi.abs()))) })
         .collect()
+}
+
+/// A value with four significant digits of the largest of its kind.
+pub(super) fn significant(value: f64, largest: f64) -> String {
+    let largest = largest.abs().max(f64::MIN_POSITIVE);
+    decimal(value, 10f64.powf(largest.log10().floor() - 3.0), largest)
+}
+
+/// A positive value with its first digit alone.
+pub(super) fn round(value: f64) -> String {
+    decimal(value, 10f64.powf(value.log10().floor()), value)
+}
+
+/// The smallest of 1, 2 and 5 times a power of ten that is not below a positive value.
+pub(super) fn nice_above(value: f64) -> f64 {
+    let decade = 10f64.powf(value.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].iter().map(|m| m * decade).find(|&s| s >= value).unwrap_or(value)
+}
+
+/// The largest of 1, 2 and 5 times a power of ten that is not above a positive value.
+pub(super) fn nice_below(value: f64) -> f64 {
+    let decade = 10f64.powf(value.log10().floor());
+    [5.0, 2.0, 1.0].iter().map(|m| m * decade).find(|&s| s <= value).unwrap_or(value)
 }
 
 // A value with the digits that a step between neighbours needs.

@@ -1,11 +1,8 @@
 //! Title and subtitle.
 
-use super::Plot;
 use super::scene::{Anchor, GREY, Group, INK, Shape, Text};
 use super::text::{Font, Label};
 
-const TITLE_SIZE: f64 = 27.0;
-const SUBTITLE_SIZE: f64 = 20.0;
 const LINE: f64 = 1.3;
 const TOP: f64 = 10.0;
 
@@ -16,14 +13,14 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Breaks the texts at `limit`; the notes follow the subtitle.
-    pub fn new(plot: &Plot, notes: &[String], font: &Font, limit: f64) -> Self {
-        let parts = std::iter::once(plot.subtitle.as_str()).chain(notes.iter().map(String::as_str));
+    /// Breaks title and subtitle, of these sizes, at `limit`; the notes follow the subtitle.
+    pub fn new(texts: [&str; 2], sizes: [f64; 2], notes: &[String], font: &Font, limit: f64) -> Self {
+        let parts = std::iter::once(texts[1]).chain(notes.iter().map(String::as_str));
         let subtitle = parts.filter(|s| !s.trim().is_empty()).collect::<Vec<_>>().join("; ");
-        let title = font.wrap(&plot.title, TITLE_SIZE, limit);
-        let small = font.wrap(&subtitle, SUBTITLE_SIZE, limit);
-        let mut lines: Vec<_> = title.into_iter().map(|label| (label, TITLE_SIZE, INK)).collect();
-        lines.extend(small.into_iter().map(|label| (label, SUBTITLE_SIZE, GREY)));
+        let title = font.wrap(texts[0], sizes[0], limit);
+        let small = font.wrap(&subtitle, sizes[1], limit);
+        let mut lines: Vec<_> = title.into_iter().map(|label| (label, sizes[0], INK)).collect();
+        lines.extend(small.into_iter().map(|label| (label, sizes[1], GREY)));
         Self { lines, limit }
     }
 

@@ -7,12 +7,16 @@ use super::scene::{Anchor, GREY, GRID, Group, INK, Paint, Rect, Scene, Shape, Te
 use super::text::{Font, Label};
 use super::{Line, Plot, Scale, Series, Slope, slope};
 
-const WIDTH: f64 = 840.0;
+/// Width of a picture.
+pub(super) const WIDTH: f64 = 840.0;
 const AXES_HEIGHT: f64 = 430.0;
-const EDGE: f64 = 14.0;
-const TICK_SIZE: f64 = 21.0;
-const LABEL_SIZE: f64 = 24.0;
-const TICK: f64 = 7.0;
+/// Free margin.
+pub(super) const EDGE: f64 = 14.0;
+/// Sizes of title and subtitle.
+const HEADER_SIZES: [f64; 2] = [27.0, 20.0];
+const SIZES: Sizes = Sizes { tick: 21.0, label: 24.0 };
+/// Length of a tick.
+pub(super) const TICK: f64 = 7.0;
 /// Share of the vertical range added below the curves for reference slopes.
 const SLOPE_ROOM: f64 = 0.12;
 /// Lines through more points have markers on some of them only.
@@ -22,6 +26,28 @@ const APART: f64 = 14.0;
 /// Points nearer than this on paper to the one before are not drawn.
 const NEAR: f64 = 0.2;
 
+/// Sizes of the texts at the axes.
+#[derive(Clone, Copy)]
+pub(super) struct Sizes {
+    /// Of the numbers at the ticks.
+    pub tick: f64,
+    /// Of the names of the axes.
+    pub label: f64,
+}
+
+impl Sizes {
+    /// Room left of the axes for the name and numbers at these ticks.
+    pub fn left(self, ticks: &[Tick], font: &Font) -> f64 {
+        let widest = ticks.iter().filter_map(|t| t.label.as_deref()).map(|l| font.width(&Label::parse(l), self.tick));
+        EDGE + 1.5 * self.label + widest.fold(0.0, f64::max) + TICK + 4.0
+    }
+
+    /// Room below the axes for numbers and name.
+    pub fn below(self) -> f64 {
+        TICK + 1.2 * self.tick + 1.5 * self.label
+    }
+}
+
 /// The axes on paper.
 pub(super) struct Frame {
     pub rect: Rect,
@@ -30,6 +56,11 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    /// Axes of these ranges around an area.
+    pub fn new(rect: Rect, x: Range, y: Range) -> Self {
+        Self { rect, x, y }
+    }
+
     /// Length on paper of one unit of the horizontal coordinate.
     pub fn unit_x(&self) -> f64 {
         self.rect.width() / (self.x.hi - self.x.lo)
@@ -40,11 +71,13 @@ impl Frame {
         self.rect.height() / (self.y.hi - self.y.lo)
     }
 
-    fn place_x(&self, x: f64) -> f64 {
+    /// Horizontal position on paper.
+    pub fn place_x(&self, x: f64) -> f64 {
         self.rect.x0 + self.x.share(x) * self.rect.width()
     }
 
-    fn place_y(&self, y: f64) -> f64 {
+    /// Vertical position on paper.
+    pub fn place_y(&self, y: f64) -> f64 {
         self.rect.y1 - self.y.share(y) * self.rect.height()
     }
 }
@@ -61,7 +94,8 @@ pub(super) struct Curve {
 impl Curve {
     /// Number of its segments and points that touch an area.
     pub fn crossings(&self, area: &Rect) -> usize {
-        let segments = self.pieces.iter().flat_map(|p| p.windows(2)).filter(|s| crosses(area, s[0], s[1])).count();
+        let segments =
+            self.pieces.iter().flat_map(|p| p.windows(2)).filter(|s| area.part(s[0], s[1]).is_some()).count();
         segments + self.pieces.iter().flatten().filter(|p| area.contains(**p)).count()
     }
 
@@ -78,23 +112,6 @@ impl Curve {
         let points = self.pieces.iter().flatten();
         points.min_by(|a, b| (a.0 - x).abs().total_cmp(&(b.0 - x).abs())).copied().unwrap_or_default()
     }
-}
-
-// Whether the segment from a to b meets the area: what is left of it between all four edges.
-fn crosses(area: &Rect, a: (f64, f64), b: (f64, f64)) -> bool {
-    let mut part = (0.0f64, 1.0f64);
-    for (from, to, lo, hi) in [(a.0, b.0, area.x0, area.x1), (a.1, b.1, area.y0, area.y1)] {
-        let step = to - from;
-        if step == 0.0 {
-            if from < lo || from > hi {
-                return false;
-            }
-            continue;
-        }
-        let (s, t) = ((lo - from) / step, (hi - from) / step);
-        part = (part.0.max(s.min(t)), part.1.min(s.max(t)));
-    }
-    part.0 <= part.1
 }
 
 // Coordinates of one series that the axes can show.
@@ -145,7 +162,7 @@ impl Shown {
 pub(super) fn arrange(plot: &Plot, font: &Font) -> Scene {
     let shown: Vec<Shown> = plot.series.iter().map(|s| Shown::new(s, plot.x.scale, plot.y.scale)).collect();
     let (slopes, notes) = select_slopes(plot, &shown);
-    let header = Header::new(plot, &notes, font, WIDTH - 2.0 * EDGE);
+    let header = Header::new([&plot.title, &plot.subtitle], HEADER_SIZES, &notes, font, WIDTH - 2.0 * EDGE);
     let legend = Legend::new(&plot.series, font, WIDTH - 2.0 * EDGE);
     let coordinates = || shown.iter().flat_map(|s| s.pieces.iter().flatten());
     let x = Range::around(plot.x.scale, coordinates().map(|p| p.0));
@@ -154,8 +171,7 @@ pub(super) fn arrange(plot: &Plot, font: &Font) -> Scene {
         y.extend_below(SLOPE_ROOM);
     }
     let (x_ticks, y_ticks) = (x.ticks(6), y.ticks(7));
-    let widest = y_ticks.iter().filter_map(|t| t.label.as_deref()).map(|l| font.width(&Label::parse(l), TICK_SIZE));
-    let left = EDGE + 1.5 * LABEL_SIZE + widest.fold(0.0, f64::max) + TICK + 4.0;
+    let left = SIZES.left(&y_ticks, font);
     let beside = if legend.below { 0.0 } else { legend.width() + EDGE };
     let rect = Rect {
         x0: left,
@@ -165,12 +181,12 @@ pub(super) fn arrange(plot: &Plot, font: &Font) -> Scene {
     };
     let frame = Frame { rect, x, y };
     let curves: Vec<Curve> = shown.iter().map(|s| s.curve(&frame)).collect();
-    let bottom = rect.y1 + TICK + 1.2 * TICK_SIZE + 1.5 * LABEL_SIZE;
+    let bottom = rect.y1 + SIZES.below();
     let corner = if legend.below { (EDGE, bottom + EDGE / 2.0) } else { (rect.x1 + EDGE + 4.0, rect.y0) };
     let height = (bottom + EDGE + if legend.below { legend.height() } else { 0.0 }).ceil();
 
     let mut groups = vec![header.draw(EDGE, font)];
-    groups.extend(draw_axes(plot, &frame, &x_ticks, &y_ticks, font));
+    groups.extend(draw_axes([&plot.x.label, &plot.y.label], &frame, [&x_ticks, &y_ticks], SIZES, font));
     groups.push(slope::draw(&slopes, &curves, &frame, font));
     groups.extend(curves.iter().zip(&plot.series).enumerate().map(|(i, (c, s))| draw_curve(i, c, s)));
     groups.push(legend.draw(corner, font));
@@ -199,7 +215,14 @@ fn select_slopes(plot: &Plot, shown: &[Shown]) -> (Vec<Slope>, Vec<String>) {
     (slopes, notes)
 }
 
-fn draw_axes(plot: &Plot, frame: &Frame, x_ticks: &[Tick], y_ticks: &[Tick], font: &Font) -> [Group; 2] {
+/// Grid, and frame with ticks, numbers and names.
+pub(super) fn draw_axes(
+    names: [&str; 2],
+    frame: &Frame,
+    [x_ticks, y_ticks]: [&[Tick]; 2],
+    sizes: Sizes,
+    font: &Font,
+) -> [Group; 2] {
     let Rect { x0, y0, x1, y1 } = frame.rect;
     let (mut grid, mut axes) = (Group::default(), Group::default());
     let mut free_from = f64::NEG_INFINITY;
@@ -209,10 +232,10 @@ fn draw_axes(plot: &Plot, frame: &Frame, x_ticks: &[Tick], y_ticks: &[Tick], fon
         axes.shapes.push(Shape::line((x, y1), (x, y1 + length), INK, 1.3));
         let Some(label) = tick.label.as_deref().map(Label::parse) else { continue };
         grid.shapes.push(Shape::line((x, y0), (x, y1), GRID, 1.0));
-        let half = font.width(&label, TICK_SIZE) / 2.0;
+        let half = font.width(&label, sizes.tick) / 2.0;
         if x - half > free_from && x + half < WIDTH {
-            let at = (x, y1 + TICK + 1.1 * TICK_SIZE);
-            axes.shapes.push(Shape::Text(Text::new(label, at, TICK_SIZE, Anchor::Middle, INK)));
+            let at = (x, y1 + TICK + 1.1 * sizes.tick);
+            axes.shapes.push(Shape::Text(Text::new(label, at, sizes.tick, Anchor::Middle, INK)));
             free_from = x + half + 8.0;
         }
     }
@@ -222,22 +245,22 @@ fn draw_axes(plot: &Plot, frame: &Frame, x_ticks: &[Tick], y_ticks: &[Tick], fon
         axes.shapes.push(Shape::line((x0 - length, y), (x0, y), INK, 1.3));
         let Some(label) = tick.label.as_deref().map(Label::parse) else { continue };
         grid.shapes.push(Shape::line((x0, y), (x1, y), GRID, 1.0));
-        let at = (x0 - TICK - 4.0, y + 0.36 * TICK_SIZE);
-        axes.shapes.push(Shape::Text(Text::new(label, at, TICK_SIZE, Anchor::End, INK)));
+        let at = (x0 - TICK - 4.0, y + 0.36 * sizes.tick);
+        axes.shapes.push(Shape::Text(Text::new(label, at, sizes.tick, Anchor::End, INK)));
     }
     let points = vec![(x0, y0), (x1, y0), (x1, y1), (x0, y1)];
     axes.shapes.push(Shape::Poly { points, closed: true, paint: Paint::line(GREY, 1.6) });
-    axes.shapes.extend(name_axes(plot, &frame.rect, font));
+    axes.shapes.extend(name_axes(names, &frame.rect, sizes, font));
     [grid, axes]
 }
 
-fn name_axes(plot: &Plot, rect: &Rect, font: &Font) -> [Shape; 2] {
-    let (x, y) = (Label::parse(&plot.x.label), Label::parse(&plot.y.label));
+fn name_axes(names: [&str; 2], rect: &Rect, sizes: Sizes, font: &Font) -> [Shape; 2] {
+    let (x, y) = (Label::parse(names[0]), Label::parse(names[1]));
     let middle = ((rect.x0 + rect.x1) / 2.0, (rect.y0 + rect.y1) / 2.0);
-    let x_size = font.fit(&x, LABEL_SIZE, rect.width());
-    let y_size = font.fit(&y, LABEL_SIZE, rect.height());
-    let below = (middle.0, rect.y1 + TICK + 1.2 * TICK_SIZE + 1.15 * LABEL_SIZE);
-    let mut y_text = Text::new(y, (EDGE + 0.8 * LABEL_SIZE, middle.1), y_size, Anchor::Middle, INK);
+    let x_size = font.fit(&x, sizes.label, rect.width());
+    let y_size = font.fit(&y, sizes.label, rect.height());
+    let below = (middle.0, rect.y1 + TICK + 1.2 * sizes.tick + 1.15 * sizes.label);
+    let mut y_text = Text::new(y, (EDGE + 0.8 * sizes.label, middle.1), y_size, Anchor::Middle, INK);
     y_text.upwards = true;
     [Shape::Text(Text::new(x, below, x_size, Anchor::Middle, INK)), Shape::Text(y_text)]
 }

@@ -1,10 +1,13 @@
 //! Draws a scene as the pixels of a PNG file.
 
-use super::scene::{Anchor, DASH, Paint, Rgb, Scene, Shape, Text};
+use super::scene::{Anchor, DASH, Image, Paint, Rgb, Scene, Shape, Text};
 use super::text::Font;
 use super::{PNG_SCALE, PlotError};
 use skrifa::outline::OutlinePen;
-use tiny_skia::{Color, FillRule, LineCap, LineJoin, Path, PathBuilder, Pixmap, StrokeDash, Transform};
+use tiny_skia::{
+    Color, FillRule, FilterQuality, LineCap, LineJoin, Path, PathBuilder, Pixmap, PixmapPaint, StrokeDash,
+};
+use tiny_skia::{PremultipliedColorU8, Transform};
 
 /// Largest height of a picture in pixels: about 100 MB of memory.
 const HIGHEST: u32 = 16_000;
@@ -41,7 +44,34 @@ fn draw(pixmap: &mut Pixmap, shape: &Shape, font: &Font) {
             }
         }
         Shape::Text(text) => draw_text(pixmap, text, font),
+        Shape::Image(image) => draw_image(pixmap, image),
     }
+}
+
+/// The pixels of an image on their own; `None` if it has none.
+pub(super) fn pixmap(image: &Image) -> Option<Pixmap> {
+    let mut pixmap = Pixmap::new(u32::try_from(image.width).ok()?, u32::try_from(image.height).ok()?)?;
+    for (pixel, &[red, green, blue]) in pixmap.pixels_mut().iter_mut().zip(&image.pixels) {
+        *pixel = PremultipliedColorU8::from_rgba(red, green, blue, 255)?;
+    }
+    Some(pixmap)
+}
+
+// Nearest pixels: where the image has the pixels of the picture, they are copied.
+fn draw_image(onto: &mut Pixmap, image: &Image) {
+    let Some(pixels) = pixmap(image) else { return };
+    let scale = f64::from(PNG_SCALE);
+    let (across, down) = (image.rect.width() / image.width as f64, image.rect.height() / image.height as f64);
+    let place = Transform::from_row(
+        (across * scale) as f32,
+        0.0,
+        0.0,
+        (down * scale) as f32,
+        (image.rect.x0 * scale) as f32,
+        (image.rect.y0 * scale) as f32,
+    );
+    let paint = PixmapPaint { quality: FilterQuality::Nearest, ..PixmapPaint::default() };
+    onto.draw_pixmap(0, 0, pixels.as_ref(), &paint, place, None);
 }
 
 fn join(points: &[(f64, f64)], closed: bool) -> Option<Path> {

@@ -37,6 +37,15 @@ pub(super) enum Shape {
     Poly { points: Vec<(f64, f64)>, closed: bool, paint: Paint },
     Circle { centre: (f64, f64), radius: f64, paint: Paint },
     Text(Text),
+    Image(Image),
+}
+
+/// Pixels, row by row from the upper left corner, spread evenly over `rect`.
+pub(super) struct Image {
+    pub rect: Rect,
+    pub width: usize,
+    pub height: usize,
+    pub pixels: Vec<Rgb>,
 }
 
 /// How a shape is filled and outlined.
@@ -122,6 +131,23 @@ impl Rect {
 
     pub fn contains(&self, (x, y): (f64, f64)) -> bool {
         (self.x0..=self.x1).contains(&x) && (self.y0..=self.y1).contains(&y)
+    }
+
+    /// The part of the segment from a to b that lies between all four edges, as shares of its length.
+    pub fn part(&self, a: (f64, f64), b: (f64, f64)) -> Option<(f64, f64)> {
+        let mut part = (0.0f64, 1.0f64);
+        for (from, to, lo, hi) in [(a.0, b.0, self.x0, self.x1), (a.1, b.1, self.y0, self.y1)] {
+            let step = to - from;
+            if step == 0.0 {
+                if from < lo || from > hi {
+                    return None;
+                }
+                continue;
+            }
+            let (s, t) = ((lo - from) / step, (hi - from) / step);
+            part = (part.0.max(s.min(t)), part.1.min(s.max(t)));
+        }
+        (part.0 <= part.1).then_some(part)
     }
 
     pub fn overlaps(&self, other: &Self) -> bool {

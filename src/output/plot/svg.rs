@@ -1,7 +1,10 @@
 //! Writes a scene as SVG.
 
-use super::scene::{Anchor, DASH, Group, Paint, Rgb, Scene, Shape, Text};
+use super::raster;
+use super::scene::{Anchor, DASH, Group, Image, Paint, Rgb, Scene, Shape, Text};
 use super::text::Level;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
 use std::fmt::Write;
 
 // DejaVu Sans is wide, so every other family takes less room than was reserved.
@@ -38,6 +41,7 @@ fn push_group(out: &mut String, group: &Group) {
                 out.push_str(&format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"{}/>\n", paint_attributes(paint)));
             }
             Shape::Text(text) => push_text(out, text),
+            Shape::Image(image) => push_image(out, image),
         }
     }
     out.push_str("</g>\n");
@@ -59,6 +63,19 @@ fn push_text(out: &mut String, text: &Text) {
         attributes.push_str(&format!(" aria-label=\"{}\"", escape(&text.label.source)));
     }
     out.push_str(&format!("<text {attributes} xml:space=\"preserve\">{}</text>\n", spans(text)));
+}
+
+// `xlink:href` rather than `href`: older readers know no other.
+fn push_image(out: &mut String, image: &Image) {
+    let (x, y) = (number(image.rect.x0), number(image.rect.y0));
+    let (width, height) = (number(image.rect.width()), number(image.rect.height()));
+    // Pixels that no PNG can hold leave a gap in the picture; the drawing of the PNG reports them.
+    let Some(Ok(png)) = raster::pixmap(image).map(|pixmap| pixmap.encode_png()) else { return };
+    out.push_str(&format!(
+        "<image xmlns:xlink=\"http://www.w3.org/1999/xlink\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
+         preserveAspectRatio=\"none\" xlink:href=\"data:image/png;base64,{}\"/>\n",
+        BASE64.encode(png)
+    ));
 }
 
 // Scripts as smaller spans; each shift is relative to the span before.

@@ -1,6 +1,7 @@
 //! Every rule of a scene that does not need its mesh.
 
 mod fields;
+mod maps;
 mod outputs;
 
 use std::collections::BTreeMap;

@@ -6,7 +6,7 @@ use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::mesh::Point;
 use crate::model::{ModelKind, Parameters};
 use crate::scene::error::SceneError;
-use crate::scene::output::{Cut, CutTable, EveryTable, Field, LineTable, Measure, Output, OutputTable, What};
+use crate::scene::output::{Cut, CutTable, EveryTable, Field, Measure, Output, OutputTable, SectionTable, What};
 use crate::time::Schedule;
 
 impl Checker<'_> {
@@ -15,6 +15,7 @@ impl Checker<'_> {
         let outputs: Vec<Output> =
             numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, p)).collect::<Result<_, _>>()?;
         self.one_name_each(&outputs)?;
+        self.one_picture_each(&outputs)?;
         Ok(outputs)
     }
 
@@ -24,13 +25,10 @@ impl Checker<'_> {
         for (at, output) in outputs.iter().enumerate() {
             let cuts = match &output.what {
                 What::Cuts(cuts) => cuts.as_slice(),
-                What::Fields(_) | What::Measures(_) | What::Checkpoint => &[],
+                What::Fields(_) | What::Measures(_) | What::Maps(_) | What::Checkpoint => &[],
             };
             for cut in cuts {
-                let name = match cut {
-                    Cut::Axis(axis) => axis.name(),
-                    Cut::Line { name, .. } => name,
-                };
+                let name = cut.name();
                 let hint = "give every cut a name of its own";
                 let rule = "two cuts have this name, and would write the same file";
                 self.require(names.insert(name), &format!("output.{at}.cuts"), format!("\"{name}\""), rule, hint)?;
@@ -40,19 +38,21 @@ impl Checker<'_> {
     }
 
     fn output(&self, key: &str, table: &OutputTable, p: &Parameters) -> Result<Output, SceneError> {
-        let one = "exactly one of `fields`, `measures`, `cuts` and `checkpoint = true` is needed";
+        let one = "exactly one of `fields`, `measures`, `cuts`, `maps` and `checkpoint = true` is needed";
         let split = "write one [[output]] for each";
-        let what = match (&table.fields, &table.measures, &table.cuts, table.checkpoint) {
-            (Some(fields), None, None, None) => What::Fields(self.fields(key, fields, p)?),
-            (None, Some(measures), None, None) => What::Measures(self.measures(key, measures, p)?),
-            (None, None, Some(cuts), None) => What::Cuts(self.cuts(key, cuts)?),
-            (None, None, None, Some(true)) => What::Checkpoint,
-            (_, _, _, _) => return Err(self.error(key, "(a table)", one, split)),
+        let what = match (&table.fields, &table.measures, &table.cuts, &table.maps, table.checkpoint) {
+            (Some(fields), None, None, None, None) => What::Fields(self.fields(key, fields, p)?),
+            (None, Some(measures), None, None, None) => What::Measures(self.measures(key, measures, p)?),
+            (None, None, Some(cuts), None, None) => What::Cuts(self.cuts(key, cuts)?),
+            (None, None, None, Some(maps), None) => What::Maps(self.maps(key, maps, p)?),
+            (None, None, None, None, Some(true)) => What::Checkpoint,
+            (_, _, _, _, _) => return Err(self.error(key, "(a table)", one, split)),
         };
         let empty = match &what {
             What::Fields(list) => list.is_empty().then_some("fields"),
             What::Measures(list) => list.is_empty().then_some("measures"),
             What::Cuts(list) => list.is_empty().then_some("cuts"),
+            What::Maps(list) => list.is_empty().then_some("maps"),
             What::Checkpoint => None,
         };
         if let Some(list) = empty {
@@ -75,7 +75,8 @@ impl Checker<'_> {
                     (p.friction > 0.0, "v − (T_a/C_F) e_1 needs friction > 0", "remove it, or use velocity")
                 }
                 Field::Density => (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY, WRONG_KIND),
-                Field::Velocity | Field::Pressure | Field::Polarity | Field::StreamFunction => (true, "", ""),
+                Field::Velocity | Field::Pressure | Field::Polarity | Field::PolarityLaplacian => (true, "", ""),
+                Field::StreamFunction => (true, "", ""),
             };
             self.require(holds, key, format!("\"{}\"", field.name()), rule, hint)?;
         }
@@ -101,24 +102,56 @@ impl Checker<'_> {
         numbered
             .map(|(at, cut)| match cut {
                 CutTable::Axis(axis) => Ok(Cut::Axis(*axis)),
-                CutTable::Line(line) => self.line(&format!("{key}.cuts.{at}"), line),
+                CutTable::Section(section) if section.is_circle() => self.circle(&format!("{key}.cuts.{at}"), section),
+                CutTable::Section(section) => self.line(&format!("{key}.cuts.{at}"), section),
             })
             .collect()
     }
 
-    fn line(&self, key: &str, line: &LineTable) -> Result<Cut, SceneError> {
-        let key = |name: &str| format!("{key}.{name}");
-        let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_');
-        let named = !line.name.is_empty() && line.name.chars().all(plain);
-        let rule = "must be a file name of letters, digits, `-`, `_`";
-        self.require(named, &key("name"), format!("\"{}\"", line.name), rule, "such as \"wake\"")?;
-        let (from, to) = (Point::from(line.from), Point::from(line.to));
+    fn line(&self, table: &str, line: &SectionTable) -> Result<Cut, SceneError> {
+        let key = |name: &str| format!("{table}.{name}");
+        self.file_name(&key("name"), &line.name, "such as \"wake\"")?;
+        let point = |name: &str, given: Option<[f64; 2]>| {
+            given
+                .map(Point::from)
+                .ok_or_else(|| self.missing(table, name, "a line has `from` and `to`, a circle `centre` and `radius`"))
+        };
+        let (from, to) = (point("from", line.from)?, point("to", line.to)?);
         let length = (to - from).norm();
         let apart = length.is_finite() && length > 0.0;
         let shown = format!("[{}, {}]", to.x, to.y);
         self.require(apart, &key("to"), shown, "must be finite and differ from `from`", "give two points")?;
-        self.require(line.points >= 2, &key("points"), line.points, "must be at least 2", "200 is usual")?;
-        Ok(Cut::Line { name: line.name.clone(), from, to, points: line.points })
+        let points = line.points.unwrap_or_default();
+        self.require(points >= 2, &key("points"), points, "must be at least 2", "200 is usual")?;
+        Ok(Cut::Line { name: line.name.clone(), from, to, points })
+    }
+
+    fn circle(&self, table: &str, circle: &SectionTable) -> Result<Cut, SceneError> {
+        let key = |name: &str| format!("{table}.{name}");
+        self.file_name(&key("name"), &circle.name, "such as \"circle\"")?;
+        for (name, given) in [("from", circle.from), ("to", circle.to)] {
+            if let Some([x, y]) = given {
+                let hint = "remove it, or remove `centre` and `radius` to have a line";
+                return Err(self.error(&key(name), format!("[{x}, {y}]"), "a circle has no ends", hint));
+            }
+        }
+        let hint = "such as { name = \"circle\", centre = [0, 0], radius = 1.05 }";
+        let centre = circle.centre.ok_or_else(|| self.missing(table, "centre", hint))?;
+        let finite = centre.iter().all(|c| c.is_finite());
+        self.require(finite, &key("centre"), format!("[{}, {}]", centre[0], centre[1]), "must be finite", hint)?;
+        let radius = circle.radius.ok_or_else(|| self.missing(table, "radius", hint))?;
+        let radius = self.positive(&key("radius"), radius, hint)?;
+        let points = circle.points.unwrap_or_default();
+        self.require(points >= 3, &key("points"), points, "must be at least 3", "360 is usual")?;
+        Ok(Cut::Circle { name: circle.name.clone(), centre: centre.into(), radius, points })
+    }
+
+    /// A name that files may have.
+    pub(super) fn file_name(&self, key: &str, name: &str, hint: &str) -> Result<(), SceneError> {
+        let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_');
+        let holds = !name.is_empty() && name.chars().all(plain);
+        let rule = "must be a file name of letters, digits, `-`, `_`";
+        self.require(holds, key, format!("\"{name}\""), rule, hint)
     }
 
     fn schedule(&self, key: &str, every: Option<&EveryTable>) -> Result<Schedule, SceneError> {

@@ -1,0 +1,168 @@
+//! `monolayer map`: pictures of the fields that runs have left.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use monolayer::measure::StreamFunction;
+use monolayer::output::OutputError;
+use monolayer::run::finished::Finished;
+use monolayer::run::maps::{Caption, Draft};
+use monolayer::scene::{ArrowsOf, MapOptions, MapRequest, Quantity};
+use serde::Deserialize;
+use serde::de::value::{Error as NameError, StrDeserializer};
+
+use crate::{Failure, say};
+
+/// What `monolayer map` is told.
+#[derive(Debug, Args)]
+pub struct MapArgs {
+    /// Folders of runs.
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<PathBuf>,
+    /// Quantity to show; may be repeated [default: speed and polarity].
+    #[arg(long, value_name = "Q", value_parser = named::<Quantity>)]
+    of: Vec<Quantity>,
+    /// Vector to show as arrows: velocity or polarity.
+    #[arg(long, value_name = "VECTOR", value_parser = named::<ArrowsOf>)]
+    arrows: Option<ArrowsOf>,
+    /// Draw contour lines of the stream function.
+    #[arg(long)]
+    streamlines: bool,
+    /// Draw the edges of the cells.
+    #[arg(long)]
+    mesh: bool,
+    /// Part of the plane to show [default: the whole domain].
+    #[arg(long, value_name = "x0,y0,x1,y1", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    window: Option<Vec<f64>>,
+    /// Ends of the colour bar [default: the smallest and the largest value].
+    #[arg(long, value_name = "lo,hi", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    range: Option<Vec<f64>>,
+    /// The same colour bar for all runs, from the smallest to the largest value of all.
+    #[arg(long, conflicts_with = "range")]
+    same_range: bool,
+    /// Folder of the pictures [default: `plots` in the folder of each run].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// A name as in a scene; the message lists those that exist.
+fn named<T: for<'de> Deserialize<'de>>(text: &str) -> Result<T, NameError> {
+    T::deserialize(StrDeserializer::new(text))
+}
+
+/// Draws the pictures and says where they are.
+pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
+    let window = args.window.as_deref().map(|w| match *w {
+        [x0, y0, x1, y1] => Ok([[x0, y0], [x1, y1]]),
+        _ => Err(format!("`--window` has {} numbers, must have 4; hint: such as `--window -5,-5,10,5`", w.len())),
+    });
+    let range = args.range.as_deref().map(|r| match *r {
+        [low, high] => Ok([low, high]),
+        _ => Err(format!("`--range` has {} numbers, must have 2; hint: such as `--range 0,1.5`", r.len())),
+    });
+    let (window, range) = (window.transpose()?, range.transpose()?);
+    let mut of = if args.of.is_empty() { vec![Quantity::Speed, Quantity::Polarity] } else { args.of.clone() };
+    let mut seen = Vec::new();
+    of.retain(|quantity| {
+        !seen.contains(quantity) && {
+            seen.push(*quantity);
+            true
+        }
+    });
+    let options = |of: Quantity| MapOptions {
+        of,
+        name: None,
+        arrows: args.arrows,
+        streamlines: args.streamlines,
+        mesh: args.mesh,
+        window,
+        range,
+    };
+    let stems = stems(&args.runs);
+    let mut requests: Vec<MapRequest> = of.iter().map(|of| request(&options(*of))).collect();
+    if args.same_range {
+        same_range(&args.runs, &mut requests, &options)?;
+    }
+    for (folder, stem) in args.runs.iter().zip(&stems) {
+        let written = draw(folder, stem, args.out.as_deref(), &requests, &options)?;
+        if !quiet {
+            written.iter().try_for_each(|path| say(&format!("written {}.png and .svg", path.display())))?;
+        }
+    }
+    Ok(())
+}
+
+fn request(options: &MapOptions) -> MapRequest {
+    let MapOptions { of, name: _, arrows, streamlines, mesh, window, range } = options.clone();
+    MapRequest { name: of.name().to_owned(), of, arrows, streamlines, mesh, window, range }
+}
+
+/// Reads a run, and refuses what its model does not have.
+fn read(folder: &Path, requests: &[MapRequest], options: &dyn Fn(Quantity) -> MapOptions) -> Result<Finished, Failure> {
+    let run = Finished::read(folder)?;
+    for request in requests {
+        let checked = options(request.of).check(&run.scene.parameters);
+        checked.map_err(|error| format!("{}: option {error}", folder.display()))?;
+    }
+    Ok(run)
+}
+
+/// Gives every quantity the range of its values in all runs.
+fn same_range(
+    runs: &[PathBuf],
+    requests: &mut [MapRequest],
+    options: &dyn Fn(Quantity) -> MapOptions,
+) -> Result<(), Failure> {
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; requests.len()];
+    for folder in runs {
+        let run = read(folder, requests, options)?;
+        let march = run.march();
+        let draft = Draft { setup: &run.setup, state: &march.state, t: march.t, stream: None };
+        for (range, request) in ranges.iter_mut().zip(requests.iter()) {
+            let [low, high] = draft.extent(request, &Caption::of(&run.scene))?;
+            *range = [range[0].min(low), range[1].max(high)];
+        }
+    }
+    requests.iter_mut().zip(ranges).for_each(|(request, range)| request.range = Some(range));
+    Ok(())
+}
+
+/// Draws every quantity of one run.
+fn draw(
+    folder: &Path,
+    stem: &str,
+    out: Option<&Path>,
+    requests: &[MapRequest],
+    options: &dyn Fn(Quantity) -> MapOptions,
+) -> Result<Vec<PathBuf>, Failure> {
+    let run = read(folder, requests, options)?;
+    let march = run.march();
+    let model = &run.setup.model;
+    let stream = match requests.iter().any(|request| request.streamlines) {
+        true => Some(StreamFunction::new(model.loops(), model.velocity())?),
+        false => None,
+    };
+    let draft = Draft { setup: &run.setup, state: &march.state, t: march.t, stream: stream.as_ref() };
+    let plots = out.map_or_else(|| folder.join("plots"), Path::to_owned);
+    std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
+    let mut written = Vec::new();
+    for request in requests {
+        // pictures of several runs in one folder are told apart by the runs' names
+        let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
+        let path = plots.join(format!("{prefix}{}-{:06}", request.name, march.counts.steps));
+        draft.draw(request, &Caption::of(&run.scene))?.write(&path)?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
+/// A name for each run: that of its folder, numbered where several have the same.
+fn stems(runs: &[PathBuf]) -> Vec<String> {
+    let name = |run: &PathBuf| {
+        let whole = run.canonicalize().unwrap_or_else(|_| run.clone());
+        whole.file_name().map_or_else(|| "run".to_owned(), |name| name.to_string_lossy().into_owned())
+    };
+    let names: Vec<String> = runs.iter().map(name).collect();
+    let twice = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
+    names.iter().enumerate().map(|(k, n)| if twice(n) { format!("{n}-{}", k + 1) } else { n.clone() }).collect()
+}

@@ -1,0 +1,255 @@
+//! Maps: a scalar over a part of the plane as colours, with lines and arrows above it, as SVG and PNG.
+//!
+//! A map knows nothing of meshes and fields. It asks *samplers* for values: functions of a point that say nothing
+//! ([`None`]) where there is nothing, so a field of a run, data on a grid or a formula are drawn alike:
+//!
+//! ```
+//! use monolayer::mesh::Point;
+//! use monolayer::output::plot::map::{Layer, Map, Palette, Window};
+//!
+//! let ring = |x: Point| (x.norm() > 1.0).then(|| x.norm());
+//! let turn = |x: Point| Some(Point::new(-x.y, x.x));
+//! let map = Map {
+//!     title: "distance".into(),
+//!     name: "r".into(),
+//!     palette: Palette::Sequential,
+//!     layers: vec![Layer::Arrows { name: "|v|".into(), of: &turn }],
+//!     ..Map::new(Window::new([-2.0, -2.0], [4.0, 2.0])?, &ring)
+//! };
+//! let picture = map.draw()?;
+//! assert!(picture.svg().contains("<image"));
+//! # Ok::<(), monolayer::output::plot::PlotError>(())
+//! ```
+//!
+//! Each pixel has the colour of the value at its centre, and is white where there is none. In the SVG the pixels are
+//! one embedded image, and all else is drawn as lines and text. Axes have the same scale in both directions.
+
+mod arrange;
+mod arrows;
+mod contour;
+mod palette;
+mod pixels;
+
+use std::path::Path;
+
+pub use contour::{contours, nice_levels};
+pub use palette::Palette;
+
+use super::scene::Scene;
+use super::text::Font;
+use super::{PlotError, raster, svg, write_file};
+use crate::mesh::Point;
+
+/// A scalar at a point; `None`, or a value that is not finite, where there is none.
+pub type Scalar<'a> = &'a (dyn Fn(Point) -> Option<f64> + Sync);
+
+/// A vector at a point; `None`, or a vector that is not finite, where there is none.
+pub type Vector<'a> = &'a (dyn Fn(Point) -> Option<Point> + Sync);
+
+/// Sides of a window differ by at most this factor.
+pub const LONGEST: f64 = 25.0;
+
+/// The part of the plane that a map shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    low: Point,
+    high: Point,
+}
+
+impl Window {
+    /// From the lower left to the upper right corner.
+    ///
+    /// # Errors
+    /// [`PlotError::Window`] for corners that are not finite or not in this order, and for a side more than [`LONGEST`]
+    /// times as long as the other.
+    pub fn new(low: [f64; 2], high: [f64; 2]) -> Result<Self, PlotError> {
+        let size = Point::from(high) - Point::from(low);
+        let fits = size.min() > 0.0 && size.max() <= LONGEST * size.min() && size.max().is_finite();
+        if fits {
+            Ok(Self { low: low.into(), high: high.into() })
+        } else {
+            Err(PlotError::Window { low, high, limit: LONGEST })
+        }
+    }
+
+    /// Around all of these points with a little margin; higher or wider where one side would be too short.
+    ///
+    /// # Errors
+    /// [`PlotError::Window`] for no points, one point or points that are not finite.
+    pub fn around(points: impl Iterator<Item = Point>) -> Result<Self, PlotError> {
+        let none = (Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY));
+        let (low, high) = points.fold(none, |(low, high), x| (low.inf(&x), high.sup(&x)));
+        let middle = (low + high) / 2.0;
+        let longest = (high - low).max();
+        let half = (high - low).map(|side| 0.5 * side.max(longest / (0.9 * LONGEST)) + 0.01 * longest);
+        Self::new((middle - half).into(), (middle + half).into())
+    }
+
+    /// Lower left corner.
+    pub fn low(&self) -> Point {
+        self.low
+    }
+
+    /// Upper right corner.
+    pub fn high(&self) -> Point {
+        self.high
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> Point {
+        self.high - self.low
+    }
+
+    /// The point at these shares of the way from left to right and from bottom to top.
+    pub fn at(&self, across: f64, up: f64) -> Point {
+        self.low + self.size().component_mul(&Point::new(across, up))
+    }
+
+    /// Whether it contains the point, its edges included.
+    pub fn contains(&self, x: Point) -> bool {
+        let (a, b) = (x - self.low, self.high - x);
+        a.min() >= 0.0 && b.min() >= 0.0
+    }
+}
+
+/// What one map shows.
+#[derive(Clone)]
+pub struct Map<'a> {
+    /// Title line; wrapped when too long; may be empty.
+    pub title: String,
+    /// Line below the title, for the parameters; wrapped when too long; may be empty.
+    pub subtitle: String,
+    /// Names of the horizontal and the vertical axis.
+    pub axes: [String; 2],
+    /// Part of the plane that is shown.
+    pub window: Window,
+    /// Name of the scalar, as a formula.
+    pub name: String,
+    /// The scalar.
+    pub scalar: Scalar<'a>,
+    /// Colours of its values.
+    pub palette: Palette,
+    /// Values at the ends of the colour bar, low < high; those beyond get the colour of the end. By default the smallest
+    /// and the largest value that are shown.
+    pub range: Option<[f64; 2]>,
+    /// Drawn above the colours, in this order.
+    pub layers: Vec<Layer<'a>>,
+}
+
+/// Something that is drawn above the colours.
+#[derive(Clone)]
+pub enum Layer<'a> {
+    /// Polylines, cut off at the edges of the window.
+    Lines {
+        /// Their points.
+        lines: Vec<Vec<Point>>,
+        /// How they are drawn.
+        look: Look,
+    },
+    /// Contour lines of a scalar at evenly spaced levels, which lie half a spacing beside its multiples; the spacing is told
+    /// below the map.
+    Contours {
+        /// Name of the spacing, such as `Δψ`.
+        name: String,
+        /// The scalar, continuous where it has values.
+        of: Scalar<'a>,
+    },
+    /// Arrows on a regular grid, their middles at the grid's points and their lengths proportional to the vector's; one of a
+    /// round length is told below the map.
+    Arrows {
+        /// Name of the vector's length, such as `|v|`.
+        name: String,
+        /// The vector.
+        of: Vector<'a>,
+    },
+}
+
+/// Look of polylines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Look {
+    /// Dark: the boundary of a domain.
+    Outline,
+    /// Thin and grey: the edges of a mesh.
+    Mesh,
+}
+
+/// A map that was drawn.
+pub struct Picture {
+    scene: Scene,
+    font: Font,
+    extent: [f64; 2],
+    range: [f64; 2],
+}
+
+impl<'a> Map<'a> {
+    /// A map without texts and layers, with axes `x₁` and `x₂`.
+    pub fn new(window: Window, scalar: Scalar<'a>) -> Self {
+        Self {
+            title: String::new(),
+            subtitle: String::new(),
+            axes: ["x₁".to_owned(), "x₂".to_owned()],
+            window,
+            name: String::new(),
+            scalar,
+            palette: Palette::Sequential,
+            range: None,
+            layers: Vec::new(),
+        }
+    }
+
+    /// Smallest and largest value that the map would show.
+    ///
+    /// # Errors
+    /// As [`Map::draw`].
+    pub fn extent(&self) -> Result<[f64; 2], PlotError> {
+        let font = Font::load()?;
+        Ok(arrange::Arranged::new(self, &font)?.pixels.extent)
+    }
+
+    /// Samples the scalar and places everything.
+    ///
+    /// # Errors
+    /// [`PlotError::Font`]; [`PlotError::Blank`] where the scalar has no value in the window.
+    pub fn draw(&self) -> Result<Picture, PlotError> {
+        let font = Font::load()?;
+        let arranged = arrange::Arranged::new(self, &font)?;
+        let (extent, range) = (arranged.pixels.extent, arranged.range);
+        Ok(Picture { scene: arranged.scene(), font, extent, range })
+    }
+}
+
+impl Picture {
+    /// Smallest and largest value that is shown.
+    pub fn extent(&self) -> [f64; 2] {
+        self.extent
+    }
+
+    /// Values at the ends of the colour bar.
+    pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+
+    /// The SVG document, 840 units wide.
+    pub fn svg(&self) -> String {
+        svg::render(&self.scene)
+    }
+
+    /// The bytes of a PNG file, [`PNG_SCALE`](super::PNG_SCALE) times as large as the SVG, on white.
+    ///
+    /// # Errors
+    /// [`PlotError::Canvas`], [`PlotError::Encode`].
+    pub fn png(&self) -> Result<Vec<u8>, PlotError> {
+        raster::render(&self.scene, &self.font)
+    }
+
+    /// Writes `<path>.svg` and `<path>.png`; nothing is written if the latter cannot be drawn. The endings are appended, the
+    /// folder must exist.
+    ///
+    /// # Errors
+    /// As [`Picture::png`], and [`PlotError::Write`].
+    pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
+        let png = self.png()?;
+        write_file(path_without_extension, ".svg", self.svg().as_bytes())?;
+        write_file(path_without_extension, ".png", &png)
+    }
+}

@@ -1,0 +1,268 @@
+//! Pictures of the fields of a state.
+
+use super::{RunError, Setup};
+use crate::element::basis;
+use crate::measure::StreamFunction;
+use crate::mesh::{Face, Mesh, Point};
+use crate::model::{ModelKind, State};
+use crate::output::plot::PlotError;
+use crate::output::plot::map::{Layer, Look, Map, Palette, Picture, Window};
+use crate::scene::{ArrowsOf, MapRequest, Quantity, Scene};
+use crate::space::Field;
+
+/// Straight pieces that a curved face is drawn with.
+const PIECES: usize = 12;
+/// Points across a window at which the domain is looked for.
+const PROBES: usize = 60;
+
+/// The texts of pictures that a scene determines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Caption {
+    /// Parameters of the model.
+    pub parameters: String,
+    /// Whether a steady state is searched for, whose pseudo-time tells nothing.
+    steady: bool,
+}
+
+impl Caption {
+    /// Those of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let p = &scene.parameters;
+        let mut list = vec![("Pe", p.peclet), ("C_F", p.friction)];
+        let mut unless = |name, value: f64, usual: f64| {
+            if value != usual {
+                list.push((name, value));
+            }
+        };
+        unless("T_a", p.traction, p.friction);
+        unless("S_a", p.active_stress, 0.0);
+        if let Some(law) = p.density {
+            unless("S_a'", law.active_stress_iso, 0.0);
+            unless("c_0", law.penalty, f64::NAN);
+            unless("γ", law.exponent, f64::NAN);
+            unless("ρ_{min}", law.critical, 0.0);
+        }
+        list.extend([("B", p.elasticity), ("κ", p.coherence), ("a", p.slip)]);
+        let parameters: Vec<String> =
+            list.iter().map(|(name, value)| format!("{name} = {}", short(*value, 4))).collect();
+        Self { parameters: parameters.join(", "), steady: scene.steady.is_some() }
+    }
+}
+
+/// A number rounded to so many significant digits, with a true minus sign.
+fn short(value: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+    crate::output::number(rounded).replace('-', "−")
+}
+
+/// A state of which pictures are drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct Draft<'s> {
+    pub setup: &'s Setup,
+    pub state: &'s State,
+    pub t: f64,
+    /// Needed for streamlines alone.
+    pub stream: Option<&'s StreamFunction>,
+}
+
+/// How a quantity follows from its field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Component(usize),
+    Length,
+}
+
+/// How a quantity is called and drawn.
+struct Kind {
+    title: &'static str,
+    name: &'static str,
+    palette: Palette,
+    part: Part,
+}
+
+impl Kind {
+    fn of(quantity: Quantity, model: ModelKind) -> Self {
+        use Palette::{Diverging, Sequential};
+        use Part::{Component, Length};
+        let (title, name, palette, part) = match (quantity, model) {
+            (Quantity::Speed, _) => ("speed", "|v|", Sequential, Length),
+            (Quantity::Velocity1, _) => ("velocity", "v₁", Diverging, Component(0)),
+            (Quantity::Velocity2, _) => ("velocity", "v₂", Diverging, Component(1)),
+            (Quantity::Polarity, _) => ("polarity", "|p|", Sequential, Length),
+            (Quantity::Polarity1, _) => ("polarity", "p₁", Diverging, Component(0)),
+            (Quantity::Polarity2, _) => ("polarity", "p₂", Diverging, Component(1)),
+            (Quantity::Pressure, ModelKind::Incompressible) => ("pressure", "Π", Diverging, Component(0)),
+            (Quantity::Pressure, ModelKind::Compressible) => ("pressure", "ρΠ", Diverging, Component(0)),
+            (Quantity::Density, _) => ("density", "ρ", Sequential, Component(0)),
+            // a density weighs the diffusion
+            (Quantity::PolarityLaplacian, ModelKind::Incompressible) => {
+                ("diffusion of the polarity", "|κ²Δₕp|", Sequential, Length)
+            }
+            (Quantity::PolarityLaplacian1, ModelKind::Incompressible) => {
+                ("diffusion of the polarity", "κ²Δₕp₁", Diverging, Component(0))
+            }
+            (Quantity::PolarityLaplacian2, ModelKind::Incompressible) => {
+                ("diffusion of the polarity", "κ²Δₕp₂", Diverging, Component(1))
+            }
+            (Quantity::PolarityLaplacian, ModelKind::Compressible) => {
+                ("diffusion of the polarity", "|κ² divₕ(ρ∇p)|", Sequential, Length)
+            }
+            (Quantity::PolarityLaplacian1, ModelKind::Compressible) => {
+                ("diffusion of the polarity", "κ² divₕ(ρ∇p₁)", Diverging, Component(0))
+            }
+            (Quantity::PolarityLaplacian2, ModelKind::Compressible) => {
+                ("diffusion of the polarity", "κ² divₕ(ρ∇p₂)", Diverging, Component(1))
+            }
+        };
+        Self { title, name, palette, part }
+    }
+}
+
+impl Draft<'_> {
+    /// The picture that was asked for.
+    ///
+    /// # Errors
+    /// A window that does not meet the domain; a pressure or a stream function that cannot be solved for.
+    ///
+    /// # Panics
+    /// When streamlines are asked for and [`Draft::stream`] is `None`.
+    pub fn draw(&self, request: &MapRequest, caption: &Caption) -> Result<Picture, RunError> {
+        self.with(request, caption, |map| map.draw())
+    }
+
+    /// The smallest and the largest value that the picture would show.
+    ///
+    /// # Errors
+    /// As [`Draft::draw`].
+    pub fn extent(&self, request: &MapRequest, caption: &Caption) -> Result<[f64; 2], RunError> {
+        let plain = MapRequest { arrows: None, streamlines: false, mesh: false, ..request.clone() };
+        self.with(&plain, caption, |map| map.extent())
+    }
+
+    fn with<R>(
+        &self,
+        request: &MapRequest,
+        caption: &Caption,
+        then: impl FnOnce(&Map) -> Result<R, PlotError>,
+    ) -> Result<R, RunError> {
+        let (mesh, model) = (&*self.setup.mesh, &self.setup.model);
+        let kind = Kind::of(request.of, model.parameters().kind());
+        let field = self.field(request.of)?;
+        let scalar = |x: Point| self.at(x, |cell, xi| value(&field, kind.part, cell, xi));
+        let arrows = request.arrows.map(|of| match of {
+            ArrowsOf::Velocity => (&self.state.v, "|v|"),
+            ArrowsOf::Polarity => (&self.state.p, "|p|"),
+        });
+        let vector = |x: Point| self.at(x, |cell, xi| arrows.map(|(field, _)| field.vector_at(cell, xi))).flatten();
+        let psi = match (request.streamlines, self.stream) {
+            (true, stream) => {
+                let stream = stream.expect("prepared where streamlines are asked for");
+                Some(stream.of(model.loops(), &self.state.v)?)
+            }
+            (false, _) => None,
+        };
+        let stream = |x: Point| self.at(x, |cell, xi| psi.as_ref().map(|psi| psi.scalar_at(cell, xi))).flatten();
+        let mut layers = Vec::new();
+        if request.mesh {
+            layers.push(Layer::Lines { lines: edges(mesh, |face| face.plus.is_some()), look: Look::Mesh });
+        }
+        layers.push(Layer::Lines { lines: edges(mesh, |face| face.plus.is_none()), look: Look::Outline });
+        if request.streamlines {
+            layers.push(Layer::Contours { name: "Δψ".into(), of: &stream });
+        }
+        if let Some((_, name)) = arrows {
+            layers.push(Layer::Arrows { name: name.into(), of: &vector });
+        }
+        let failed = |error| failed(&request.name, error);
+        let map = Map {
+            title: self.title(&kind, caption),
+            subtitle: caption.parameters.clone(),
+            name: kind.name.into(),
+            palette: kind.palette,
+            range: request.range,
+            layers,
+            ..Map::new(window(request, mesh).map_err(failed)?, &scalar)
+        };
+        then(&map).map_err(failed)
+    }
+
+    fn title(&self, kind: &Kind, caption: &Caption) -> String {
+        let when = match caption.steady {
+            true => String::new(),
+            false => format!(" at t = {}", short(self.t, 6)),
+        };
+        format!("{} {}{when}", kind.title, kind.name)
+    }
+
+    fn field(&self, quantity: Quantity) -> Result<Field, RunError> {
+        let (state, model) = (self.state, &self.setup.model);
+        Ok(match quantity {
+            Quantity::Speed | Quantity::Velocity1 | Quantity::Velocity2 => state.v.clone(),
+            Quantity::Polarity | Quantity::Polarity1 | Quantity::Polarity2 => state.p.clone(),
+            Quantity::Pressure => model.pressure(state)?,
+            Quantity::Density => state.volume().clone(),
+            Quantity::PolarityLaplacian | Quantity::PolarityLaplacian1 | Quantity::PolarityLaplacian2 => {
+                model.polarity_laplacian(state, self.t)
+            }
+        })
+    }
+
+    /// What a function of cell and reference point has at a point of the domain.
+    fn at<T>(&self, x: Point, value: impl FnOnce(usize, Point) -> T) -> Option<T> {
+        self.setup.locator.locate(&self.setup.mesh, x).map(|(cell, xi)| value(cell, xi))
+    }
+}
+
+fn value(field: &Field, part: Part, cell: usize, xi: Point) -> f64 {
+    match part {
+        Part::Component(c) => field.component_at(cell, xi, c),
+        Part::Length => field.vector_at(cell, xi).norm(),
+    }
+}
+
+/// An error of drawing, with the name of the map.
+pub(super) fn failed(name: &str, error: PlotError) -> RunError {
+    RunError::Map { origin: format!("map `{name}`"), error: Box::new(error) }
+}
+
+/// The window that was asked for, or one around the domain.
+fn window(request: &MapRequest, mesh: &Mesh) -> Result<Window, PlotError> {
+    match request.window {
+        Some([low, high]) => Window::new(low, high),
+        None => Window::around(edges(mesh, |face| face.plus.is_none()).into_iter().flatten()),
+    }
+}
+
+/// Refuses windows that show nothing of the domain, before anything is solved; `key` is that of the list.
+///
+/// # Errors
+/// The first such window.
+pub(super) fn check_windows(requests: &[MapRequest], key: &str, scene: &Scene, setup: &Setup) -> Result<(), RunError> {
+    for (at, request) in requests.iter().enumerate() {
+        let origin = || scene.source().place(&format!("{key}.{at}.window")).to_string();
+        let window =
+            window(request, &setup.mesh).map_err(|error| RunError::Map { origin: origin(), error: Box::new(error) })?;
+        let probes = (0..PROBES * PROBES).map(|k| {
+            let share = |i: usize| (i as f64 + 0.5) / PROBES as f64;
+            window.at(share(k % PROBES), share(k / PROBES))
+        });
+        let meets = setup.mesh.vertices.iter().any(|x| window.contains(*x))
+            || probes.into_iter().any(|x| setup.locator.locate(&setup.mesh, x).is_some());
+        if !meets {
+            let error = Box::new(PlotError::Blank { name: request.name.clone() });
+            return Err(RunError::Map { origin: origin(), error });
+        }
+    }
+    Ok(())
+}
+
+/// Faces of a mesh as polylines.
+fn edges(mesh: &Mesh, wanted: impl Fn(&Face) -> bool) -> Vec<Vec<Point>> {
+    let line = |face: &Face| {
+        let side = face.minus;
+        let pieces = if mesh.curved[side.cell].is_some() { PIECES } else { 1 };
+        let map = mesh.map(side.cell);
+        (0..=pieces).map(|k| map.at(basis::face_point(side.face, k as f64 / pieces as f64)).0).collect()
+    };
+    mesh.faces.iter().filter(|face| wanted(face)).map(line).collect()
+}

@@ -1,0 +1,97 @@
+//! The rules of `maps`.
+
+use std::collections::BTreeSet;
+
+use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
+use crate::model::{ModelKind, Parameters};
+use crate::output::plot::map::{LONGEST, Window};
+use crate::scene::error::SceneError;
+use crate::scene::maps::{MapOptions, MapRequest, MapTable, Quantity};
+use crate::scene::output::{Output, What};
+
+impl Checker<'_> {
+    pub(super) fn maps(&self, key: &str, maps: &[MapTable], p: &Parameters) -> Result<Vec<MapRequest>, SceneError> {
+        let numbered = maps.iter().enumerate();
+        numbered.map(|(at, map)| self.map(&format!("{key}.maps.{at}"), map, p)).collect()
+    }
+
+    fn map(&self, key: &str, table: &MapTable, p: &Parameters) -> Result<MapRequest, SceneError> {
+        let of_key = match table {
+            MapTable::Quantity(_) => key.to_owned(),
+            MapTable::Options(_) => format!("{key}.of"),
+        };
+        let options = table.options();
+        if let Err(broken) = options.check(p) {
+            let key = if broken.key == "of" { of_key } else { format!("{key}.{}", broken.key) };
+            return Err(self.error(&key, broken.value, &broken.rule, &broken.hint));
+        }
+        let MapOptions { of, name, arrows, streamlines, mesh, window, range } = options;
+        let name = name.unwrap_or_else(|| of.name().to_owned());
+        self.file_name(&format!("{key}.name"), &name, "such as \"wake\"")?;
+        Ok(MapRequest { name, of, arrows, streamlines, mesh, window, range })
+    }
+
+    /// Maps of one name would overwrite each other's pictures.
+    pub(super) fn one_picture_each(&self, outputs: &[Output]) -> Result<(), SceneError> {
+        let mut names = BTreeSet::new();
+        for (at, output) in outputs.iter().enumerate() {
+            let maps = match &output.what {
+                What::Maps(maps) => maps.as_slice(),
+                What::Fields(_) | What::Measures(_) | What::Cuts(_) | What::Checkpoint => &[],
+            };
+            for map in maps {
+                let rule = "two maps have this name, and would write the same file";
+                let hint = "give every map a `name` of its own; without one it has that of its quantity";
+                let shown = format!("\"{}\"", map.name);
+                self.require(names.insert(&map.name), &format!("output.{at}.maps"), shown, rule, hint)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A rule of maps that an option breaks.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("`{key}` = {value}: {rule}; hint: {hint}")]
+pub struct MapRule {
+    pub key: &'static str,
+    pub value: String,
+    pub rule: String,
+    pub hint: String,
+}
+
+impl MapOptions {
+    /// Whether a model has what the map shows, and whether window and range can be drawn.
+    ///
+    /// # Errors
+    /// The first rule that is broken.
+    pub fn check(&self, p: &Parameters) -> Result<(), MapRule> {
+        let broken = |key: &'static str, value: String, rule: &str, hint: &str| {
+            Err(MapRule { key, value, rule: rule.to_owned(), hint: hint.to_owned() })
+        };
+        let incompressible = p.kind() == ModelKind::Incompressible;
+        if self.of == Quantity::Density && incompressible {
+            return broken("of", "\"density\"".into(), CONSTANT_DENSITY, WRONG_KIND);
+        }
+        if self.streamlines && !incompressible {
+            let rule = "the flow of a compressible sheet has no stream function whose contours are streamlines";
+            return broken("streamlines", "true".into(), rule, "remove it; arrows = \"velocity\" shows the flow");
+        }
+        if let Some([low, high]) = self.window
+            && Window::new(low, high).is_err()
+        {
+            let shown = format!("[[{}, {}], [{}, {}]]", low[0], low[1], high[0], high[1]);
+            let rule = format!(
+                "must be the lower left and the upper right corner, finite, and at most {LONGEST} times as long as wide or high"
+            );
+            return broken("window", shown, &rule, "such as [[-5, -5], [10, 5]]");
+        }
+        if let Some([low, high]) = self.range
+            && !(low.is_finite() && high.is_finite() && low < high)
+        {
+            let rule = "must be two finite numbers, the smaller one first";
+            return broken("range", format!("[{low}, {high}]"), rule, "such as [0, 1.5]");
+        }
+        Ok(())
+    }
+}
