@@ -229,6 +229,11 @@ fn the_program_leaves_tables_cuts_and_plots_that_do_not_depend_on_threads() {
         assert!(text.starts_with("s,x1,x2,v1,v2") && text.lines().count() > 500, "{axis}");
         assert!(folder.join(format!("1/plots/axis-{axis}.png")).exists());
     }
+    for map in ["measured-speed", "run-speed", "difference"] {
+        assert!(
+            read(&format!("1/plots/{map}.png")).len() > 10_000 && folder.join(format!("1/plots/{map}.svg")).exists()
+        );
+    }
     let summary: serde_json::Value = serde_json::from_slice(&read("1/summary.json")).unwrap();
     assert_eq!(summary["frames"], 6);
     assert!(summary["measures"]["relative"]["standard_error"].as_f64().unwrap() > 0.0);

@@ -1,6 +1,7 @@
 //! Measured velocities averaged on bins, and how far a run is from them [11.1–11.3].
 
 mod file;
+mod maps;
 mod synthesize;
 mod tracks;
 mod velocity;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::{CompareStudy, Comparison, Computed};
+use super::{CompareStudy, Comparison, Computed, maps};
 use crate::measure::measured::{Binned, Flux, overshoot};
 use crate::mesh::Point;
 use crate::output::plot::{self, Line, Markers, Plot, Series, Symbol};
@@ -27,6 +27,7 @@ pub(super) fn write(study: &CompareStudy, found: &Comparison, out: &Path) -> Res
     write_rows(&out.join("comparison.csv"), &reading_rows(found))?;
     write_cuts(study, found, out)?;
     write_plots(study, found, out)?;
+    maps::write(study, found, &out.join("plots"))?;
     let summary = serde_json::to_string_pretty(&summary(study, found)).expect("a tree of values");
     write_whole(&out.join("summary.json"), |file| file.write_all(summary.as_bytes()))?;
     Ok(())
