@@ -34,22 +34,22 @@ pub struct CompareArgs {
 #[command(next_help_heading = "With --synthesize")]
 struct Draw {
     /// Cells in every frame.
-    #[arg(long, value_name = "N", default_value_t = 500, requires = "synthesize")]
+    #[arg(long, value_name = "N", default_value_t = 500, conflicts_with = "file")]
     cells: usize,
     /// Number of frames, at t = 0, 1, 2, ….
-    #[arg(long, value_name = "M", default_value_t = 20, requires = "synthesize")]
+    #[arg(long, value_name = "M", default_value_t = 20, conflicts_with = "file")]
     frames: usize,
     /// Standard deviation of the noise on each component.
-    #[arg(long, value_name = "S", default_value_t = 0.0, requires = "synthesize")]
+    #[arg(long, value_name = "S", default_value_t = 0.0, conflicts_with = "file")]
     noise: f64,
     /// Slope of a velocity that is added to the first component and grows along x₁.
-    #[arg(long, value_name = "SLOPE", default_value_t = 0.0, allow_negative_numbers = true, requires = "synthesize")]
+    #[arg(long, value_name = "SLOPE", default_value_t = 0.0, allow_negative_numbers = true, conflicts_with = "file")]
     trend: f64,
     /// Seed of places and noise.
-    #[arg(long, value_name = "K", default_value_t = 0, requires = "synthesize")]
+    #[arg(long, value_name = "K", default_value_t = 0, conflicts_with = "file")]
     seed: u64,
     /// Field of view in disc radii, such as --box=-10,-5,10,5 [default: the whole domain].
-    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = corners, requires = "synthesize")]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = corners, conflicts_with = "file")]
     r#box: Option<[Point; 2]>,
 }
 

@@ -107,7 +107,9 @@ fn find_columns(study: &CompareStudy, header: &csv::StringRecord) -> Result<Vec<
         match places[..] {
             [at] => Ok((at, name.to_owned())),
             [] => {
-                let what = format!("there is no column `{name}`{}", names::did_you_mean(name, &known));
+                let taken = |other: &&str| study.columns.named().iter().any(|(_, name)| name == other);
+                let free: Vec<&str> = known.iter().copied().filter(|other| !taken(other)).collect();
+                let what = format!("there is no column `{name}`{}", names::did_you_mean(name, &free));
                 let hint = format!("the columns are {}; `columns.{key}` names the one to take", known.join(", "));
                 Err(wrong(&study.data, Some(1), what, hint))
             }
