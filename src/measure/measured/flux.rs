@@ -48,7 +48,7 @@ impl Binned {
         let end = |x1: f64| self.flux(x1).ok_or(MeasureError::NoCells { x1 });
         let flux = Flux { window, minus: end(-window)?, plus: end(window)? };
         let (sum, difference) = (flux.minus + flux.plus, flux.plus - flux.minus);
-        if !(sum.abs() > 1e-12 * (flux.minus.abs() + flux.plus.abs())) {
+        if sum.abs() <= 1e-12 * (flux.minus.abs() + flux.plus.abs()) {
             return Err(MeasureError::NoFlux { window, minus: flux.minus, plus: flux.plus });
         }
         let factor = 2.0 / sum;
