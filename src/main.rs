@@ -1,6 +1,7 @@
 //! The program `monolayer`: arguments and printing.
 
 mod command {
+    pub mod compare;
     pub mod map;
 }
 
@@ -94,6 +95,8 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Compare measured velocities with a run.
+    Compare(command::compare::CompareArgs),
     /// Draw pictures of the fields that runs have left in their folders; solve nothing.
     Map(command::map::MapArgs),
     /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
@@ -159,6 +162,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
         Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
+        Command::Compare(args) => args.execute(cli.quiet),
         Command::Map(args) => command::map::run(args, cli.quiet).map(|()| ExitCode::SUCCESS),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }

@@ -26,7 +26,7 @@ fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
 fn every_scene_runs_coarse() {
     let mut all = Vec::new();
     scenes(&root().join("studies"), &mut all);
-    all.retain(|path| !names_a_scene(path));
+    all.retain(|path| !names_a_scene(path) && !is_comparison(path));
     assert!(all.len() >= 4, "{all:?}");
     let temporary = tempfile::tempdir().unwrap();
     for (k, scene) in all.iter().enumerate() {
@@ -69,6 +69,11 @@ fn table_of(path: &Path) -> toml::Table {
 /// Studies name their scene; scenes have none.
 fn names_a_scene(path: &Path) -> bool {
     table_of(path).contains_key("scene")
+}
+
+/// A comparison names its data.
+fn is_comparison(path: &Path) -> bool {
+    table_of(path).contains_key("data")
 }
 
 /// A study of orders; other studies are sweeps.
@@ -215,6 +220,25 @@ fn every_study_of_branches_runs_coarse() {
         let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
         let finite = |cell: &str| cell.parse::<f64>().map_or(true, f64::is_finite);
         assert!(rows.len() >= 2 && rows.iter().all(|row| row.iter().all(finite)), "{}: {rows:?}", study.display());
+    }
+}
+
+#[test]
+fn every_comparison_runs() {
+    let mut all = Vec::new();
+    scenes(&root().join("studies"), &mut all);
+    all.retain(|path| is_comparison(path));
+    assert!(!all.is_empty());
+    let temporary = tempfile::tempdir().unwrap();
+    for (k, study) in all.iter().enumerate() {
+        let out = k.to_string();
+        let output = program(&["compare", study.to_str().unwrap(), "-q", "--out", &out], temporary.path());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && output.stdout.is_empty(), "{}: {error}", study.display());
+        let mut table = csv::Reader::from_path(temporary.path().join(out).join("field.csv")).unwrap();
+        let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+        let filled = rows.iter().filter(|row| !row[4].is_empty()).count();
+        assert!(2 * filled > rows.len(), "{}: {filled} of {} bins", study.display(), rows.len());
     }
 }
 

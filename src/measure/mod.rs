@@ -4,6 +4,7 @@ pub mod asymmetry;
 pub mod budget;
 pub mod cut;
 pub mod errors;
+pub mod measured;
 pub mod overshoot;
 pub mod stream;
 
@@ -32,6 +33,16 @@ pub enum MeasureError {
         "the {what} meets no cell between x₁ = {from:.4} and {to:.4} at x₂ = {y:.4}; hint: check `mesh.centre` and `mesh.length`"
     )]
     Outside { what: &'static str, from: f64, to: f64, y: f64 },
+    #[error(
+        "the flux-keeping correction needs cells at x₁ = {x1}: no bin there holds any; hint: shorten `window`, or look at `box`, \
+         `centre` and `length`"
+    )]
+    NoCells { x1: f64 },
+    #[error(
+        "the flux-keeping correction needs a flux: the mean velocity across the band is {minus:e} at x₁ = −{window} and {plus:e} at \
+         x₁ = {window}; hint: leave `window` out"
+    )]
+    NoFlux { window: f64, minus: f64, plus: f64 },
     #[error(transparent)]
     Solve(#[from] crate::solve::SolveError),
 }

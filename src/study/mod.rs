@@ -3,6 +3,7 @@
 
 pub mod branch;
 pub mod branch_file;
+pub mod compare;
 pub mod file;
 pub mod order;
 pub mod results;
@@ -47,6 +48,9 @@ pub enum StudyError {
         "no branch begins at {parameter} = {start}: {reason}; hint: choose another `start`, where `monolayer run --steady` finds a state"
     )]
     NoBranch { parameter: String, start: f64, reason: String },
+    /// Wrong in a table of measured values, or in what is asked of it.
+    #[error("{place}: {what}; hint: {hint}")]
+    Data { place: String, what: String, hint: String },
     #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },
 }

@@ -72,6 +72,13 @@ pub(super) fn read<T: DeserializeOwned>(
     let has = |key: &str| source.value(key).is_some();
     let file = source.origin().to_owned();
     match kind {
+        Kind::Order | Kind::Sweep | Kind::Branch if has("data") && !has("scene") => {
+            return Err(StudyError::OtherKind {
+                file,
+                is: "a comparison with measured velocities",
+                command: "compare",
+            });
+        }
         Kind::Order | Kind::Sweep | Kind::Branch if has("model") && !has("scene") => {
             return Err(StudyError::NoStudy { file });
         }

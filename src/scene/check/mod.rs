@@ -31,6 +31,10 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         let scene = scene.as_str().unwrap_or("named in it").to_owned();
         return Err(SceneError::Study { file: source.origin().to_owned(), command, scene });
     }
+    if has("data") && !has("model") {
+        let (file, scene) = (source.origin().to_owned(), "that of its run".to_owned());
+        return Err(SceneError::Study { file, command: "compare", scene });
+    }
     let mut file = source.tables::<SceneFile>().map_err(|found| found.1)?;
     let checker = Checker { source: &source };
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;

@@ -1,0 +1,64 @@
+//! A run to compare with, and tables made from it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use monolayer::study::compare::{CompareStudy, Comparison, RunVelocity, Synthesis, compare, synthesize};
+
+pub fn program(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_monolayer")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+/// The folder of a run of the coarse strip, two steps long, made once.
+pub fn strip() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("compare-strip");
+        let _ = std::fs::remove_dir_all(&folder);
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/strip.toml");
+        let mut arguments = vec!["run", scene.to_str().unwrap(), "-q", "--out", folder.to_str().unwrap()];
+        let sets = [
+            "mesh.length=[-6, 8]",
+            "mesh.h=2.5",
+            "mesh.h_disc=0.6",
+            "mesh.grading=0.3",
+            "time.max_steps=2",
+            "time.stop=",
+            "output=[]",
+        ];
+        sets.iter().for_each(|set| arguments.extend(["--set", set]));
+        let output = program(&arguments, Path::new("."));
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        folder
+    })
+}
+
+/// Cells in a frame of a table.
+pub const CELLS: usize = 500;
+
+/// A table of the strip's velocity in `folder`, and its path.
+pub fn table(folder: &Path, frames: usize, noise: f64, trend: f64) -> PathBuf {
+    let path = folder.join(format!("{frames}-{noise}-{trend}.csv"));
+    let synthesis = Synthesis { cells: CELLS, frames, noise, trend, seed: 5, view: None };
+    synthesize(&RunVelocity::read(strip()).unwrap(), &synthesis, &path).unwrap();
+    path
+}
+
+/// A study of a table with more keys, in the table's folder.
+pub fn study(table: &Path, keys: &str) -> CompareStudy {
+    let file = table.with_extension("toml");
+    let data = table.file_name().unwrap().to_str().unwrap();
+    let text = format!("data = \"{data}\"\nrun = '{}'\n{keys}", strip().display());
+    std::fs::write(&file, text).unwrap();
+    CompareStudy::read(&file, &[]).unwrap_or_else(|error| panic!("{error}"))
+}
+
+pub fn compared(table: &Path, keys: &str) -> Comparison {
+    compare(&study(table, keys)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+pub fn reading(found: &Comparison, name: &str) -> (f64, f64) {
+    let reading = found.readings.iter().find(|reading| reading.name == name).unwrap();
+    (reading.value, reading.error)
+}

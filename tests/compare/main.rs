@@ -1,0 +1,6 @@
+//! Measured velocities: bins, filter, correction, and what is recovered from tables that a run has made.
+
+mod bins;
+mod common;
+mod recovered;
+mod wrong;
