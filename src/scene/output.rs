@@ -25,6 +25,8 @@ pub enum Field {
     StreamFunction,
     /// `v − (T_a/C_F) e_1`
     TissueVelocity,
+    /// `ε`, the elastic strain carried by the flow [12.3].
+    ElasticStrain,
 }
 
 /// Numbers that can be measured.
@@ -45,6 +47,12 @@ pub enum Measure {
     DensityMin,
     /// Cells whose density was limited in the last step, of a compressible sheet.
     LimitedCells,
+    /// Points about which the polarity turns, by charge.
+    Defects,
+    /// Mean velocity and polarity along the track.
+    Circulation,
+    /// Largest elastic strain, and whether it is bounded.
+    ElasticStrain,
 }
 
 /// The six axes of the strip, lengths in disc radii.
@@ -116,6 +124,7 @@ impl Field {
             Field::MolecularField => "molecular-field",
             Field::StreamFunction => "stream-function",
             Field::TissueVelocity => "tissue-velocity",
+            Field::ElasticStrain => "elastic-strain",
         }
     }
 }
@@ -131,6 +140,9 @@ impl Measure {
             Measure::Mass => "mass",
             Measure::DensityMin => "density-min",
             Measure::LimitedCells => "limited-cells",
+            Measure::Defects => "defects",
+            Measure::Circulation => "circulation",
+            Measure::ElasticStrain => "elastic-strain",
         }
     }
 }
