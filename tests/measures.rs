@@ -226,16 +226,18 @@ fn without_outputs_the_strain_costs_nothing_and_without_a_table_there_is_none() 
     let without = STRIP.split("[[output]]").next().unwrap();
     let scene = check(without, &[]).unwrap();
     assert!(scene.strain.is_some() && scene.strain_needed().is_none());
-    let wrong: [(&[(&str, &str)], &str, &str); 6] = [
-        (&[("strain", "")], "output.0", "[strain]"),
-        (&[("strain.weissenberg", "0.0")], "strain.weissenberg", "greater than 0"),
-        (&[("strain.weissenberg", "-1.0")], "strain.weissenberg", "greater than 0"),
-        (&[("strain.weissenberg", "inf")], "strain.weissenberg", "finite"),
-        (&[("strain.degree", "0")], "strain.degree", "between 1 and"),
-        (&[("strain.degree", "9")], "strain.degree", "between 1 and"),
+    let on = |scene: &Scene| scene.terms().into_iter().find(|t| t.name == "elastic strain").map(|t| t.on);
+    assert_eq!([on(&scene), on(&check(STRIP, &[]).unwrap())], [Some(false), Some(true)]);
+    let wrong = [
+        ["strain", "", "output.0", "[strain]"],
+        ["strain.weissenberg", "0.0", "strain.weissenberg", "greater than 0"],
+        ["strain.weissenberg", "-1.0", "strain.weissenberg", "greater than 0"],
+        ["strain.weissenberg", "inf", "strain.weissenberg", "finite"],
+        ["strain.degree", "0", "strain.degree", "between 1 and"],
+        ["strain.degree", "9", "strain.degree", "between 1 and"],
     ];
-    for (sets, key, words) in wrong {
-        let error = check(STRIP, sets).expect_err("it is wrong").to_string();
+    for [set, value, key, words] in wrong {
+        let error = check(STRIP, &[(set, value)]).expect_err("it is wrong").to_string();
         assert!(error.contains(key) && error.contains(words) && error.contains("hint"), "{error}");
     }
 }
