@@ -57,6 +57,8 @@ fn coarse_mesh(scene: &str) -> &'static [&'static str] {
         &["mesh.h_disc=0.5", "mesh.h=2.0"]
     } else if scene.contains("shape = \"disc\"") {
         &["mesh.h=0.3"]
+    } else if scene.contains("shape = \"racetrack\"") {
+        &["mesh.h=1.0"]
     } else {
         &[]
     }

@@ -3,15 +3,19 @@
 pub mod asymmetry;
 pub mod budget;
 pub mod cut;
+pub mod defects;
 pub mod errors;
 pub mod measured;
 pub mod overshoot;
+pub mod strain;
 pub mod stream;
 
 pub use asymmetry::Mirror;
 pub use budget::Budget;
 pub use cut::{Circle, Line, Sample};
+pub use defects::{Census, Defects};
 pub use overshoot::Overshoot;
+pub use strain::{Strain, Tensor};
 pub use stream::StreamFunction;
 
 /// Why a measure cannot be taken.

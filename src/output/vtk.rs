@@ -87,7 +87,7 @@ pub fn write_vtu(path: &Path, grid: &Grid, time: f64, fields: &[Field]) -> Resul
 /// Refuses wrong lengths and values that are not finite.
 fn check(path: &Path, grid: &Grid, field: &Field) -> Result<(), OutputError> {
     let (name, width) = (field.name, field.components);
-    assert!((1..=2).contains(&width), "field `{name}` has {width} components");
+    assert!((1..=3).contains(&width), "field `{name}` has {width} components");
     assert_eq!(field.values.len(), grid.points.len() * width, "number of values of field `{name}`");
     match field.values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
@@ -133,13 +133,19 @@ fn document(out: &mut dyn Write, grid: &Grid, time: f64, positions: &Field, fiel
     writeln!(out, "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
 }
 
-/// Scalars as they are; vectors get a third component 0, for VTK knows only vectors of space.
+/// Scalars as they are; vectors get a third component 0, for VTK knows only vectors of space, and symmetric tensors (11, 12, 22) the
+/// order 11, 22, 33, 12, 23, 13.
 fn field_array(out: &mut dyn Write, field: &Field) -> io::Result<()> {
-    let (bytes, components): (Vec<u8>, usize) = if field.components == 1 {
-        (field.values.iter().flat_map(|v| v.to_le_bytes()).collect(), 1)
-    } else {
-        let padded = field.values.chunks_exact(2).flat_map(|v| [v[0], v[1], 0.0]);
-        (padded.flat_map(f64::to_le_bytes).collect(), 3)
+    let (bytes, components): (Vec<u8>, usize) = match field.components {
+        1 => (field.values.iter().flat_map(|v| v.to_le_bytes()).collect(), 1),
+        2 => {
+            let padded = field.values.chunks_exact(2).flat_map(|v| [v[0], v[1], 0.0]);
+            (padded.flat_map(f64::to_le_bytes).collect(), 3)
+        }
+        _ => {
+            let padded = field.values.chunks_exact(3).flat_map(|v| [v[0], v[2], 0.0, v[1], 0.0, 0.0]);
+            (padded.flat_map(f64::to_le_bytes).collect(), 6)
+        }
     };
     array(out, field.name, "Float64", components, &bytes)
 }

@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use super::{RunError, Setup};
 use crate::measure::errors::{History, errors};
-use crate::measure::{Budget, Mirror, Overshoot};
+use crate::measure::{Budget, Census, Defects, Mirror, Overshoot};
+use crate::mesh::generate::Track;
 use crate::model::Exact;
 use crate::model::{ModelKind, Residuals, State};
 use crate::scene::{Measure, Scene, What};
+use crate::space::Field;
 use crate::time::{Kind, March, Schedule};
 
 /// What was measured after one step; empty where nothing was due.
@@ -19,6 +21,8 @@ pub struct Readings {
     pub energy: Option<(f64, f64)>,
     /// By column of the history.
     pub values: BTreeMap<&'static str, f64>,
+    /// Defects of the polarity.
+    pub census: Option<Census>,
 }
 
 /// The measures of a scene, with what they need prepared once.
@@ -27,6 +31,8 @@ pub struct Gauges<'s> {
     setup: &'s Setup,
     due: Vec<(Measure, Schedule)>,
     mirror: Option<Mirror>,
+    defects: Option<Defects>,
+    track: Option<Track>,
     residual_each_step: bool,
     energy_each_step: bool,
     /// Disc radius, and its centre.
@@ -59,10 +65,13 @@ impl<'s> Gauges<'s> {
         } else {
             None
         };
+        let defects = due.iter().any(|(m, _)| *m == Measure::Defects).then(|| Defects::new(&setup.mesh));
         Ok(Self {
             setup,
             due,
             mirror,
+            defects,
+            track: scene.mesh.track(),
             residual_each_step: scene.time.stop_residual.is_some(),
             energy_each_step: scene.time.stop_energy_rate.is_some(),
             radius: scene.mesh.radius.unwrap_or(1.0),
@@ -96,7 +105,8 @@ impl<'s> Gauges<'s> {
         due.dedup();
         let residuals = if self.residual_each_step || !due.is_empty() { Some(march.residuals()?) } else { None };
         let energy = (self.energy_each_step || due.contains(&Measure::FreeEnergy)).then(|| march.energy());
-        let mut readings = Readings { residuals, energy, values: BTreeMap::new() };
+        let census = if due.contains(&Measure::Defects) { self.census(&march.state) } else { None };
+        let mut readings = Readings { residuals, energy, values: BTreeMap::new(), census };
         for measure in due {
             self.fields(measure, march, &mut readings.values)?;
         }
@@ -172,6 +182,15 @@ impl<'s> Gauges<'s> {
                 self.asymmetry(&march.state, values);
                 Ok(())
             }
+            Measure::Defects => {
+                self.count_defects(&march.state, values);
+                Ok(())
+            }
+            Measure::Circulation => {
+                self.circulation(&march.state, values);
+                Ok(())
+            }
+            Measure::ElasticStrain => super::strain::measure(self.setup, &march.state, values),
         }
     }
 
@@ -188,6 +207,9 @@ impl<'s> Gauges<'s> {
                 Measure::DensityMin => self.smallest_density(state, &mut values),
                 Measure::Overshoot => self.overshoot(state, &mut values)?,
                 Measure::Asymmetry => self.asymmetry(state, &mut values),
+                Measure::Defects => self.count_defects(state, &mut values),
+                Measure::Circulation => self.circulation(state, &mut values),
+                Measure::ElasticStrain => super::strain::measure(self.setup, state, &mut values)?,
             }
         }
         Ok(values)
@@ -218,6 +240,28 @@ impl<'s> Gauges<'s> {
     fn smallest_density(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
         if let Kind::Compressible(sheet) = self.setup.model.kind() {
             values.insert("density_min", sheet.density.limiter.smallest(state.volume()));
+        }
+    }
+
+    /// `(1/|Ω|) ∫ c·τ` of velocity and polarity, τ the unit vector along the track.
+    fn circulation(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
+        let Some(track) = self.track else { return };
+        let (loops, area) = (self.setup.model.loops(), self.setup.model.area());
+        // the direction is no polynomial
+        let degree = 2 * state.v.space.degree.max(state.p.space.degree);
+        let mean = |field: &Field| loops.sum(degree, |x| field.vector(&x.site).dot(&track.tangent(x.site.x))) / area;
+        values.extend([("circulation_velocity", mean(&state.v)), ("circulation_polarity", mean(&state.p))]);
+    }
+
+    /// The defects of the polarity, where the scene measures them.
+    pub fn census(&self, state: &State) -> Option<Census> {
+        self.defects.as_ref().map(|defects| defects.of(&state.p))
+    }
+
+    fn count_defects(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
+        if let Some(census) = self.census(state) {
+            let [plus, minus] = [1, -1].map(|charge| census.count(charge) as f64);
+            values.extend([("defects_plus", plus), ("defects_minus", minus)]);
         }
     }
 
@@ -266,6 +310,15 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
     }
     if named(Measure::LimitedCells) {
         columns.push("limited_cells");
+    }
+    if named(Measure::ElasticStrain) {
+        columns.extend(super::strain::COLUMNS);
+    }
+    if named(Measure::Circulation) {
+        columns.extend(["circulation_velocity", "circulation_polarity"]);
+    }
+    if named(Measure::Defects) {
+        columns.extend(["defects_plus", "defects_minus"]);
     }
     if budget {
         columns.extend(Budget::default().columns().map(|(name, _)| name));

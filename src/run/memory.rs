@@ -9,6 +9,8 @@
 use std::sync::Arc;
 
 use super::RunError;
+use crate::form::Faces;
+use crate::measure::Strain;
 use crate::mesh::Mesh;
 use crate::model::frames::Frames;
 use crate::model::incompressible::Description;
@@ -130,7 +132,9 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
     let model = PROGRAM + STOKES * r + BLOCKS * cells * rows * rows;
     let start = match scene.initial {
         Initial::AlignedAroundDisc => aligned(layout, r),
-        Initial::Exact | Initial::Expressions(_) | Initial::Random { .. } | Initial::File(_) => 0.0,
+        Initial::Circulating | Initial::Exact | Initial::Expressions(_) | Initial::Random { .. } | Initial::File(_) => {
+            0.0
+        }
     };
     MARGIN * (model + start.max(stream + work.bytes(scene, layout)))
 }
@@ -172,11 +176,24 @@ impl Work<'_> {
     }
 }
 
-/// What a scene takes: of a search for steady states with its eigenvalues, else of the coupling.
+/// What a scene takes, its elastic strain included, which is solved for while everything else is held.
 ///
 /// # Errors
 /// As [`Structure::new`].
 pub fn need(scene: &Scene, layout: &Layout) -> Result<Need, SolveError> {
+    let mut need = need_without_strain(scene, layout)?;
+    if let Some(settings) = scene.strain_needed() {
+        let strain = Strain::new(&layout.velocity.mesh, settings.degree, settings.weissenberg, Faces::NONE)?;
+        need.bytes += MARGIN * strain.bytes(rayon::current_num_threads()) as f64;
+    }
+    Ok(need)
+}
+
+/// What a scene takes: of a search for steady states with its eigenvalues, else of the coupling.
+///
+/// # Errors
+/// As [`Structure::new`].
+fn need_without_strain(scene: &Scene, layout: &Layout) -> Result<Need, SolveError> {
     let vectors = match (&scene.steady, scene.coupling.kind) {
         (Some(search), _) => search_vectors(scene, search),
         (None, CouplingKind::Newton) => KRYLOV,

@@ -1,6 +1,7 @@
 //! One scene from its description to its folder of results.
 
 pub mod available;
+pub mod defects;
 pub mod exact;
 pub mod finished;
 pub mod maps;
@@ -9,6 +10,7 @@ pub mod memory;
 pub mod report;
 pub mod setup;
 pub mod steady;
+mod strain;
 pub mod summary;
 pub mod writer;
 
@@ -199,6 +201,9 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
             march.counts.steps, scene.coupling.tolerance, scene.coupling.accept
         ));
     }
+    for note in strain::notes(&setup, &mut march) {
+        progress.say(&format!("note: {note}"));
+    }
     progress.finish();
     (record.said, record.errors) = (progress.said(), gauges.errors.take());
     let residuals = march.residuals().ok();
@@ -210,6 +215,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         }
     }
     writer.write_last(&mut march, &setup, ending.is_failure())?;
+    writer.write_last_defects(&march, gauges.census(&march.state))?;
     let mut summary =
         Summary::new(scene, &setup, &march, &writer, ending, residuals, measures, begin.elapsed(), counts_before);
     summary.steady = steady;

@@ -8,7 +8,7 @@ use super::available::available;
 use super::exact::check_exact;
 use super::memory::{self, Unknowns};
 use crate::form::Faces;
-use crate::measure::MeasureError;
+use crate::measure::{MeasureError, Strain};
 use crate::mesh::generate::Shape;
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
@@ -20,7 +20,7 @@ use crate::model::momentum::MomentumError;
 use crate::model::{Expression, ModelKind, start};
 use crate::output::checkpoint::Saved;
 use crate::scene::{Initial, InitialDensity, Measure, Scene, What};
-use crate::space::{Continuity, Field, Space};
+use crate::space::{Continuity, Field, Space, project};
 use crate::time::{Checkpoint, March, Sheet};
 
 /// All that is built before the first step.
@@ -30,6 +30,8 @@ pub struct Setup {
     pub quality: Quality,
     pub locator: Locator,
     pub model: Box<dyn Sheet>,
+    /// The equation of the elastic strain, where some output needs it.
+    pub strain: Option<Strain>,
     /// Wall seconds that the setup took.
     pub seconds: f64,
 }
@@ -115,7 +117,8 @@ impl Setup {
             model.know_structure(structure);
         }
         let locator = Locator::new(&mesh);
-        Ok(Self { quality: mesh.quality(), locator, model, mesh, seconds: begin.elapsed().as_secs_f64() })
+        let strain = super::strain::prepare(scene, &mesh, model.conditions())?;
+        Ok(Self { quality: mesh.quality(), locator, model, strain, mesh, seconds: begin.elapsed().as_secs_f64() })
     }
 
     /// The polarity at t = 0.
@@ -130,6 +133,10 @@ impl Setup {
                 let length = ALIGNED_LENGTH * scene.mesh.radius.unwrap_or(1.0);
                 start::aligned(self.model.loops(), space, self.model.conditions(), length)
                     .map_err(|e| RunError::Model { origin: origin(), error: Box::new(e) })
+            }
+            Initial::Circulating => {
+                let track = scene.mesh.track().expect("the scene was checked for a track");
+                Ok(project::interpolate_vector(space, |x| track.tangent(x)))
             }
             Initial::Exact => {
                 let exact = scene.sources.exact.as_ref().expect("the scene was checked for exact fields");
@@ -349,7 +356,7 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Fi
 pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     let read = |text: &str| -> toml::Table {
         let mut table: toml::Table = text.parse().unwrap_or_default();
-        for key in ["output", "title", "coupling", "steady"] {
+        for key in ["output", "title", "coupling", "steady", "strain"] {
             table.remove(key);
         }
         if let Some(time) = table.get_mut("time").and_then(toml::Value::as_table_mut) {

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::Setup;
 use super::steady::SteadyReport;
 use super::writer::Writer;
+use crate::measure::Strain;
 use crate::mesh::quality::Quality;
 use crate::model::Residuals;
 use crate::model::Term;
@@ -79,6 +80,8 @@ pub struct Unknowns {
     pub stokes_system: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stream_function: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elastic_strain: Option<usize>,
 }
 
 /// Everything in `summary.json`.
@@ -154,6 +157,7 @@ impl Summary {
                 polarity: model.polarity().space.dof_count(),
                 stokes_system: model.flow_unknowns(),
                 stream_function: writer.stream_unknowns(),
+                elastic_strain: setup.strain.as_ref().map(Strain::unknowns),
             },
             counts: march.counts,
             factorisations: factorisations - counts_before[0],

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use super::defects::{self, DefectTables};
 use super::maps::{self, Draft};
 use super::measures::{Readings, columns};
+use super::strain;
 use super::{RunError, Setup};
 use crate::element::basis;
 use crate::element::tables::Tables;
-use crate::measure::{Circle, Line, MeasureError, Sample, StreamFunction, cut};
+use crate::measure::{Census, Circle, Defects, Line, MeasureError, Sample, StreamFunction, cut};
 use crate::mesh::Point;
 use crate::output::checkpoint::Saved;
 use crate::output::history::History;
@@ -42,6 +44,7 @@ pub struct Writer {
     grid: Option<Grid>,
     series: Option<Series>,
     history: History,
+    defects: Option<DefectTables>,
     stream: Option<StreamFunction>,
     fields: Vec<(Vec<Field>, Schedule)>,
     cuts: Vec<(Vec<Section>, Schedule)>,
@@ -70,6 +73,7 @@ impl Writer {
             grid: None,
             series: None,
             history: open_history(scene, out, resume.then_some(march.counts.steps))?,
+            defects: None,
             stream: None,
             fields: Vec::new(),
             cuts: Vec::new(),
@@ -100,6 +104,11 @@ impl Writer {
         if streamlines || writer.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
             writer.stream = Some(StreamFunction::new(setup.model.loops(), setup.model.velocity())?);
         }
+        if defects::named(scene) {
+            let boundaries = Defects::new(&setup.mesh).boundaries;
+            let after = resume.then_some(march.counts.steps);
+            writer.defects = Some(DefectTables::open(scene, out, &boundaries, after)?);
+        }
         if !writer.fields.is_empty() {
             writer.open_series(setup, resume.then_some(march.t))?;
         }
@@ -114,7 +123,8 @@ impl Writer {
 
     fn open_series(&mut self, setup: &Setup, resume_at: Option<f64>) -> Result<(), RunError> {
         let model = &setup.model;
-        let degree = [model.velocity().degree, model.volume().degree, model.polarity().space.degree];
+        let strain = setup.strain.as_ref().map_or(1, |strain| strain.space.degree);
+        let degree = [model.velocity().degree, model.volume().degree, model.polarity().space.degree, strain];
         let bent = setup.mesh.curved.iter().flatten().map(|nodes| nodes.degree);
         let degree = degree.into_iter().chain(bent).max().unwrap_or(1);
         make_folder(&self.out.join("fields"))?;
@@ -153,7 +163,7 @@ impl Writer {
         if before.is_some() {
             for (sections, schedule) in &self.cuts {
                 if due(schedule) {
-                    self.write_cuts(march, sections, Some(step))?;
+                    self.write_cuts(march, setup, sections, Some(step))?;
                 }
             }
             if self.checkpoints.iter().any(due) {
@@ -182,7 +192,7 @@ impl Writer {
             self.write_fields(march, setup, &fields)?;
         }
         for (sections, _) in &self.cuts {
-            self.write_cuts(march, sections, None)?;
+            self.write_cuts(march, setup, sections, None)?;
         }
         let maps: Vec<MapRequest> = self.maps.iter().flat_map(|(m, _)| m.iter().cloned()).collect();
         self.draw_maps(march, setup, &maps)?;
@@ -213,7 +223,22 @@ impl Writer {
             "rejected" => Some(report.rejected as f64),
             other => readings.value(other),
         };
-        Ok(self.history.append(report.step, value)?)
+        self.history.append(report.step, value)?;
+        if let (Some(tables), Some(census)) = (&mut self.defects, &readings.census) {
+            tables.append(report.step, report.t, census)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the defects of the last state, where those on the way are not asked for.
+    ///
+    /// # Errors
+    /// A table that cannot be written.
+    pub fn write_last_defects(&mut self, march: &March, census: Option<Census>) -> Result<(), RunError> {
+        if let (Some(tables), Some(census)) = (&mut self.defects, &census) {
+            tables.append_last(march.counts.steps, march.t, census)?;
+        }
+        Ok(())
     }
 
     fn write_fields(&mut self, march: &mut March, setup: &Setup, fields: &[Field]) -> Result<(), RunError> {
@@ -221,11 +246,17 @@ impl Writer {
         let mut named: Vec<Field> = fields.to_vec();
         named.sort_by_key(|f| f.name());
         named.dedup();
-        let mut computed = Vec::new();
+        let mut at_nodes: Vec<(usize, Vec<f64>)> = Vec::new();
         for &field in &named {
-            computed.push(self.field(field, march, setup)?);
+            at_nodes.push(match field {
+                Field::ElasticStrain => {
+                    let strain = strain::at(setup, &march.state)?.expect("prepared when a scene asks for it");
+                    let parts = strain.components.each_ref().map(|part| nodal(part, grid.degree).1);
+                    (3, (0..parts[0].len()).flat_map(|k| parts.each_ref().map(|part| part[k])).collect())
+                }
+                other => nodal(&self.field(other, march, setup)?, grid.degree),
+            });
         }
-        let at_nodes: Vec<(usize, Vec<f64>)> = computed.iter().map(|f| at_nodes(f, grid.degree)).collect();
         let list: Vec<vtk::Field> = named
             .iter()
             .zip(&at_nodes)
@@ -252,6 +283,7 @@ impl Writer {
                 stream.of(model.loops(), &state.v)?
             }
             Field::PolarityLaplacian => model.polarity_laplacian(state, march.t),
+            Field::ElasticStrain => unreachable!("a tensor is no field of a space"),
             Field::TissueVelocity => {
                 let mut v = state.v.clone();
                 v.values.iter_mut().step_by(2).for_each(|v1| *v1 -= self.frame_speed);
@@ -260,10 +292,17 @@ impl Writer {
         })
     }
 
-    fn write_cuts(&self, march: &March, sections: &[Section], step: Option<usize>) -> Result<(), RunError> {
+    fn write_cuts(
+        &self,
+        march: &March,
+        setup: &Setup,
+        sections: &[Section],
+        step: Option<usize>,
+    ) -> Result<(), RunError> {
         let state = &march.state;
         let pressure = march.model.pressure(state)?;
         let laplacian = march.model.polarity_laplacian(state, march.t);
+        let strain = strain::at(setup, state)?;
         for Section { name, abscissa, samples } in sections {
             let file = match step {
                 Some(step) => format!("{name}-step-{step:06}.csv"),
@@ -272,13 +311,15 @@ impl Writer {
             let path = self.out.join("cuts").join(file);
             write_whole(&path, |out| {
                 let density = if state.density().is_some() { ",density" } else { "" };
-                writeln!(out, "{abscissa},x1,x2,v1,v2,pressure,p1,p2{density},laplacian1,laplacian2")?;
+                let strained = if strain.is_some() { ",strain_11,strain_12,strain_22" } else { "" };
+                writeln!(out, "{abscissa},x1,x2,v1,v2,pressure,p1,p2{density},laplacian1,laplacian2{strained}")?;
                 for sample in samples {
                     let v = |field: &space::Field, c| cut::value(field, &sample.at, c);
                     let (v1, p1) = ([0, 1].map(|c| v(&state.v, c)), [0, 1].map(|c| v(&state.p, c)));
                     let mut row = vec![sample.s, sample.x.x, sample.x.y, v1[0], v1[1], v(&pressure, 0), p1[0], p1[1]];
                     row.extend(state.density().map(|rho| v(rho, 0)));
                     row.extend([0, 1].map(|c| v(&laplacian, c)));
+                    row.extend(strain.iter().flat_map(|s| &s.components).map(|e| v(e, 0)));
                     writeln!(out, "{}", row.into_iter().map(number).collect::<Vec<_>>().join(","))?;
                 }
                 Ok(())
@@ -369,7 +410,7 @@ fn whole_axis(axis: Axis, scene: &Scene, setup: &Setup) -> Line {
 }
 
 /// Values at the nodes of every cell of a grid: exact when the grid's degree is not below the field's.
-fn at_nodes(field: &space::Field, degree: usize) -> (usize, Vec<f64>) {
+fn nodal(field: &space::Field, degree: usize) -> (usize, Vec<f64>) {
     let space = &field.space;
     let tables = Tables::new(basis::nodes(degree));
     let table = tables.degree(space.degree);

@@ -48,9 +48,20 @@ pub struct Scene {
     /// How a steady state is searched for, where the scene asks for one.
     pub steady: Option<SteadySettings>,
     pub coupling: CouplingSettings,
+    /// Of the elastic strain, where the scene has one.
+    pub strain: Option<StrainSettings>,
     pub outputs: Vec<Output>,
     resolved: tables::SceneFile,
     source: SceneSource,
+}
+
+/// The elastic strain that the flow carries [12.3].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrainSettings {
+    /// `We`
+    pub weissenberg: f64,
+    /// Polynomial degree.
+    pub degree: usize,
 }
 
 /// Polynomial degrees, and how slip is imposed.
@@ -72,6 +83,8 @@ pub struct Space {
 pub enum Initial {
     /// [10.4–10.5]
     AlignedAroundDisc,
+    /// The unit vector along the track, counterclockwise.
+    Circulating,
     /// That of the exact fields.
     Exact,
     /// `p(x, 0)`
@@ -159,6 +172,17 @@ impl Scene {
         Ok(())
     }
 
+    /// The settings of the elastic strain where some output needs it: its field, its measure, or a cut.
+    pub fn strain_needed(&self) -> Option<StrainSettings> {
+        let needs = |output: &Output| match &output.what {
+            What::Fields(fields) => fields.contains(&Field::ElasticStrain),
+            What::Measures(measures) => measures.contains(&Measure::ElasticStrain),
+            What::Cuts(_) => true,
+            What::Maps(_) | What::Checkpoint => false,
+        };
+        self.strain.filter(|_| self.outputs.iter().any(needs))
+    }
+
     /// The text that the scene was checked from, for further overrides.
     pub fn source(&self) -> &SceneSource {
         &self.source
@@ -224,6 +248,12 @@ impl Scene {
             }
         }
         terms.push(source("polarity source", "(f_p|q)", self.sources.polarity.is_some()));
+        if self.strain.is_some() {
+            let on = self.strain_needed().is_some();
+            let reason = if on { "an output needs it" } else { "no output needs it" };
+            terms
+                .push(Term { name: "elastic strain", formula: "ε▽ + ε/We = 2D(v)", on, reason: reason.to_owned() });
+        }
         terms
     }
 

@@ -28,6 +28,8 @@ pub enum Field {
     TissueVelocity,
     /// `κ²Δ_h p`
     PolarityLaplacian,
+    /// `ε`, the elastic strain carried by the flow [12.3].
+    ElasticStrain,
 }
 
 /// Numbers that can be measured.
@@ -48,6 +50,12 @@ pub enum Measure {
     DensityMin,
     /// Cells whose density was limited in the last step, of a compressible sheet.
     LimitedCells,
+    /// Points about which the polarity turns, by charge.
+    Defects,
+    /// Mean velocity and polarity along the track.
+    Circulation,
+    /// Largest elastic strain, and whether it is bounded.
+    ElasticStrain,
 }
 
 /// The six axes of the strip, lengths in disc radii.
@@ -120,6 +128,7 @@ impl Field {
             Field::StreamFunction => "stream-function",
             Field::TissueVelocity => "tissue-velocity",
             Field::PolarityLaplacian => "polarity-laplacian",
+            Field::ElasticStrain => "elastic-strain",
         }
     }
 }
@@ -135,6 +144,9 @@ impl Measure {
             Measure::Mass => "mass",
             Measure::DensityMin => "density-min",
             Measure::LimitedCells => "limited-cells",
+            Measure::Defects => "defects",
+            Measure::Circulation => "circulation",
+            Measure::ElasticStrain => "elastic-strain",
         }
     }
 }

@@ -79,7 +79,7 @@ impl<'de> de::Visitor<'de> for StartVisitor {
     type Value = PolarityStart;
 
     fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("\"aligned-around-disc\", two formulas, { random = { … } } or { file = \"…\" }")
+        out.write_str("\"aligned-around-disc\", \"circulating\", two formulas, { random = { … } } or { file = \"…\" }")
     }
 
     fn visit_str<E: de::Error>(self, name: &str) -> Result<PolarityStart, E> {

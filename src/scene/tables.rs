@@ -38,6 +38,9 @@ pub struct SceneFile {
     pub steady: Option<SteadyTable>,
     #[serde(default)]
     pub coupling: CouplingTable,
+    /// The elastic strain that the flow carries.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strain: Option<StrainTable>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<OutputTable>,
 }
@@ -282,6 +285,17 @@ impl Default for SteadyTable {
     fn default() -> Self {
         Self { residual: 1e-9, step: 1.0, max_steps: 300, want: Want::Stable, eigenvalues: 6, march: None }
     }
+}
+
+/// `[strain]`: the elastic strain that the flow carries [12.3].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StrainTable {
+    /// `We > 0`, the time in which the strain relaxes.
+    pub weissenberg: f64,
+    /// Polynomial degree (default that of the velocity less one).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub degree: Option<usize>,
 }
 
 /// `[coupling]`: how velocity and polarity are iterated within a step.

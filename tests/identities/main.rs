@@ -2,6 +2,7 @@
 
 mod abdf;
 mod common;
+mod defects;
 mod density;
 mod element;
 mod energy;
@@ -14,4 +15,5 @@ mod newton;
 mod solve;
 mod space;
 mod start;
+mod strain;
 mod time;

@@ -9,6 +9,8 @@ use monolayer::mesh::{Curve, Mesh, MeshError, Point};
 const REFERENCE: &str = "shape = 'strip-with-disc'\nlength = [-30.0, 50.0]\nwidth = 10.0\nh = 1.0\nh_disc = 0.13\n";
 const RACETRACK: &str =
     "shape = 'racetrack'\narm = 10.0\nturn_radius = 6.0\nwidth = 6.0\nh = 0.9\nh_disc = 0.2\ngrading = 0.3\n";
+/// The same band without discs.
+const EMPTY_TRACK: &str = "shape = 'racetrack'\ndiscs = 0\narm = 10.0\nturn_radius = 6.0\nwidth = 6.0\nh = 0.9\n";
 
 /// Isotropic scenes of every unstructured shape with their number of holes and exact area.
 fn isotropic() -> Vec<(String, isize, f64)> {
@@ -17,6 +19,7 @@ fn isotropic() -> Vec<(String, isize, f64)> {
         (REFERENCE.to_owned(), 1, 800.0 - PI),
         (REFERENCE.replace("10.0", "2.6"), 1, 80.0 * 2.6 - PI),
         (RACETRACK.to_owned(), 3, racetrack),
+        (EMPTY_TRACK.to_owned(), 1, racetrack + TAU),
         ("shape = 'strip'\nlength = [-1.0, 4.0]\nwidth = 2.0\nh = 0.2\n".to_owned(), 0, 10.0),
         ("shape = 'disc'\nradius = 2.0\ncentre = [0.5, 0.0]\nh = 0.3\n".to_owned(), 0, 4.0 * PI),
         ("shape = 'annulus'\nradius = 2.0\ninner_radius = 0.5\nh = 0.2\n".to_owned(), 1, 3.75 * PI),
@@ -420,7 +423,59 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("shape='racetrack'\narm=5\nturn_radius=5\nwidth=2\nh=0.5", "radius", "touch the band's walls"),
     ("shape='racetrack'\narm=5\nturn_radius=2.1\nwidth=4\nh=0.5", "h", "turn_radius - width/2"),
     ("shape='racetrack'\narm=5\nturn_radius=5\nwidth=4\nh=0.5\nstretch=2.0", "stretch", "no such key"),
+    ("shape='racetrack'\narm=5\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=3", "discs", "0, 1 or 2"),
+    (
+        "shape='racetrack'\narm=5\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=1\nsymmetric=true",
+        "discs",
+        "both arms or in none",
+    ),
+    ("shape='racetrack'\narm=5\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=0\nradius=0.5", "radius", "discs = 0"),
+    ("shape='racetrack'\narm=5\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=0\nh_disc=0.1", "h_disc", "discs = 0"),
+    ("shape='racetrack'\narm=0.3\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=0", "h", "arm = 0.3"),
+    ("shape='disc'\nh=0.5\ndiscs=1", "discs", "no such key"),
 ];
+
+#[test]
+fn a_racetrack_has_as_many_discs_as_are_asked_for() {
+    let band = 2.0 * 10.0 * 6.0 + PI * (81.0 - 9.0);
+    for (discs, tags) in
+        [(0, &["outer", "inner"][..]), (1, &["outer", "inner", "disc"]), (2, &["outer", "inner", "disc"])]
+    {
+        let text = if discs == 0 { EMPTY_TRACK.to_owned() } else { format!("{RACETRACK}discs = {discs}") };
+        let mesh = mesh(&text);
+        assert_eq!(mesh.tags, tags, "{text}");
+        // circles of cubic edges are off by their sixth order
+        let exact = band - discs as f64 * PI;
+        assert!((mesh.area() - exact).abs() < 1e-5 * exact, "{text}: {} and {exact}", mesh.area());
+        let on_disc = |f: &&monolayer::mesh::Face| f.tag.is_some() && f.tag == mesh.tag("disc");
+        let ends = mesh.faces.iter().filter(on_disc).flat_map(|f| mesh.face_vertices(f));
+        let heights: Vec<f64> = ends.map(|v| mesh.vertices[v].y).collect();
+        assert_eq!(heights.iter().any(|y| *y > 0.0), discs > 0);
+        assert_eq!(heights.iter().any(|y| *y < 0.0), discs > 1);
+    }
+    let full = mesh(&format!("{RACETRACK}discs = 2"));
+    assert_eq!(bits(&full), bits(&mesh(RACETRACK)), "two discs are the default");
+}
+
+#[test]
+fn the_way_around_a_racetrack_follows_arms_and_turns() {
+    let track = scene(EMPTY_TRACK).track().expect("a racetrack has a way around");
+    let half = 0.5_f64.sqrt();
+    for (x, along) in [
+        ([0.0, 6.0], [-1.0, 0.0]),
+        ([-4.9, 5.0], [-1.0, 0.0]),
+        ([4.0, -7.0], [1.0, 0.0]),
+        ([12.0, 0.0], [0.0, 1.0]),
+        ([-9.0, 0.0], [0.0, -1.0]),
+        ([5.0 + 6.0 * half, 6.0 * half], [-half, half]),
+        ([0.0, 0.0], [0.0, 0.0]),
+    ] {
+        assert!((track.tangent(Point::from(x)) - Point::from(along)).norm() < 1e-15, "{x:?}");
+    }
+    assert!(scene(REFERENCE).track().is_none());
+    let ring = scene("shape = 'annulus'\ninner_radius = 0.5\nradius = 2.0\ncentre = [1.0, 0.0]\nh = 0.3").track();
+    assert_eq!(ring.expect("a ring has a way around").tangent(Point::new(2.0, 0.0)), Point::new(0.0, 1.0));
+}
 
 #[test]
 fn wrong_scenes_are_refused_with_key_value_rule_and_hint() {

@@ -6,6 +6,9 @@ use crate::mesh::MeshError;
 /// Default of `grading`, chosen so that the reference strip (`h = 1`, `h_disc = 0.13`) has about 3000 cells.
 const GRADING: f64 = 0.15;
 
+/// Keys that mean nothing without a disc.
+pub(super) const OF_THE_DISC: [&str; 3] = ["radius", "h_disc", "grading"];
+
 /// A refusal of `mesh.<key>`.
 pub(super) fn bad(key: &str, value: impl ToString, rule: impl Into<String>, hint: impl Into<String>) -> MeshError {
     let (rule, hint) = (rule.into(), hint.into());
@@ -43,7 +46,7 @@ impl Shape {
             Shape::Strip => &["stretch", "symmetric"],
             Shape::StripWithDisc => &["radius", "centre", "h_disc", "grading", "stretch", "symmetric", "curved"],
             Shape::Disc | Shape::Annulus => &["radius", "centre", "symmetric", "curved"],
-            Shape::Racetrack => &["radius", "h_disc", "grading", "symmetric", "curved"],
+            Shape::Racetrack => &["discs", "radius", "h_disc", "grading", "symmetric", "curved"],
         }
     }
 
@@ -58,7 +61,8 @@ impl MeshScene {
         let mut full = self.clone();
         let Some(shape) = self.shape else { return full };
         let fill = |slot: &mut Option<f64>, key: &str, value: f64| {
-            if shape.allows(key) {
+            let no_disc = shape == Shape::Racetrack && self.discs == Some(0);
+            if shape.allows(key) && !(no_disc && OF_THE_DISC.contains(&key)) {
                 slot.get_or_insert(value);
             }
         };
@@ -69,6 +73,9 @@ impl MeshScene {
         fill(&mut full.stretch, "stretch", 1.0);
         if shape == Shape::Square {
             full.length.get_or_insert([0.0, 1.0]);
+        }
+        if shape.allows("discs") {
+            full.discs.get_or_insert(2);
         }
         if shape.allows("seed") {
             full.seed.get_or_insert(0);
@@ -86,7 +93,7 @@ impl MeshScene {
     }
 
     /// Every optional key with its value as text, `None` where it is not given.
-    fn given(&self) -> [(&'static str, Option<String>); 17] {
+    fn given(&self) -> [(&'static str, Option<String>); 18] {
         fn text<T: std::fmt::Debug>(value: &Option<T>) -> Option<String> {
             value.as_ref().map(|v| format!("{v:?}"))
         }
@@ -102,6 +109,7 @@ impl MeshScene {
             ("centre", text(&self.centre)),
             ("arm", text(&self.arm)),
             ("turn_radius", text(&self.turn_radius)),
+            ("discs", text(&self.discs)),
             ("h", text(&self.h)),
             ("h_disc", text(&self.h_disc)),
             ("grading", text(&self.grading)),

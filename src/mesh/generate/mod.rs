@@ -9,10 +9,13 @@ mod rules;
 mod size;
 mod square;
 mod stretch;
+mod track;
 
 use serde::{Deserialize, Serialize};
 
 use super::{Mesh, MeshError};
+
+pub use track::Track;
 
 /// The domains that can be generated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,8 +32,8 @@ pub enum Shape {
     /// Ring between `inner_radius` and `radius`; tags `inner`, `outer`.
     Annulus,
     /// Closed stadium-shaped band of width `width` with two straight arms of length `arm` (along x₁) joined by half rings
-    /// whose centre line has radius `turn_radius`, a disc of radius `radius` in the middle of each arm; tags `outer`,
-    /// `inner`, `disc`.
+    /// whose centre line has radius `turn_radius`, a disc of radius `radius` in the middle of each arm, of the upper one alone
+    /// (`discs = 1`) or of none (`discs = 0`); tags `outer`, `inner`, `disc`.
     Racetrack,
 }
 
@@ -74,6 +77,9 @@ pub struct MeshScene {
     /// Radius of the centre line of the half rings of `racetrack`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_radius: Option<f64>,
+    /// Discs on `racetrack`: 0, 1 or 2 (default 2).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub discs: Option<usize>,
     /// Edge length far from the disc.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub h: Option<f64>,

@@ -71,7 +71,11 @@ impl Outline {
                 let inner = scene.inner_radius.unwrap_or(0.5);
                 named(&["inner", "outer"]).with_annulus(centre, inner, radius, half)
             }
-            Shape::Racetrack => named(&["outer", "inner", "disc"]).with_racetrack(scene, half),
+            Shape::Racetrack => {
+                let tags: &[&str] =
+                    if scene.discs_on_track() == 0 { &["outer", "inner"] } else { &["outer", "inner", "disc"] };
+                named(tags).with_racetrack(scene, half)
+            }
         }
     }
 
@@ -148,8 +152,8 @@ impl Outline {
             self.stadium(right, left, tag, half)
         });
         let disc = Point::new(0.0, turn);
-        let upper = self.circle(disc, radius, 2);
-        let lower = self.circle(-disc, radius, 2);
+        let discs: Vec<Vec<Piece>> =
+            [disc, -disc][..scene.discs_on_track()].iter().map(|at| self.circle(*at, radius, 2)).collect();
         if half {
             let [outer, mut inner] = rims;
             inner = inner.into_iter().rev().map(reversed).collect();
@@ -159,10 +163,12 @@ impl Outline {
             band.extend(outer);
             band.push(line(end.to, first.from, None));
             band.extend(inner);
-            self.loops.extend([band, upper]);
+            self.loops.push(band);
+            // the lower one is the image of the upper one
+            self.loops.extend(discs.into_iter().take(1));
         } else {
             self.loops.extend(rims);
-            self.loops.extend([upper, lower]);
+            self.loops.extend(discs);
         }
         self
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::keys::bad;
+use super::keys::{OF_THE_DISC, bad};
 use super::stretch::Stretch;
 use super::{MeshScene, Shape};
 use crate::mesh::MeshError;
@@ -155,14 +155,35 @@ impl MeshScene {
             let rule = format!("half the width {width:?} must be smaller, or the band has no hole");
             return Err(bad("turn_radius", format!("{turn:?}"), rule, "enlarge turn_radius or narrow the band"));
         }
+        let discs = self.discs_on_track();
+        if discs > 2 {
+            return Err(bad("discs", discs, "it must be 0, 1 or 2", "a disc in each arm, in the upper one, or none"));
+        }
+        if discs == 1 && self.symmetric == Some(true) {
+            let rule = "a symmetric racetrack has a disc in both arms or in none";
+            return Err(bad("discs", discs, rule, "set symmetric = false, or discs = 2"));
+        }
+        self.check_resolves("h", "width", self.width)?;
+        self.check_resolves("h", "turn_radius - width/2", Some(turn - 0.5 * width))?;
+        if discs == 0 {
+            if let Some((key, value)) = self.given_of_the_disc() {
+                let rule = "a racetrack with discs = 0 has no such key";
+                return Err(bad(key, format!("{value:?}"), rule, "remove it, or set discs = 1 or 2"));
+            }
+            return self.check_resolves("h", "arm", self.arm);
+        }
         if arm < 2.0 * radius {
             let rule = format!("the disc of radius {radius:?} must fit into the straight part");
             return Err(bad("arm", format!("{arm:?}"), rule, "make the arm at least 2·radius long"));
         }
         self.check_resolves("h_disc", "radius", self.radius)?;
-        self.check_resolves("h", "width", self.width)?;
-        self.check_resolves("h", "turn_radius - width/2", Some(turn - 0.5 * width))?;
         self.check_gap("radius", radius, 0.5 * width - radius, "the band's walls")
+    }
+
+    /// A key of the disc that is given.
+    fn given_of_the_disc(&self) -> Option<(&'static str, f64)> {
+        let values = [self.radius, self.h_disc, self.grading];
+        OF_THE_DISC.into_iter().zip(values).find_map(|(key, value)| Some((key, value?)))
     }
 
     /// A gap narrower than one edge of the disc would be filled with flat cells.
@@ -242,7 +263,7 @@ impl MeshScene {
         let end = a + g * reach;
         let graded = ((radius - a / g) * (1.0 / a - 1.0 / end) + (end / a).ln() / g) / g;
         let flat = (radius * reach + 0.5 * reach * reach) / (h * h);
-        let discs = if shape == Shape::Racetrack { 2.0 } else { 1.0 };
+        let discs = if shape == Shape::Racetrack { self.discs_on_track() as f64 } else { 1.0 };
         far + discs * TAU * 4.0 / 3f64.sqrt() * (graded - flat).max(0.0)
     }
 }

@@ -21,7 +21,7 @@ impl Size {
         let centres = match shape {
             Shape::Square | Shape::Strip | Shape::Disc | Shape::Annulus => Vec::new(),
             Shape::StripWithDisc => vec![Point::from(scene.centre.unwrap_or_default())],
-            Shape::Racetrack => vec![Point::new(0.0, turn), Point::new(0.0, -turn)],
+            Shape::Racetrack => [turn, -turn][..scene.discs_on_track()].iter().map(|y| Point::new(0.0, *y)).collect(),
         };
         let (h_disc, grading) = (scene.h_disc.unwrap_or(h), scene.grading.unwrap_or(1.0));
         Self { h, h_disc, grading, radius: scene.radius.unwrap_or(1.0), centres }

@@ -20,6 +20,7 @@ impl Checker<'_> {
         const KEY: &str = "initial.polarity";
         match start {
             PolarityStart::Name(name) if name == "aligned-around-disc" => Ok(Initial::AlignedAroundDisc),
+            PolarityStart::Name(name) if name == "circulating" => Ok(Initial::Circulating),
             PolarityStart::Name(name) if name == "exact" => {
                 let given = exact_hint(p.kind());
                 self.require(exact.is_some(), KEY, "\"exact\"", "the scene has no exact fields", given)?;
@@ -28,9 +29,11 @@ impl Checker<'_> {
             PolarityStart::Name(name) => {
                 let near = match name.as_str() {
                     "random" | "file" => String::new(),
-                    other => names::did_you_mean(other, &["aligned-around-disc", "exact", "random", "file"]),
+                    other => {
+                        names::did_you_mean(other, &["aligned-around-disc", "circulating", "exact", "random", "file"])
+                    }
                 };
-                let hint = "the choices are \"aligned-around-disc\", \"exact\", [\"p_1\", \"p_2\"], { random = { seed = 1 } }, \
+                let hint = "the choices are \"aligned-around-disc\", \"circulating\", \"exact\", [\"p_1\", \"p_2\"], { random = { seed = 1 } }, \
                             { file = \"…\" }";
                 Err(self.error(KEY, format!("\"{name}\""), &format!("no such initial polarity{near}"), hint))
             }

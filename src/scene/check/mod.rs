@@ -3,6 +3,7 @@
 mod fields;
 mod maps;
 mod outputs;
+mod strain;
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -50,6 +51,8 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
     let outputs = checker.outputs(&file.output, &parameters)?;
+    checker.on_a_track(&file.mesh, &initial, &outputs)?;
+    let strain = checker.strain(&mut file.strain, &space, &outputs)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
     Ok(Scene {
         title,
@@ -63,6 +66,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         time,
         steady,
         coupling,
+        strain,
         outputs,
         resolved: file,
         source,
@@ -171,6 +175,7 @@ impl Checker<'_> {
             ("inner_radius", mesh.inner_radius.is_some()),
             ("arm", mesh.arm.is_some()),
             ("turn_radius", mesh.turn_radius.is_some()),
+            ("discs", mesh.discs.is_some()),
             ("h", mesh.h.is_some()),
             ("h_disc", mesh.h_disc.is_some()),
             ("grading", mesh.grading.is_some()),

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::mesh::Point;
+use crate::mesh::generate::MeshScene;
 use crate::model::{ModelKind, Parameters};
+use crate::scene::Initial;
 use crate::scene::error::SceneError;
 use crate::scene::output::{Cut, CutTable, EveryTable, Field, Measure, Output, OutputTable, SectionTable, What};
 use crate::time::Schedule;
@@ -17,6 +19,24 @@ impl Checker<'_> {
         self.one_name_each(&outputs)?;
         self.one_picture_each(&outputs)?;
         Ok(outputs)
+    }
+
+    /// What goes around needs a domain that one can go around in.
+    pub(super) fn on_a_track(&self, mesh: &MeshScene, initial: &Initial, outputs: &[Output]) -> Result<(), SceneError> {
+        let closed = mesh.track().is_some();
+        let rule = "only the shapes disc, annulus and racetrack have a way around";
+        let circulates = *initial == Initial::Circulating;
+        let hint = "take one of these shapes, or give two formulas";
+        self.require(closed || !circulates, "initial.polarity", "\"circulating\"", rule, hint)?;
+        for (at, output) in outputs.iter().enumerate() {
+            let asked = match &output.what {
+                What::Measures(measures) => measures.contains(&Measure::Circulation),
+                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
+            };
+            let key = format!("output.{at}.measures");
+            self.require(closed || !asked, &key, "\"circulation\"", rule, "take one of these shapes, or remove it")?;
+        }
+        Ok(())
     }
 
     /// Cuts of one name would overwrite each other's table.
@@ -76,7 +96,7 @@ impl Checker<'_> {
                 }
                 Field::Density => (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY, WRONG_KIND),
                 Field::Velocity | Field::Pressure | Field::Polarity | Field::PolarityLaplacian => (true, "", ""),
-                Field::StreamFunction => (true, "", ""),
+                Field::StreamFunction | Field::ElasticStrain => (true, "", ""),
             };
             self.require(holds, key, format!("\"{}\"", field.name()), rule, hint)?;
         }
@@ -90,7 +110,13 @@ impl Checker<'_> {
                 Measure::Mass | Measure::DensityMin | Measure::LimitedCells => {
                     (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY)
                 }
-                Measure::Overshoot | Measure::Asymmetry | Measure::FreeEnergy | Measure::EnergyBudget => (true, ""),
+                Measure::Overshoot
+                | Measure::Asymmetry
+                | Measure::FreeEnergy
+                | Measure::EnergyBudget
+                | Measure::Defects
+                | Measure::Circulation
+                | Measure::ElasticStrain => (true, ""),
             };
             self.require(holds, key, format!("\"{}\"", measure.name()), rule, WRONG_KIND)?;
         }

@@ -1,0 +1,101 @@
+//! The elastic strain in a run: in the velocity of a state, as if that flow had always been there.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::{RunError, Setup};
+use crate::measure::{MeasureError, Strain, Tensor};
+use crate::mesh::Mesh;
+use crate::model::momentum::tagged;
+use crate::model::{Conditions, Residuals, State, VelocityCondition};
+use crate::scene::Scene;
+use crate::time::March;
+
+/// Columns of the measure.
+pub(super) const COLUMNS: [&str; 7] = [
+    "strain_max",
+    "strain_max_x1",
+    "strain_max_x2",
+    "strain_least_stretch",
+    "strain_growth",
+    "strain_growth_x1",
+    "strain_growth_x2",
+];
+
+/// A residual above this belongs to a flow that changes.
+const STEADY: f64 = 1e-4;
+
+/// The equation of a scene that needs it.
+///
+/// # Errors
+/// A structure that contradicts itself.
+pub(super) fn prepare(scene: &Scene, mesh: &Arc<Mesh>, conditions: &[Conditions]) -> Result<Option<Strain>, RunError> {
+    let Some(settings) = scene.strain_needed() else { return Ok(None) };
+    let open = tagged(conditions, |c| !matches!(c, VelocityCondition::Slip));
+    Ok(Some(Strain::new(mesh, settings.degree, settings.weissenberg, open)?))
+}
+
+/// The strain in the flow of a state; what flows in is not strained.
+///
+/// # Errors
+/// As [`Strain::of`].
+pub(super) fn at(setup: &Setup, state: &State) -> Result<Option<Tensor>, RunError> {
+    let Some(strain) = &setup.strain else { return Ok(None) };
+    let found = strain.of(setup.model.loops(), &state.v, |_| [0.0; 3]).map_err(MeasureError::from)?;
+    Ok(Some(found))
+}
+
+/// Fills in [`COLUMNS`].
+///
+/// # Errors
+/// As [`at`].
+pub(super) fn measure(setup: &Setup, state: &State, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+    let (Some(strain), Some(tensor)) = (&setup.strain, at(setup, state)?) else { return Ok(()) };
+    let largest = tensor.largest();
+    values.extend([
+        ("strain_max", largest.value),
+        ("strain_max_x1", largest.x.x),
+        ("strain_max_x2", largest.x.y),
+        ("strain_least_stretch", tensor.least_stretch().value),
+    ]);
+    if let Some(growth) = strain.growth(setup.model.loops(), &state.v) {
+        values.extend([
+            ("strain_growth", growth.value),
+            ("strain_growth_x1", growth.x.x),
+            ("strain_growth_x2", growth.x.y),
+        ]);
+    }
+    Ok(())
+}
+
+/// What is to be said of the strain of the last state.
+pub(super) fn notes(setup: &Setup, march: &mut March) -> Vec<String> {
+    let mut notes = Vec::new();
+    let Some(strain) = &setup.strain else { return notes };
+    let growth = strain.growth(setup.model.loops(), &march.state.v).filter(|growth| growth.value >= 1.0);
+    if let Some(growth) = growth {
+        notes.push(format!(
+            "the elastic strain has no bound: near ({:.4}, {:.4}), where the flow comes to rest, 2 We λ(∇v) = {:.3} is not below 1, and \
+             what is shown there depends on the mesh; a `strain.weissenberg` below {:.3} gives a bounded one",
+            growth.x.x,
+            growth.x.y,
+            growth.value,
+            strain.weissenberg / growth.value
+        ));
+    }
+    let stretch = at(setup, &march.state).ok().flatten().map(|tensor| tensor.least_stretch());
+    if let Some(stretch) = stretch.filter(|stretch| stretch.value <= 0.0) {
+        notes.push(format!(
+            "the elastic strain is no strain near ({:.4}, {:.4}): the least eigenvalue of I + ε is {:.3}, which must be positive; take a \
+             finer mesh or a smaller `strain.weissenberg`",
+            stretch.x.x, stretch.x.y, stretch.value
+        ));
+    }
+    let residual = march.residuals().ok().as_ref().map(Residuals::total);
+    if let Some(residual) = residual.filter(|r| *r > STEADY) {
+        notes.push(format!(
+            "the elastic strain is that of a flow that stays as it is, but this one still changes (residual {residual:.1e})"
+        ));
+    }
+    notes
+}
