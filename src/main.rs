@@ -1,5 +1,10 @@
 //! The program `monolayer`: arguments and printing.
 
+mod command {
+    pub mod plot;
+    pub mod report;
+}
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -90,6 +95,10 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Curves from folders of results: sections, measures over time, several runs in one picture.
+    Plot(command::plot::Args),
+    /// One self-contained HTML page of what runs and studies found.
+    Report(command::report::Args),
     /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
     Mesh {
         /// A scene (.toml) or a Gmsh 4.1 file (.msh).
@@ -153,6 +162,8 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
         Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
+        Command::Plot(args) => tell(cli, args.execute()?),
+        Command::Report(args) => tell(cli, args.execute()?),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }
@@ -199,6 +210,13 @@ impl Sets {
         };
         self.sets.iter().map(pair).collect()
     }
+}
+
+fn tell(cli: &Cli, said: Vec<String>) -> Result<ExitCode, Failure> {
+    if cli.verbosity() > Verbosity::Quiet {
+        say(&said.join("\n"))?;
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Prints a text; a reader that has gone away is no error.

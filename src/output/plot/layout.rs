@@ -5,7 +5,7 @@ use super::header::Header;
 use super::legend::{Legend, Style};
 use super::scene::{Anchor, GREY, GRID, Group, INK, Paint, Rect, Scene, Shape, Text};
 use super::text::{Font, Label};
-use super::{Line, Plot, Scale, Series, Slope, slope};
+use super::{Line, Markers, Plot, Scale, Series, Slope, slope};
 
 const WIDTH: f64 = 840.0;
 const AXES_HEIGHT: f64 = 430.0;
@@ -13,6 +13,9 @@ const EDGE: f64 = 14.0;
 const TICK_SIZE: f64 = 21.0;
 const LABEL_SIZE: f64 = 24.0;
 const TICK: f64 = 7.0;
+/// Names beside points, and how far they stand from them.
+const NAME_SIZE: f64 = 19.0;
+const NAME_GAP: f64 = 10.0;
 /// Share of the vertical range added below the curves for reference slopes.
 const SLOPE_ROOM: f64 = 0.12;
 /// Lines through more points have markers on some of them only.
@@ -173,6 +176,7 @@ pub(super) fn arrange(plot: &Plot, font: &Font) -> Scene {
     groups.extend(draw_axes(plot, &frame, &x_ticks, &y_ticks, font));
     groups.push(slope::draw(&slopes, &curves, &frame, font));
     groups.extend(curves.iter().zip(&plot.series).enumerate().map(|(i, (c, s))| draw_curve(i, c, s)));
+    groups.extend(curves.iter().zip(&plot.series).filter_map(|(c, s)| name_points(c, s, &frame, font)));
     groups.push(legend.draw(corner, font));
     Scene { width: WIDTH, height, title: plot.title.clone(), groups }
 }
@@ -256,6 +260,23 @@ fn draw_curve(position: usize, curve: &Curve, series: &Series) -> Group {
     }
     group.shapes.extend(marked.into_iter().filter_map(|p| style.marker(p)));
     group
+}
+
+/// The name of a series beside its points, on the side where there is room.
+fn name_points(curve: &Curve, series: &Series, frame: &Frame, font: &Font) -> Option<Group> {
+    if !matches!(series.markers, Markers::Named(_)) {
+        return None;
+    }
+    let mut group = Group::default();
+    let label = Label::parse(&series.name);
+    let room = font.width(&label, NAME_SIZE) + 2.0 * NAME_GAP;
+    for &(x, y) in curve.pieces.iter().flatten() {
+        let (anchor, aside) = if x + room < frame.rect.x1 { (Anchor::Start, NAME_GAP) } else { (Anchor::End, -NAME_GAP) };
+        let above = if y - 2.0 * NAME_SIZE > frame.rect.y0 { -0.5 * NAME_SIZE } else { 1.1 * NAME_SIZE };
+        let at = (x + aside, y + above);
+        group.shapes.push(Shape::Text(Text::new(Label::parse(&series.name), at, NAME_SIZE, anchor, INK)));
+    }
+    Some(group)
 }
 
 /// Points that are not nearer than `least` to the one kept before.
