@@ -11,7 +11,7 @@ mod tables;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::results::curves::{Wish, curves};
-use crate::results::{Kind, Results, differing, labels};
+use crate::results::{Kind, Results, differing};
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("sort.js");
@@ -71,12 +71,11 @@ fn side_by_side(folders: &[Results]) -> Markup {
         return html! {};
     }
     let drawn = curves(&runs, &Wish::default()).unwrap_or_default();
-    let names = labels(&runs, &[]);
     html! {
         section {
             h2 { "Side by side" }
             (tables::notes(&[], &drawn.notes))
-            (run::compared(&runs, &names, &differing(&runs)))
+            (run::compared(&runs, &differing(&runs)))
             (pictures::drawn(&drawn))
         }
     }

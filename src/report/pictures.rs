@@ -84,7 +84,8 @@ fn read(path: &Path) -> Result<Shown, String> {
 
 /// A PNG begins with its signature and ends with an empty `IEND`.
 fn check_png(bytes: &[u8]) -> Result<(), String> {
-    let whole = bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.len() > 12 && &bytes[bytes.len() - 8..][..4] == b"IEND";
+    let whole =
+        bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.len() > 12 && &bytes[bytes.len() - 8..][..4] == b"IEND";
     if whole { Ok(()) } else { Err("not a whole PNG".to_owned()) }
 }
 
@@ -129,7 +130,8 @@ mod tests {
 
     #[test]
     fn titles_of_pictures_and_what_is_none() {
-        let svg = "<?xml version=\"1.0\"?>\n<svg xmlns=\"x\"><title>a &lt; b &amp; c</title><g><title>no</title></g></svg>";
+        let svg =
+            "<?xml version=\"1.0\"?>\n<svg xmlns=\"x\"><title>a &lt; b &amp; c</title><g><title>no</title></g></svg>";
         assert_eq!(svg_title(svg), Ok(Some("a < b & c".to_owned())));
         assert_eq!(svg_title("<svg/>"), Ok(None));
         for broken in ["", "text", "<html></html>", "<svg><g>", &svg[..60]] {

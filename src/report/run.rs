@@ -99,7 +99,10 @@ fn remarks_of(run: &Results) -> Vec<String> {
     }
     let told = remarks.iter().any(|remark| remark.contains("`coupling.accept`"));
     if let Some(late) = count("/accepted_late").filter(|_| !told) {
-        remarks.push(format!("{} steps did not reach the tolerance of the coupling, and were accepted with a larger one", short(late)));
+        remarks.push(format!(
+            "{} steps did not reach the tolerance of the coupling, and were accepted with a larger one",
+            short(late)
+        ));
     }
     if let Some(limited) = count("/limited") {
         remarks.push(format!("the density was limited in {} cells, counted over all steps", short(limited)));
@@ -109,7 +112,8 @@ fn remarks_of(run: &Results) -> Vec<String> {
     }
     match get(run, "/steady/stability").and_then(Value::as_str) {
         Some("unstable") => {
-            let size = number(run, "/steady/unstable_dimension").map_or_else(String::new, |n| format!(" in {} directions", short(n)));
+            let size = number(run, "/steady/unstable_dimension")
+                .map_or_else(String::new, |n| format!(" in {} directions", short(n)));
             remarks.push(format!("the steady state is unstable: disturbances grow{size}"));
         }
         Some("not-known") => remarks.push("whether the steady state is stable is not known".to_owned()),
@@ -125,7 +129,8 @@ fn remarks_of(run: &Results) -> Vec<String> {
 fn estimate(run: &Results, measure: &str) -> Option<String> {
     let estimates = run.summary.as_ref()?.get("estimates")?;
     let found = estimates.get(measure).or_else(|| {
-        let named = |entry: &&Value| entry.get("measure").or(entry.get("name")).and_then(Value::as_str) == Some(measure);
+        let named =
+            |entry: &&Value| entry.get("measure").or(entry.get("name")).and_then(Value::as_str) == Some(measure);
         estimates.as_array()?.iter().find(named)
     })?;
     let from = |value: &Value| value.as_f64().filter(|x| x.is_finite());
@@ -135,7 +140,9 @@ fn estimate(run: &Results, measure: &str) -> Option<String> {
 }
 
 fn measures(run: &Results) -> Markup {
-    let Some(all) = get(run, "/measures").and_then(Value::as_object).filter(|all| !all.is_empty()) else { return html! {} };
+    let Some(all) = get(run, "/measures").and_then(Value::as_object).filter(|all| !all.is_empty()) else {
+        return html! {};
+    };
     let estimated = all.keys().any(|name| estimate(run, name).is_some());
     html! {
         h3 { "What was found" }
@@ -268,7 +275,9 @@ fn toml_text(value: &toml::Value) -> String {
         toml::Value::Table(all) => {
             all.iter().map(|(key, value)| format!("{key} {}", toml_text(value))).collect::<Vec<_>>().join(", ")
         }
-        toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Boolean(_) | toml::Value::Datetime(_) => value.to_string(),
+        toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Boolean(_) | toml::Value::Datetime(_) => {
+            value.to_string()
+        }
     }
 }
 
@@ -407,7 +416,7 @@ fn cost(run: &Results) -> Markup {
 }
 
 /// Runs side by side: what differs between them, and their measures.
-pub(super) fn compared(runs: &[&Results], names: &[String], keys: &[String]) -> Markup {
+pub(super) fn compared(runs: &[&Results], keys: &[String]) -> Markup {
     let mut measures: Vec<String> = Vec::new();
     for run in runs {
         let own = get(run, "/measures").and_then(Value::as_object).into_iter().flat_map(|all| all.keys().cloned());
@@ -418,7 +427,8 @@ pub(super) fn compared(runs: &[&Results], names: &[String], keys: &[String]) -> 
         }
     }
     let setting = |run: &Results, key: &str| run.setting(key).map_or_else(String::new, toml_text);
-    let measure = |run: &Results, name: &str| get(run, &format!("/measures/{name}")).map_or_else(String::new, Value::to_string);
+    let measure =
+        |run: &Results, name: &str| get(run, &format!("/measures/{name}")).map_or_else(String::new, Value::to_string);
     html! {
         div.scroll tabindex="0" role="region" aria-label="Runs side by side" {
             table.sortable.wide {
@@ -433,9 +443,9 @@ pub(super) fn compared(runs: &[&Results], names: &[String], keys: &[String]) -> 
                     }
                 }
                 tbody {
-                    @for (run, name) in runs.iter().zip(names) {
+                    @for run in runs {
                         tr.bad[text(run, "status") == Some("failed")] {
-                            th scope="row" { (name) }
+                            th scope="row" { (run.path.display()) }
                             @for key in keys { (cell(&setting(run, key))) }
                             td { (text(run, "status").unwrap_or(if run.kind == Kind::Run { "not ended" } else { "" })) }
                             @for name in &measures { (cell(&measure(run, name))) }

@@ -48,7 +48,9 @@ pub(super) fn section(study: &Results) -> Markup {
 fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> crate::results::Drawn {
     let few = study.parts.len() <= FEW;
     let what: Vec<What> = match (study.kind, few) {
-        (Kind::Sweep, true) => What::ALL.into_iter().filter(|what| *what != What::Iterations && *what != What::Step).collect(),
+        (Kind::Sweep, true) => {
+            What::ALL.into_iter().filter(|what| *what != What::Iterations && *what != What::Step).collect()
+        }
         (Kind::Sweep, false) => vec![What::Study],
         (Kind::Run | Kind::Order | Kind::Branches | Kind::Tradeoff | Kind::Sections, _) => return Default::default(),
     };
@@ -145,12 +147,15 @@ fn results(study: &Results) -> Markup {
 
 fn sweep(table: &Table) -> Markup {
     let Columns { keys, measures, others } = Columns::of(table);
-    let names: Vec<String> = ["run", "name"].map(str::to_owned).into_iter().filter(|n| table.position(n).is_some()).collect();
+    let names: Vec<String> =
+        ["run", "name"].map(str::to_owned).into_iter().filter(|n| table.position(n).is_some()).collect();
     // reasons and notes stand above the table
-    let beside = |column: &&String| !names.contains(column) && !["reason", "said", "note", "notes"].contains(&column.as_str());
+    let beside =
+        |column: &&String| !names.contains(column) && !["reason", "said", "note", "notes"].contains(&column.as_str());
     let empty = |column: &&String| table.texts(column).into_iter().flatten().all(|text| text.trim().is_empty());
     let told = ["status", "ending", "stability"].map(str::to_owned);
-    let first: Vec<String> = names.iter().chain(&keys).chain(&told).chain(&measures).filter(|c| !empty(c)).cloned().collect();
+    let first: Vec<String> =
+        names.iter().chain(&keys).chain(&told).chain(&measures).filter(|c| !empty(c)).cloned().collect();
     let rest = others.iter().filter(beside).filter(|column| !told.contains(column) && !empty(column));
     let second: Vec<String> = names.iter().chain(&keys).chain(rest).cloned().collect();
     html! {

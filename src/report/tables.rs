@@ -12,7 +12,8 @@ pub(super) fn short(value: f64) -> String {
     if !(1e-3..1e6).contains(&value.abs()) {
         let text = format!("{value:.4e}");
         let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        let mantissa = if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
+        let mantissa =
+            if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
         return format!("{mantissa}e{exponent}").replace('-', "−");
     }
     let digits = (5.0 - value.abs().log10().floor()).clamp(0.0, 8.0) as usize;

@@ -77,11 +77,8 @@ impl Results {
     /// # Errors
     /// [`ResultsError::Folder`]: no folder, or one without results. What is broken inside of it is a problem of the results.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
-        let wrong = |what: &str, hint| ResultsError::Folder {
-            folder: path.display().to_string(),
-            what: what.to_owned(),
-            hint,
-        };
+        let wrong =
+            |what: &str, hint| ResultsError::Folder { folder: path.display().to_string(), what: what.to_owned(), hint };
         if !path.exists() {
             return Err(wrong("there is no such folder", "name the folder that `--out` of a run or a study named"));
         }

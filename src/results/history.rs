@@ -169,7 +169,12 @@ impl<'a> Runs<'a> {
                     if group.what == What::Residual && picture.plot.series.len() > 1 {
                         // the largest part hides it, or it hides that
                         let total = picture.plot.series.remove(0);
-                        picture.plot.series.push(Series { line: Line::Dashed, markers: Markers::None, colour: BLACK, ..total });
+                        picture.plot.series.push(Series {
+                            line: Line::Dashed,
+                            markers: Markers::None,
+                            colour: BLACK,
+                            ..total
+                        });
                     }
                     picture
                 },
@@ -195,7 +200,10 @@ impl<'a> Runs<'a> {
     /// A column of every run.
     fn each(&self, column: &str) -> Vec<Series> {
         let all = self.all.iter().map(|(_, table, label)| (self.points(table, column), *label));
-        all.filter(|(points, _)| points.len() > 1).enumerate().map(|(k, (points, name))| curve(k, name, points)).collect()
+        all.filter(|(points, _)| points.len() > 1)
+            .enumerate()
+            .map(|(k, (points, name))| curve(k, name, points))
+            .collect()
     }
 
     fn picture(&self, what: What, file: &str, title: &str, y: Axis, series: Vec<Series>) -> Option<Picture> {
@@ -267,7 +275,8 @@ impl<'a> Runs<'a> {
         if let [(_, table, _)] = &self.all[..] {
             let kind = |column: &str| column.split_once('_').map(|(kind, _)| kind.to_owned());
             while let Some(&first) = columns.first() {
-                let (same, others) = columns.into_iter().partition(|c| *c == first || kind(c).is_some() && kind(c) == kind(first));
+                let (same, others) =
+                    columns.into_iter().partition(|c| *c == first || kind(c).is_some() && kind(c) == kind(first));
                 columns = others;
                 self.kind(table, &same, &kind(first).unwrap_or_default(), drawn);
             }

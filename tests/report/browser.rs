@@ -127,7 +127,8 @@ fn look(browser: &str, folder: &Path, file: &Path, width: u32) -> Value {
 
 fn with_check(folder: &Path, html: &str) -> PathBuf {
     let file = folder.join("page.html");
-    let html = html.replacen("<head>", &format!("<head>{BEFORE}"), 1).replacen("</body>", &format!("{AFTER}</body>"), 1);
+    let html =
+        html.replacen("<head>", &format!("<head>{BEFORE}"), 1).replacen("</body>", &format!("{AFTER}</body>"), 1);
     std::fs::write(&file, html).unwrap();
     file
 }

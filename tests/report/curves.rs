@@ -41,7 +41,8 @@ fn sections_stop_at_the_disc() {
     let plot = &drawn.pictures.iter().find(|p| p.name == "sections-along-x1-velocity-1").unwrap().plot;
     // axis 1 goes through the disc, axis 2a passes it
     assert_eq!(plot.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().len(), 3);
-    let ends: Vec<f64> = plot.series[..2].iter().flat_map(|s| [s.points[0].0, s.points[s.points.len() - 1].0]).collect();
+    let ends: Vec<f64> =
+        plot.series[..2].iter().flat_map(|s| [s.points[0].0, s.points[s.points.len() - 1].0]).collect();
     assert!((ends[1] + 1.0).abs() < 0.02 && (ends[2] - 1.0).abs() < 0.02, "{ends:?}");
     assert_eq!(plot.series[0].colour, plot.series[1].colour);
     let inlet = plot.series[0].points[0];
@@ -125,7 +126,10 @@ fn wrong_wishes_are_explained() {
         (&["plot", "nowhere"], &["nowhere: there is no such folder; hint: name the folder"]),
         (&["plot", "strip.toml"], &["this is a file, not a folder"]),
         (&["plot", "empty"], &["empty: holds no results; hint:"]),
-        (&["plot", "one", "--what", "heat"], &["`--what heat`: there are no such curves; hint: the kinds are sections, energy"]),
+        (
+            &["plot", "one", "--what", "heat"],
+            &["`--what heat`: there are no such curves; hint: the kinds are sections, energy"],
+        ),
         (&["plot", "one", "--what", "budget"], &["`--what budget`: there is nothing to draw", "`energy-budget`"]),
         (&["plot", "one", "--axis", "axis-9"], &["`--axis axis-9`", "the cuts are axis-1, axis-2a, axis-3, axis-4"]),
         (&["plot", "one", "--quantity", "heat"], &["`--quantity heat`", "velocity-1", "columns p1, p2, pressure"]),

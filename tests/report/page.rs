@@ -97,7 +97,8 @@ fn broken_files_are_named_and_the_rest_is_shown() {
     std::fs::write(at("plots/cut-off.svg"), "<svg xmlns=\"http://www.w3.org/2000/svg\"><g>").unwrap();
     std::fs::write(at("plots/cut-off.png"), b"\x89PNG\r\n\x1a\n").unwrap();
     let html = page(&[Results::read(copy.path()).unwrap()]);
-    for part in ["summary.json cannot be read", "scene.toml is not TOML", "cut-off.svg is left out", "axis-1.csv", "not ended"]
+    for part in
+        ["summary.json cannot be read", "scene.toml is not TOML", "cut-off.svg is left out", "axis-1.csv", "not ended"]
     {
         assert!(html.contains(part), "{part}");
     }

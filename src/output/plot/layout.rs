@@ -271,7 +271,8 @@ fn name_points(curve: &Curve, series: &Series, frame: &Frame, font: &Font) -> Op
     let label = Label::parse(&series.name);
     let room = font.width(&label, NAME_SIZE) + 2.0 * NAME_GAP;
     for &(x, y) in curve.pieces.iter().flatten() {
-        let (anchor, aside) = if x + room < frame.rect.x1 { (Anchor::Start, NAME_GAP) } else { (Anchor::End, -NAME_GAP) };
+        let (anchor, aside) =
+            if x + room < frame.rect.x1 { (Anchor::Start, NAME_GAP) } else { (Anchor::End, -NAME_GAP) };
         let above = if y - 2.0 * NAME_SIZE > frame.rect.y0 { -0.5 * NAME_SIZE } else { 1.1 * NAME_SIZE };
         let at = (x + aside, y + above);
         group.shapes.push(Shape::Text(Text::new(Label::parse(&series.name), at, NAME_SIZE, anchor, INK)));
