@@ -6,7 +6,7 @@ use super::pictures;
 use super::tables::{notes, sortable};
 use crate::results::curves::{What, Wish, curves};
 use crate::results::study::Columns;
-use crate::results::{Kind, Results, Table};
+use crate::results::{Drawn, Kind, Results, Table};
 
 /// Pictures of more runs than these would hide each other.
 const FEW: usize = 8;
@@ -44,23 +44,31 @@ pub(super) fn section(study: &Results) -> Markup {
     }
 }
 
+/// What the runs of a study are compared by, the most telling first.
+const COMPARED: [What; 8] = [
+    What::Energy,
+    What::Lissajous,
+    What::Residual,
+    What::Overshoot,
+    What::Asymmetry,
+    What::Budget,
+    What::Measures,
+    What::Sections,
+];
+
 /// Curves from the tables: measures over parameters where the folder has no pictures, and the curves of a few runs in common.
-fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> crate::results::Drawn {
+fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> Drawn {
+    let mut all = Drawn::default();
+    if study.kind != Kind::Sweep {
+        return all;
+    }
+    let over_parameters = (pictures == 0).then_some(What::Study);
     let few = study.parts.len() <= FEW;
-    let what: Vec<What> = match (study.kind, few) {
-        (Kind::Sweep, true) => {
-            What::ALL.into_iter().filter(|what| *what != What::Iterations && *what != What::Step).collect()
-        }
-        (Kind::Sweep, false) => vec![What::Study],
-        (Kind::Run | Kind::Order | Kind::Branches | Kind::Tradeoff | Kind::Sections, _) => return Default::default(),
-    };
-    let mut all = crate::results::Drawn::default();
-    for what in what {
-        if what == What::Study && pictures > 0 {
-            continue;
-        }
+    for what in over_parameters.into_iter().chain(COMPARED.into_iter().filter(|_| few)) {
+        // of the sections one quantity is enough for a page of many runs
+        let wish = Wish { what: vec![what], quantities: vec!["velocity-1".to_owned()], ..Wish::default() };
         // what the folder does not have is an error for a wish by name alone
-        let drawn = curves(&[study], &Wish { what: vec![what], ..Wish::default() }).unwrap_or_default();
+        let drawn = curves(&[study], &wish).unwrap_or_default();
         all.pictures.extend(drawn.pictures);
         remarks.extend(drawn.notes);
     }
@@ -107,7 +115,8 @@ fn said(study: &Results) -> Vec<String> {
             None => all.push((text.to_owned(), vec![name_of(table, row)])),
         }
     }
-    all.into_iter().map(|(text, runs)| format!("{}: {text}", runs.join("; "))).collect()
+    let who = |runs: Vec<String>| if runs.len() == table.rows.len() { "all runs".to_owned() } else { runs.join("; ") };
+    all.into_iter().map(|(text, runs)| format!("{}: {text}", who(runs))).collect()
 }
 
 fn counts(study: &Results) -> Markup {
@@ -152,11 +161,9 @@ fn sweep(table: &Table) -> Markup {
     // reasons and notes stand above the table
     let beside =
         |column: &&String| !names.contains(column) && !["reason", "said", "note", "notes"].contains(&column.as_str());
-    let empty = |column: &&String| table.texts(column).into_iter().flatten().all(|text| text.trim().is_empty());
     let told = ["status", "ending", "stability"].map(str::to_owned);
-    let first: Vec<String> =
-        names.iter().chain(&keys).chain(&told).chain(&measures).filter(|c| !empty(c)).cloned().collect();
-    let rest = others.iter().filter(beside).filter(|column| !told.contains(column) && !empty(column));
+    let first: Vec<String> = names.iter().chain(&keys).chain(&told).chain(&measures).cloned().collect();
+    let rest = others.iter().filter(beside).filter(|column| !told.contains(column));
     let second: Vec<String> = names.iter().chain(&keys).chain(rest).cloned().collect();
     html! {
         (sortable("What was found", table, &first, &|row| is_bad(table, row)))

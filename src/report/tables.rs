@@ -65,7 +65,8 @@ pub(super) fn pairs(caption: &str, head: [&str; 2], rows: &[(String, String)]) -
 
 /// Columns of a table of a file, the first as the row's name; sorted by a click.
 pub(super) fn sortable(caption: &str, table: &Table, columns: &[String], is_bad: &dyn Fn(usize) -> bool) -> Markup {
-    let at: Vec<usize> = columns.iter().filter_map(|name| table.position(name)).collect();
+    let filled = |column: &usize| table.rows.iter().any(|row| !row[*column].trim().is_empty());
+    let at: Vec<usize> = columns.iter().filter_map(|name| table.position(name)).filter(filled).collect();
     let is_number = |column: usize| {
         let mut filled = table.rows.iter().map(|row| row[column].trim()).filter(|text| !text.is_empty()).peekable();
         filled.peek().is_some() && filled.all(|text| text.parse::<f64>().is_ok())

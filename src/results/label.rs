@@ -30,7 +30,7 @@ const SYMBOLS: [(&str, &str, &str); 22] = [
     ("model.density.exponent", "γ", "exponent of the density penalty"),
     ("model.density.critical", "ρ_{min}", "density below which the polarity vanishes"),
     ("mesh.h", "h", "edge length"),
-    ("mesh.h_disc", "h on the disc", "edge length on the disc"),
+    ("mesh.h_disc", "h_{disc}", "edge length on the disc"),
     ("mesh.n", "n", "cells per side"),
     ("mesh.width", "width", "extent across the strip"),
     ("time.step", "Δt", "first and largest step"),
@@ -121,10 +121,15 @@ pub fn labels(runs: &[&Results], given: &[String]) -> Vec<String> {
     let fits = !keys.is_empty() && keys.len() <= MOST;
     let own: Vec<String> =
         runs.iter().map(|run| told(run).filter(|_| fits).unwrap_or_else(|| run.name.clone())).collect();
+    let twice = |texts: &[String], k: usize| texts.iter().filter(|text| **text == texts[k]).count() > 1;
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
     let label = |k: usize| {
-        let twice = own.iter().filter(|label| **label == own[k]).count() > 1;
-        let own = || if twice { runs[k].path.display().to_string() } else { own[k].clone() };
-        given.get(k).cloned().unwrap_or_else(own)
+        let apart = || match (twice(&own, k), twice(&names, k)) {
+            (false, _) => own[k].clone(),
+            (true, false) => format!("{} ({})", own[k], names[k]),
+            (true, true) => runs[k].path.display().to_string(),
+        };
+        given.get(k).cloned().unwrap_or_else(apart)
     };
     (0..runs.len()).map(label).collect()
 }
