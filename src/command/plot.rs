@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use monolayer::results::curves::{What, Wish, curves};
-use monolayer::results::{Results, ResultsError};
+use monolayer::results::{Kind, Results, ResultsError};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -48,7 +48,12 @@ impl Args {
                 Some(problem) => format!("nothing to draw: {problem}"),
                 None => "nothing to draw".to_owned(),
             };
-            let hint = "curves need measures with `every`, or cuts, in an [[output]] of the scene";
+            let drawn_already = folders.iter().all(|f| matches!(f.kind, Kind::Order | Kind::Branches | Kind::Tradeoff));
+            let hint = if drawn_already {
+                "the study has drawn its picture itself; `monolayer report` shows it with its tables"
+            } else {
+                "curves need measures with `every`, or cuts, in an [[output]] of the scene"
+            };
             return Err(ResultsError::Folder { folder, what, hint }.into());
         }
         let out = match (&self.out, &self.folders[..]) {

@@ -26,6 +26,7 @@ pub(super) fn short(value: f64) -> String {
 pub(super) fn cell(text: &str) -> Markup {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => html! { td.number data-value=(text.trim()) { (short(value)) } },
+        Ok(_) | Err(_) if text.trim().is_empty() => html! { td {} },
         Ok(_) | Err(_) => html! { td.text { (text) } },
     }
 }
@@ -127,7 +128,7 @@ mod tests {
             (0.0, "0"),
             (2978.0, "2978"),
             (-0.0331234567, "−0.0331235"),
-            (3.14159265, "3.14159"),
+            (2.23606798, "2.23607"),
             (5.39e-7, "5.39e−7"),
             (1.5e300, "1.5e300"),
             (123456.789, "123457"),

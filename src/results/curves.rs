@@ -154,7 +154,7 @@ impl Wish {
 
     fn check(&self, runs: usize) -> Result<(), ResultsError> {
         if let Some([lo, hi]) = self.window
-            && !(lo < hi)
+            && lo.partial_cmp(&hi) != Some(std::cmp::Ordering::Less)
         {
             return Err(ResultsError::Option {
                 option: "--window",

@@ -186,7 +186,6 @@ pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mu
     }
     names.retain(|name| wish.axes.is_empty() || wish.axes.iter().any(|axis| axis == name));
     let quantities = Quantity::wanted(wish);
-    let before = drawn.pictures.len();
     let mut columns: Vec<String> = Vec::new();
     let sections: Vec<(usize, &str, Section)> = names
         .iter()
@@ -195,23 +194,25 @@ pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mu
         .collect();
     let sheet = Sheet { runs, labels, wish, sections: &sections, unit: unit(runs) };
     for quantity in &quantities {
+        let exists = sections.iter().any(|(.., section)| quantity.values(&section.table).is_some());
+        if !exists && !wish.quantities.is_empty() && !sections.is_empty() {
+            return Err(unknown(quantity, columns));
+        }
         drawn.pictures.extend(if runs.len() == 1 { sheet.by_way(quantity) } else { sheet.by_name(&names, quantity) });
     }
-    if drawn.pictures.len() == before && !wish.quantities.is_empty() && !sections.is_empty() {
-        columns.sort_unstable();
-        columns.dedup();
-        return Err(ResultsError::Option {
-            option: "--quantity",
-            value: wish.quantities.join(","),
-            rule: "the sections do not have it".to_owned(),
-            hint: format!(
-                "the quantities are {}, and the columns {}",
-                KNOWN.map(|known| known.0).join(", "),
-                columns.join(", ")
-            ),
-        });
-    }
     Ok(())
+}
+
+fn unknown(quantity: &Quantity, mut columns: Vec<String>) -> ResultsError {
+    columns.sort_unstable();
+    columns.dedup();
+    let known = KNOWN.map(|known| known.0).join(", ");
+    ResultsError::Option {
+        option: "--quantity",
+        value: quantity.name.clone(),
+        rule: "none of the sections has it".to_owned(),
+        hint: format!("the quantities are {known}, and the columns {}", columns.join(", ")),
+    }
 }
 
 /// The last state's section; of a run that has not ended the latest there is.

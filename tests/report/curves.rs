@@ -122,7 +122,7 @@ fn a_run_that_was_cut_off_is_drawn_as_far_as_it_came() {
 fn wrong_wishes_are_explained() {
     let at = results();
     std::fs::create_dir_all(at.join("empty")).unwrap();
-    let cases: [(&[&str], &[&str]); 9] = [
+    let cases: [(&[&str], &[&str]); 10] = [
         (&["plot", "nowhere"], &["nowhere: there is no such folder; hint: name the folder"]),
         (&["plot", "strip.toml"], &["this is a file, not a folder"]),
         (&["plot", "empty"], &["empty: holds no results; hint:"]),
@@ -133,6 +133,7 @@ fn wrong_wishes_are_explained() {
         (&["plot", "one", "--what", "budget"], &["`--what budget`: there is nothing to draw", "`energy-budget`"]),
         (&["plot", "one", "--axis", "axis-9"], &["`--axis axis-9`", "the cuts are axis-1, axis-2a, axis-3, axis-4"]),
         (&["plot", "one", "--quantity", "heat"], &["`--quantity heat`", "velocity-1", "columns p1, p2, pressure"]),
+        (&["plot", "orders"], &["orders: nothing to draw; hint: the study has drawn its picture itself"]),
         (&["plot", "one", "--window", "2"], &["`--window 2`: must be two numbers"]),
         (&["plot", "one", "--label", "a", "--label", "b"], &["`--label b`: there are 2 labels for 1 runs"]),
     ];
