@@ -19,6 +19,8 @@ pub mod measure;
 pub mod mesh;
 pub mod model;
 pub mod output;
+pub mod report;
+pub mod results;
 pub mod run;
 pub mod scene;
 pub mod solve;

@@ -3,6 +3,8 @@
 mod command {
     pub mod compare;
     pub mod map;
+    pub mod plot;
+    pub mod report;
 }
 
 use std::io::Write;
@@ -99,6 +101,10 @@ enum Command {
     Compare(command::compare::CompareArgs),
     /// Draw pictures of the fields that runs have left in their folders; solve nothing.
     Map(command::map::MapArgs),
+    /// Curves from folders of results: sections, measures over time, several runs in one picture.
+    Plot(command::plot::Args),
+    /// One self-contained HTML page of what runs and studies found.
+    Report(command::report::Args),
     /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
     Mesh {
         /// A scene (.toml) or a Gmsh 4.1 file (.msh).
@@ -164,6 +170,8 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
         Command::Compare(args) => args.execute(cli.quiet),
         Command::Map(args) => command::map::run(args, cli.quiet).map(|()| ExitCode::SUCCESS),
+        Command::Plot(args) => tell(cli, args.execute()?),
+        Command::Report(args) => tell(cli, args.execute()?),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }
@@ -210,6 +218,13 @@ impl Sets {
         };
         self.sets.iter().map(pair).collect()
     }
+}
+
+fn tell(cli: &Cli, said: Vec<String>) -> Result<ExitCode, Failure> {
+    if cli.verbosity() > Verbosity::Quiet {
+        say(&said.join("\n"))?;
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Prints a text; a reader that has gone away is no error.

@@ -104,6 +104,8 @@ pub enum Markers {
     None,
     Filled(Symbol),
     Open(Symbol),
+    /// Open, with the name of the series beside each instead of in the legend: a time on a curve.
+    Named(Symbol),
 }
 
 /// Shape of a marker.

@@ -216,6 +216,9 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     }
     writer.write_last(&mut march, &setup, ending.is_failure())?;
     writer.write_last_defects(&march, gauges.census(&march.state))?;
+    // a picture that cannot be drawn is no failure
+    crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));
+    record.said = progress.said();
     let mut summary =
         Summary::new(scene, &setup, &march, &writer, ending, residuals, measures, begin.elapsed(), counts_before);
     summary.steady = steady;

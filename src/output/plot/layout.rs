@@ -5,7 +5,7 @@ use super::header::Header;
 use super::legend::{Legend, Style};
 use super::scene::{Anchor, GREY, GRID, Group, INK, Paint, Rect, Scene, Shape, Text};
 use super::text::{Font, Label};
-use super::{Line, Plot, Scale, Series, Slope, slope};
+use super::{Line, Markers, Plot, Scale, Series, Slope, slope};
 
 /// Width of a picture.
 pub(super) const WIDTH: f64 = 840.0;
@@ -17,6 +17,12 @@ const HEADER_SIZES: [f64; 2] = [27.0, 20.0];
 const SIZES: Sizes = Sizes { tick: 21.0, label: 24.0 };
 /// Length of a tick.
 pub(super) const TICK: f64 = 7.0;
+/// Names beside points, and how far they stand from them.
+const NAME_SIZE: f64 = 19.0;
+const NAME_GAP: f64 = 10.0;
+/// Where a name may stand: whether to the right, and how far above, in units of its size.
+const NAME_PLACES: [(bool, f64); 6] =
+    [(true, 0.7), (false, 0.7), (true, -0.7), (false, -0.7), (true, 0.0), (false, 0.0)];
 /// Share of the vertical range added below the curves for reference slopes.
 const SLOPE_ROOM: f64 = 0.12;
 /// Lines through more points have markers on some of them only.
@@ -189,6 +195,7 @@ pub(super) fn arrange(plot: &Plot, font: &Font) -> Scene {
     groups.extend(draw_axes([&plot.x.label, &plot.y.label], &frame, [&x_ticks, &y_ticks], SIZES, font));
     groups.push(slope::draw(&slopes, &curves, &frame, font));
     groups.extend(curves.iter().zip(&plot.series).enumerate().map(|(i, (c, s))| draw_curve(i, c, s)));
+    groups.extend(curves.iter().zip(&plot.series).filter_map(|(c, s)| name_points(c, s, &curves, &rect, font)));
     groups.push(legend.draw(corner, font));
     Scene { width: WIDTH, height, title: plot.title.clone(), groups }
 }
@@ -279,6 +286,30 @@ fn draw_curve(position: usize, curve: &Curve, series: &Series) -> Group {
     }
     group.shapes.extend(marked.into_iter().filter_map(|p| style.marker(p)));
     group
+}
+
+/// The name of a series beside its points, where it covers the least of all curves.
+fn name_points(curve: &Curve, series: &Series, curves: &[Curve], frame: &Rect, font: &Font) -> Option<Group> {
+    if !matches!(series.markers, Markers::Named(_)) {
+        return None;
+    }
+    let mut group = Group::default();
+    let width = font.width(&Label::parse(&series.name), NAME_SIZE);
+    for &(x, y) in curve.pieces.iter().flatten() {
+        let place = |(right, up): (bool, f64)| {
+            let x0 = if right { x + NAME_GAP } else { x - NAME_GAP - width };
+            let middle = y - up * NAME_SIZE;
+            Rect { x0, y0: middle - 0.5 * NAME_SIZE, x1: x0 + width, y1: middle + 0.5 * NAME_SIZE }
+        };
+        let inside = |area: &Rect| area.x0 > frame.x0 && area.x1 < frame.x1 && area.y0 > frame.y0 && area.y1 < frame.y1;
+        let covered = |area: &Rect| curves.iter().map(|other| other.crossings(area)).sum::<usize>();
+        let places = NAME_PLACES.map(place);
+        // the first of equally good ones
+        let best = places.iter().min_by_key(|area| (!inside(area), covered(area))).expect("there are places");
+        let at = (best.x0, best.y1 - 0.14 * NAME_SIZE);
+        group.shapes.push(Shape::Text(Text::new(Label::parse(&series.name), at, NAME_SIZE, Anchor::Start, INK)));
+    }
+    Some(group)
 }
 
 /// Points that are not nearer than `least` to the one kept before.

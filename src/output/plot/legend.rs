@@ -93,7 +93,7 @@ impl Style {
             }
             Markers::None => None,
             Markers::Filled(symbol) => Some((symbol, false)),
-            Markers::Open(symbol) => Some((symbol, true)),
+            Markers::Open(symbol) | Markers::Named(symbol) => Some((symbol, true)),
         }
     }
 
@@ -133,7 +133,8 @@ pub(super) struct Legend {
 impl Legend {
     /// Arranges the names in a picture of a given width.
     pub fn new(series: &[Series], font: &Font, room: f64) -> Self {
-        let named = series.iter().enumerate().filter(|(_, s)| !s.name.trim().is_empty());
+        let beside = |s: &Series| matches!(s.markers, Markers::Named(_));
+        let named = series.iter().enumerate().filter(|(_, s)| !s.name.trim().is_empty() && !beside(s));
         let mut entries: Vec<(Style, Label)> = Vec::new();
         for (style, name) in named.map(|(i, s)| (Style::of(i, s), &s.name)) {
             match entries.iter_mut().find(|(other, label)| other.number == style.number && label.source == *name) {

@@ -1,0 +1,89 @@
+//! `monolayer plot`: curves from folders of results.
+
+use std::path::PathBuf;
+
+use monolayer::results::curves::{What, Wish, curves};
+use monolayer::results::{Kind, Results, ResultsError};
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folders that runs, studies or comparisons have left; several runs go into one picture.
+    #[arg(required = true, value_name = "DIR")]
+    folders: Vec<PathBuf>,
+    /// Curves to draw, separated by commas: sections, energy, lissajous, residual, overshoot, asymmetry, budget, step, iterations,
+    /// measures (all others), study [default: all that the folders have].
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    what: Vec<String>,
+    /// Quantities along sections: velocity-1, velocity-2, speed, pressure, polarity-1, polarity-2, polarity, density, or a
+    /// column of the tables [default: velocity-1, pressure, polarity-1, density].
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    quantity: Vec<String>,
+    /// Cuts, such as axis-3 [default: all].
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    axis: Vec<String>,
+    /// The part of the horizontal axis to show.
+    #[arg(long, value_name = "LO,HI", allow_hyphen_values = true)]
+    window: Option<String>,
+    /// Folder of the pictures [default: plots in the folder of a single one, else out/plots].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Name of a run in the legend; may be repeated, in the order of the folders [default: what differs between the scenes].
+    #[arg(long, value_name = "NAME")]
+    label: Vec<String>,
+}
+
+impl Args {
+    /// Draws the pictures and returns what there is to say, a line for each picture or note.
+    ///
+    /// # Errors
+    /// Folders without results, wishes that cannot be met, files that cannot be written.
+    pub fn execute(&self) -> Result<Vec<String>, Box<dyn std::error::Error>> {
+        let folders: Vec<Results> = self.folders.iter().map(|path| Results::read(path)).collect::<Result<_, _>>()?;
+        let wish = self.wish()?;
+        let drawn = curves(&folders.iter().collect::<Vec<_>>(), &wish)?;
+        let mut said: Vec<String> = drawn.notes.iter().map(|note| format!("note: {note}")).collect();
+        if drawn.pictures.is_empty() {
+            let folder = folders.iter().map(|f| f.path.display().to_string()).collect::<Vec<_>>().join(", ");
+            let what = match folders.iter().flat_map(|f| &f.problems).chain(&drawn.notes).next() {
+                Some(problem) => format!("nothing to draw: {problem}"),
+                None => "nothing to draw".to_owned(),
+            };
+            let drawn_already = folders.iter().all(|f| matches!(f.kind, Kind::Order | Kind::Branches | Kind::Tradeoff));
+            let hint = if drawn_already {
+                "the study has drawn its picture itself; `monolayer report` shows it with its tables"
+            } else {
+                "curves need measures with `every`, or cuts, in an [[output]] of the scene"
+            };
+            return Err(ResultsError::Folder { folder, what, hint }.into());
+        }
+        let out = match (&self.out, &self.folders[..]) {
+            (Some(out), _) => out.clone(),
+            (None, [only]) => only.join("plots"),
+            (None, _) => PathBuf::from("out/plots"),
+        };
+        drawn.write(&out)?;
+        said.extend(drawn.pictures.iter().map(|p| format!("written {}.svg and .png", out.join(&p.name).display())));
+        Ok(said)
+    }
+
+    fn wish(&self) -> Result<Wish, ResultsError> {
+        Ok(Wish {
+            what: self.what.iter().map(|name| What::parse(name)).collect::<Result<_, _>>()?,
+            quantities: self.quantity.clone(),
+            axes: self.axis.clone(),
+            window: self.window.as_deref().map(window).transpose()?,
+            labels: self.label.clone(),
+        })
+    }
+}
+
+fn window(text: &str) -> Result<[f64; 2], ResultsError> {
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let both = text.split_once(',').and_then(|(lo, hi)| Some([number(lo)?, number(hi)?]));
+    both.ok_or_else(|| ResultsError::Option {
+        option: "--window",
+        value: text.to_owned(),
+        rule: "must be two numbers".to_owned(),
+        hint: "write `--window -5,5`, in units of the horizontal axis".to_owned(),
+    })
+}

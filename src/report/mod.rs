@@ -1,0 +1,112 @@
+//! One self-contained HTML page of what runs and studies found.
+//!
+//! The page needs nothing from outside: pictures are data URIs, style and the script that sorts tables are in it, and a
+//! content security policy forbids every request. It works without the script, and on paper.
+
+mod pictures;
+mod run;
+mod study;
+mod tables;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::results::curves::{Wish, curves};
+use crate::results::{Kind, Results, differing};
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("sort.js");
+/// Nothing is loaded, whatever a title or a picture says.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+/// The page of some folders of results.
+pub fn page(folders: &[Results]) -> String {
+    let title = match folders {
+        [only] => only.title(),
+        [] | [_, ..] => format!("{} results", folders.len()),
+    };
+    let document = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="generator" content={ "monolayer " (env!("CARGO_PKG_VERSION")) };
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    @if folders.len() > 1 {
+                        h1 { (title) }
+                        (contents(folders))
+                        (side_by_side(folders))
+                    }
+                    @for (k, folder) in folders.iter().enumerate() { (section(k, folder, folders.len() > 1)) }
+                }
+                footer { "Written by monolayer " (env!("CARGO_PKG_VERSION")) ". Everything is dimensionless." }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    };
+    document.into_string()
+}
+
+fn contents(folders: &[Results]) -> Markup {
+    html! {
+        nav aria-label="Results" {
+            ul {
+                @for (k, folder) in folders.iter().enumerate() {
+                    li { a href={ "#results-" (k + 1) } { (folder.title()) } " (" (folder.path.display()) ")" }
+                }
+            }
+        }
+    }
+}
+
+/// What several runs have in common: their measures in one table, their curves in common pictures.
+fn side_by_side(folders: &[Results]) -> Markup {
+    let runs: Vec<&Results> = folders.iter().filter(|f| matches!(f.kind, Kind::Run | Kind::Sections)).collect();
+    if runs.len() < 2 {
+        return html! {};
+    }
+    let drawn = curves(&runs, &Wish::default()).unwrap_or_default();
+    html! {
+        section {
+            h2 { "Side by side" }
+            (tables::notes(&[], &drawn.notes))
+            (run::compared(&runs, &differing(&runs)))
+            (pictures::drawn(&drawn))
+        }
+    }
+}
+
+fn section(number: usize, folder: &Results, one_of_many: bool) -> Markup {
+    html! {
+        section id={ "results-" (number + 1) } {
+            @if one_of_many { h2 { (folder.title()) } } @else { h1 { (folder.title()) } }
+            p.path { (kind(folder.kind)) " in " code { (folder.path.display()) } }
+            @match folder.kind {
+                Kind::Run | Kind::Sections => (run::section(folder)),
+                Kind::Sweep | Kind::Order | Kind::Branches | Kind::Tradeoff => (study::section(folder)),
+            }
+            @if let Some(settings) = &folder.settings {
+                details {
+                    summary { "Settings (" (if folder.kind == Kind::Run { "scene.toml" } else { "study.toml" }) ")" }
+                    pre { (settings) }
+                }
+            }
+        }
+    }
+}
+
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Run => "A run",
+        Kind::Sweep => "A study",
+        Kind::Order => "A study of orders of convergence",
+        Kind::Branches => "Branches of steady states",
+        Kind::Tradeoff => "Errors and what they cost",
+        Kind::Sections => "Sections",
+    }
+}

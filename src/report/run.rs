@@ -1,0 +1,459 @@
+//! What a run found.
+
+use maud::{Markup, html};
+use serde_json::Value;
+
+use super::pictures;
+use super::tables::{cell, notes, pairs, plain, short};
+use crate::results::curves::{Wish, curves};
+use crate::results::{Kind, Results, Setting, parameters, symbol};
+
+/// What each ending means, in words.
+const ENDINGS: [(&str, &str); 8] = [
+    ("end-time", "The end time was reached"),
+    ("max-steps", "The largest number of steps was taken"),
+    ("stationary", "The residual of the stationary equations fell below its bound"),
+    ("energy-at-rest", "The free energy came to rest"),
+    ("steady", "A steady state was found"),
+    ("oscillating", "No stable steady state was found, but a flow that repeats itself"),
+    ("interrupted", "The run was stopped from outside; it can be resumed"),
+    ("failed", "A step failed; the last good state was kept"),
+];
+
+const INCOMPRESSIBLE: &str = "−div(σᵀ) + C_F v = T_a p,   div v = 0
+Pe [∂_t p + (v·∇)p − W(v)p − a D(v)p] + (|p|² − 1) p − κ²Δp = 0
+σ = −Π I + 2D(v) + (a+1)/2 p⊗ℓ + (a−1)/2 ℓ⊗p − κ²B ∇pᵀ·∇p − S_a p⊗p,   ℓ = B [(|p|² − 1) p − κ²Δp]";
+
+/// The whole section of a run.
+pub(super) fn section(run: &Results) -> Markup {
+    let mut remarks = run.problems.clone();
+    remarks.extend(remarks_of(run));
+    let failures: Vec<String> = text(run, "reason").map(str::to_owned).into_iter().collect();
+    let (shown, count) = pictures::of_folder(run, &mut remarks);
+    let own = if count == 0 { curves(&[run], &Wish::default()).unwrap_or_default() } else { Default::default() };
+    remarks.extend(own.notes.iter().cloned());
+    html! {
+        (ending(run))
+        (notes(&failures, &remarks))
+        (measures(run))
+        (steady(run))
+        @if count > 0 || !own.pictures.is_empty() {
+            h3 { "Pictures" }
+            (shown)
+            (pictures::drawn(&own))
+        }
+        @if run.kind == Kind::Run {
+            h3 { "What was solved" }
+            (solved(run))
+            (cost(run))
+        }
+    }
+}
+
+fn get<'a>(run: &'a Results, path: &str) -> Option<&'a Value> {
+    run.summary.as_ref()?.pointer(path)
+}
+
+fn text<'a>(run: &'a Results, key: &str) -> Option<&'a str> {
+    get(run, &format!("/{key}"))?.as_str()
+}
+
+fn number(run: &Results, path: &str) -> Option<f64> {
+    get(run, path)?.as_f64()
+}
+
+fn ending(run: &Results) -> Markup {
+    let status = text(run, "status");
+    let colour = match status {
+        Some("finished") => "good",
+        Some("failed") => "bad",
+        Some(_) => "warn",
+        None => "warn",
+    };
+    let name = text(run, "ending").unwrap_or_default();
+    let words = ENDINGS.iter().find(|(ending, _)| *ending == name).map_or(name, |(_, words)| words);
+    let reached = number(run, "/time").zip(number(run, "/steps")).map(|(t, steps)| {
+        let residual = number(run, "/residual").map_or_else(String::new, |r| format!("; residual {}", short(r)));
+        format!(" at t = {} after {} steps{residual}.", short(t), short(steps))
+    });
+    html! {
+        @if run.kind == Kind::Run {
+            p.ending {
+                span.state.(colour) { (status.unwrap_or("not ended")) } " "
+                @if status.is_some() { (words) (reached.unwrap_or_default()) }
+            }
+        }
+    }
+}
+
+/// What the summary says that a reader must know: its own notes, and counts that should be zero.
+fn remarks_of(run: &Results) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for key in ["said", "notes"] {
+        let listed = get(run, &format!("/{key}")).and_then(Value::as_array);
+        remarks.extend(listed.into_iter().flatten().filter_map(|note| note.as_str().map(str::to_owned)));
+    }
+    let count = |path: &str| number(run, path).filter(|count| *count > 0.0);
+    if let Some(reason) = text(run, "not_estimated") {
+        remarks.push(format!("the errors of the measures were not estimated: {reason}"));
+    }
+    let told = remarks.iter().any(|remark| remark.contains("`coupling.accept`"));
+    if let Some(late) = count("/accepted_late").filter(|_| !told) {
+        remarks.push(format!(
+            "{} steps did not reach the tolerance of the coupling, and were accepted with a larger one",
+            short(late)
+        ));
+    }
+    if let Some(limited) = count("/limited") {
+        remarks.push(format!("the density was limited in {} cells, counted over all steps", short(limited)));
+    }
+    if let Some(rejected) = count("/rejected") {
+        remarks.push(format!("{} steps were rejected and repeated with half the length", short(rejected)));
+    }
+    match get(run, "/steady/stability").and_then(Value::as_str) {
+        Some("unstable") => {
+            let size = number(run, "/steady/unstable_dimension")
+                .map_or_else(String::new, |n| format!(" in {} directions", short(n)));
+            remarks.push(format!("the steady state is unstable: disturbances grow{size}"));
+        }
+        Some("not-known") => remarks.push("whether the steady state is stable is not known".to_owned()),
+        Some(_) | None => {}
+    }
+    if text(run, "ending") == Some("stationary") {
+        remarks.push("whether the state is stable was not examined".to_owned());
+    }
+    remarks
+}
+
+/// An estimate of the error of a measure, whichever form it has.
+fn estimate(run: &Results, measure: &str) -> Option<String> {
+    let estimates = run.summary.as_ref()?.get("estimates")?;
+    let found = estimates.get(measure).or_else(|| {
+        let named =
+            |entry: &&Value| entry.get("measure").or(entry.get("name")).and_then(Value::as_str) == Some(measure);
+        estimates.as_array()?.iter().find(named)
+    })?;
+    let from = |value: &Value| value.as_f64().filter(|x| x.is_finite());
+    let keys = ["error", "estimate", "value"];
+    let size = from(found).or_else(|| keys.iter().find_map(|key| found.get(*key).and_then(from)))?;
+    Some(short(size.abs()))
+}
+
+fn measures(run: &Results) -> Markup {
+    let Some(all) = get(run, "/measures").and_then(Value::as_object).filter(|all| !all.is_empty()) else {
+        return html! {};
+    };
+    let estimated = all.keys().any(|name| estimate(run, name).is_some());
+    html! {
+        h3 { "What was found" }
+        div.scroll {
+            table {
+                caption {
+                    "Measures of the last state"
+                    @if let Some(from) = get(run, "/estimated/contains").and_then(Value::as_str) { "; the errors are those of " (from) }
+                }
+                thead {
+                    tr {
+                        th scope="col" { "measure" }
+                        th.number scope="col" { "value" }
+                        @if estimated { th.number scope="col" { "estimated error" } }
+                    }
+                }
+                tbody {
+                    @for (name, value) in all {
+                        tr {
+                            th scope="row" { (words(name)) }
+                            (cell(&value.to_string()))
+                            @if estimated {
+                                td.number { @if let Some(size) = estimate(run, name) { "± " (size) } @else { "–" } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn words(name: &str) -> String {
+    name.replace('_', " ").replace(" x1", ": place x₁")
+}
+
+fn steady(run: &Results) -> Markup {
+    let list = |key: &str| get(run, &format!("/steady/{key}")).and_then(Value::as_array).cloned().unwrap_or_default();
+    let (eigenvalues, tries) = (list("eigenvalues"), list("tries"));
+    let part = |value: &Value, key: &str| value.get(key).and_then(Value::as_f64).map_or_else(String::new, short);
+    let word = |value: &Value, key: &str| match value.get(key) {
+        Some(Value::String(text)) => text.clone(),
+        Some(other) => other.to_string(),
+        None => String::new(),
+    };
+    let stability = get(run, "/steady/stability").and_then(Value::as_str);
+    html! {
+        @if let Some(stability) = stability { p { "The steady state is " strong { (stability) } "." } }
+        @if let Some(oscillation) = get(run, "/steady/oscillation") {
+            p {
+                "It repeats itself with the period " strong { (part(oscillation, "period")) }
+                ", amplitude of the polarity " (part(oscillation, "amplitude")) ", of the velocity "
+                (part(oscillation, "amplitude_velocity")) "."
+            }
+        }
+        div.columns {
+            @if !eigenvalues.is_empty() {
+                div.scroll {
+                    table {
+                        caption { "Leading eigenvalues: disturbances behave like exp(λt)" }
+                        thead { tr { th.number scope="col" { "growth rate" } th.number scope="col" { "angular frequency" } } }
+                        tbody { @for e in &eigenvalues { tr { td.number { (part(e, "re")) } td.number { (part(e, "im")) } } } }
+                    }
+                }
+            }
+            @if !tries.is_empty() {
+                div.scroll {
+                    table {
+                        caption { "Ways that were tried" }
+                        thead { tr { th scope="col" { "way" } th.number scope="col" { "steps" } th scope="col" { "outcome" } } }
+                        tbody {
+                            @for t in &tries {
+                                tr { th scope="row" { (word(t, "way")) } td.number { (part(t, "steps")) } td { (word(t, "outcome")) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn solved(run: &Results) -> Markup {
+    let compressible = run.setting("model.kind").and_then(toml::Value::as_str) == Some("compressible");
+    html! {
+        @if run.scene.is_some() {
+            @if compressible {
+                p {
+                    "A compressible sheet: the density is carried by the flow (∂ρ/∂t + div(ρv) = 0) and gives the pressure c"
+                    sub { "0" } " ρ" sup { "γ+1" } "; viscous, elastic and active stress balance friction and traction, all weighed with the \
+                    density; the polarity is carried, turned and stretched by the flow, and relaxes over its coherence length."
+                }
+            } @else {
+                p {
+                    "An incompressible sheet: viscous stress, pressure, elastic and active stress balance friction with the substrate and \
+                    traction along the polarity; the velocity has no divergence; the polarity is carried, turned and stretched by the \
+                    flow, and relaxes to length one over its coherence length."
+                }
+                pre.equations { (INCOMPRESSIBLE) }
+            }
+        }
+        div.columns {
+            div { (parameter_table(&parameters(run))) (mesh(run)) }
+            div { (boundary(run)) (course(run)) }
+        }
+        (terms(run))
+    }
+}
+
+fn parameter_table(all: &[Setting]) -> Markup {
+    html! {
+        @if !all.is_empty() {
+            div.scroll {
+                table {
+                    caption { "Parameters" }
+                    thead { tr { th scope="col" { "symbol" } th.number scope="col" { "value" } th scope="col" { "meaning" } } }
+                    tbody {
+                        @for s in all { tr { th scope="row" { (plain(&s.symbol)) } (cell(&s.value)) td { (s.meaning) } } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn toml_text(value: &toml::Value) -> String {
+    match value {
+        toml::Value::String(text) => text.clone(),
+        toml::Value::Array(all) => format!("({})", all.iter().map(toml_text).collect::<Vec<_>>().join(", ")),
+        toml::Value::Table(all) => {
+            all.iter().map(|(key, value)| format!("{key} {}", toml_text(value))).collect::<Vec<_>>().join(", ")
+        }
+        toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Boolean(_) | toml::Value::Datetime(_) => {
+            value.to_string()
+        }
+    }
+}
+
+fn mesh(run: &Results) -> Markup {
+    let mut rows: Vec<(String, String)> = Vec::new();
+    for key in ["shape", "file"] {
+        rows.extend(run.setting(&format!("mesh.{key}")).map(|value| (key.to_owned(), toml_text(value))));
+    }
+    let found = [
+        ("cells", "/mesh/cells"),
+        ("curved cells", "/mesh/curved_cells"),
+        ("smallest diameter", "/mesh/h_min"),
+        ("largest diameter", "/mesh/h_max"),
+        ("area", "/mesh/area"),
+    ];
+    rows.extend(found.iter().filter_map(|(name, path)| Some(((*name).to_owned(), get(run, path)?.to_string()))));
+    let angle = get(run, "/mesh/worst_angle_degrees/value").or(get(run, "/mesh/worst_angle_degrees"));
+    rows.extend(angle.filter(|v| v.is_number()).map(|v| ("smallest angle (degrees)".to_owned(), v.to_string())));
+    let unknowns = get(run, "/unknowns").and_then(Value::as_object).into_iter().flatten();
+    rows.extend(unknowns.map(|(name, value)| (format!("unknowns, {}", name.replace('_', " ")), value.to_string())));
+    pairs("Mesh and unknowns", ["", "value"], &rows)
+}
+
+fn boundary(run: &Results) -> Markup {
+    let Some(tags) = run.setting("boundary").and_then(toml::Value::as_table) else { return html! {} };
+    let with_density = tags.values().any(|tag| tag.get("density").is_some());
+    let at = |tag: &toml::Value, key: &str| tag.get(key).map_or_else(String::new, toml_text);
+    html! {
+        div.scroll {
+            table {
+                caption { "Boundary conditions" }
+                thead {
+                    tr {
+                        th scope="col" { "part" } th scope="col" { "velocity" } th scope="col" { "polarity" }
+                        @if with_density { th scope="col" { "density" } }
+                    }
+                }
+                tbody {
+                    @for (name, tag) in tags {
+                        tr {
+                            th scope="row" { (name) } td { (at(tag, "velocity")) } td { (at(tag, "polarity")) }
+                            @if with_density { td { (at(tag, "density")) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Start, time and coupling as the scene has them.
+fn course(run: &Results) -> Markup {
+    let keys = [
+        "space.k",
+        "initial.polarity",
+        "initial.density",
+        "time.scheme",
+        "time.step",
+        "time.end",
+        "time.stop.residual",
+        "time.stop.energy_rate",
+        "steady.residual",
+        "coupling.kind",
+        "coupling.tolerance",
+        "accuracy",
+    ];
+    let rows = keys.iter().filter_map(|key| Some(((*key).to_owned(), toml_text(run.setting(key)?))));
+    pairs("Start, time and coupling", ["key", "value"], &rows.collect::<Vec<_>>())
+}
+
+fn terms(run: &Results) -> Markup {
+    let all = get(run, "/terms").and_then(Value::as_array).cloned().unwrap_or_default();
+    let word = |term: &Value, key: &str| term.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
+    let is_on = |term: &Value| term.get("on").and_then(Value::as_bool) == Some(true);
+    html! {
+        @if !all.is_empty() {
+            div.scroll {
+                table {
+                    caption { "Terms of the equations" }
+                    thead {
+                        tr { th scope="col" { "term" } th scope="col" { "" } th scope="col" { "formula" } th scope="col" { "because" } }
+                    }
+                    tbody {
+                        @for term in &all {
+                            tr.off[!is_on(term)] {
+                                th scope="row" { (word(term, "name")) }
+                                td { (if is_on(term) { "on" } else { "off" }) }
+                                td { (word(term, "formula")) }
+                                td { (word(term, "reason")) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn cost(run: &Results) -> Markup {
+    if run.summary.is_none() {
+        return html! {};
+    }
+    let mut phases: Vec<(String, f64)> = get(run, "/seconds")
+        .and_then(Value::as_object)
+        .into_iter()
+        .flatten()
+        .filter_map(|(name, seconds)| Some((name.clone(), seconds.as_f64()?)))
+        .collect();
+    phases.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let phases: Vec<(String, String)> = phases.into_iter().map(|(name, s)| (name, format!("{s:.3}"))).collect();
+    let found = [
+        ("seconds in all", "/seconds_total"),
+        ("seconds per iteration", "/seconds_per_iteration"),
+        ("peak memory (MiB)", "/peak_memory_mib"),
+        ("threads", "/threads"),
+        ("steps", "/steps"),
+        ("rejected steps", "/rejected"),
+        ("nonlinear iterations", "/nonlinear_iterations"),
+        ("linear iterations", "/polarity_linear_iterations"),
+        ("factorisations", "/factorisations"),
+        ("direct solves", "/direct_solves"),
+    ];
+    let rows = found.iter().filter_map(|(name, path)| {
+        let value = get(run, path).filter(|value| value.is_number())?;
+        let rounded = value.as_f64().filter(|x| x.fract() != 0.0).map(|x| format!("{x:.3}"));
+        Some(((*name).to_owned(), rounded.unwrap_or_else(|| value.to_string())))
+    });
+    let rows: Vec<(String, String)> = rows.collect();
+    html! {
+        h3 { "What it cost" }
+        div.columns {
+            (pairs("Work", ["", "count"], &rows))
+            (pairs("Wall time by phase", ["phase", "seconds"], &phases))
+        }
+    }
+}
+
+/// Runs side by side: what differs between them, and their measures.
+pub(super) fn compared(runs: &[&Results], keys: &[String]) -> Markup {
+    let mut measures: Vec<String> = Vec::new();
+    for run in runs {
+        let own = get(run, "/measures").and_then(Value::as_object).into_iter().flat_map(|all| all.keys().cloned());
+        for name in own {
+            if !measures.contains(&name) {
+                measures.push(name);
+            }
+        }
+    }
+    let setting = |run: &Results, key: &str| run.setting(key).map_or_else(String::new, toml_text);
+    let measure =
+        |run: &Results, name: &str| get(run, &format!("/measures/{name}")).map_or_else(String::new, Value::to_string);
+    html! {
+        div.scroll tabindex="0" role="region" aria-label="Runs side by side" {
+            table.sortable.wide {
+                caption { "Runs side by side" }
+                thead {
+                    tr {
+                        th scope="col" { "run" }
+                        @for key in keys { th scope="col" { (plain(symbol(key))) } }
+                        th scope="col" { "status" }
+                        @for name in &measures { th.number scope="col" { (words(name)) } }
+                        th.number scope="col" { "seconds" }
+                    }
+                }
+                tbody {
+                    @for run in runs {
+                        tr.bad[text(run, "status") == Some("failed")] {
+                            th scope="row" { (run.path.display()) }
+                            @for key in keys { (cell(&setting(run, key))) }
+                            td { (text(run, "status").unwrap_or(if run.kind == Kind::Run { "not ended" } else { "" })) }
+                            @for name in &measures { (cell(&measure(run, name))) }
+                            (cell(&number(run, "/seconds_total").map_or_else(String::new, |s| format!("{s:.1}"))))
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! A CSV table as its file has it.
+
+use std::path::Path;
+
+use super::ResultsError;
+
+/// Rows of texts below a header.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    pub header: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+    /// Whether the last row was cut off, and is left out.
+    pub cut_off: bool,
+}
+
+impl Table {
+    /// Reads a file. A last row that is too short belongs to a program that was stopped while it wrote: it is left out.
+    ///
+    /// # Errors
+    /// [`ResultsError::Broken`]: a file that cannot be read, has no header, or rows of another length.
+    pub fn read(path: &Path) -> Result<Self, ResultsError> {
+        let broken = |what: String| ResultsError::Broken {
+            file: path.display().to_string(),
+            what,
+            hint: "it must be a table as the program writes it; run again, or take the file away",
+        };
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(|e| broken(e.to_string()))?;
+        let header: Vec<String> =
+            reader.headers().map_err(|e| broken(e.to_string()))?.iter().map(|name| name.trim().to_owned()).collect();
+        if header.iter().all(String::is_empty) {
+            return Err(broken("the table is empty".to_owned()));
+        }
+        let mut table = Self { header, rows: Vec::new(), cut_off: false };
+        for row in reader.records() {
+            let row = row.map_err(|e| broken(e.to_string()))?;
+            if table.cut_off {
+                return Err(broken(format!("row {} is too short", table.rows.len() + 1)));
+            }
+            if row.len() > table.header.len() {
+                return Err(broken(format!("row {} is too long", table.rows.len() + 1)));
+            }
+            table.cut_off = row.len() < table.header.len();
+            if !table.cut_off {
+                table.rows.push(row.iter().map(str::to_owned).collect());
+            }
+        }
+        Ok(table)
+    }
+
+    /// Number of a column.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.header.iter().position(|column| column == name)
+    }
+
+    /// The texts of a column.
+    pub fn texts(&self, name: &str) -> Option<impl Iterator<Item = &str>> {
+        let at = self.position(name)?;
+        Some(self.rows.iter().map(move |row| row[at].as_str()))
+    }
+
+    /// The numbers of a column; NaN where there is none.
+    pub fn numbers(&self, name: &str) -> Option<Vec<f64>> {
+        Some(self.texts(name)?.map(|text| text.trim().parse().unwrap_or(f64::NAN)).collect())
+    }
+
+    /// Pairs of two columns, of the rows that have both.
+    pub fn points(&self, x: &str, y: &str) -> Vec<(f64, f64)> {
+        let (Some(x), Some(y)) = (self.numbers(x), self.numbers(y)) else { return Vec::new() };
+        x.into_iter().zip(y).filter(|(x, y)| x.is_finite() && y.is_finite()).collect()
+    }
+
+    /// The entry of a row.
+    pub fn at(&self, row: usize, name: &str) -> Option<&str> {
+        let at = self.position(name)?;
+        self.rows.get(row).map(|row| row[at].as_str())
+    }
+}

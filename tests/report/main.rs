@@ -1,0 +1,6 @@
+//! `monolayer plot` and `monolayer report` on what runs and studies leave.
+
+mod browser;
+mod common;
+mod curves;
+mod page;
