@@ -1,5 +1,7 @@
 //! Pictures of the fields of a state.
 
+use std::collections::HashMap;
+
 use super::{RunError, Setup};
 use crate::element::basis;
 use crate::measure::StreamFunction;
@@ -44,7 +46,7 @@ impl Caption {
         }
         list.extend([("B", p.elasticity), ("κ", p.coherence), ("a", p.slip)]);
         let parameters: Vec<String> =
-            list.iter().map(|(name, value)| format!("{name} = {}", short(*value, 4))).collect();
+            list.iter().map(|(name, value)| format!("{name}\u{a0}=\u{a0}{}", short(*value, 4))).collect();
         Self { parameters: parameters.join(", "), steady: scene.steady.is_some() }
     }
 }
@@ -164,9 +166,9 @@ impl Draft<'_> {
         let stream = |x: Point| self.at(x, |cell, xi| psi.as_ref().map(|psi| psi.scalar_at(cell, xi))).flatten();
         let mut layers = Vec::new();
         if request.mesh {
-            layers.push(Layer::Lines { lines: edges(mesh, |face| face.plus.is_some()), look: Look::Mesh });
+            layers.push(Layer::Lines { lines: inner_edges(mesh), look: Look::Mesh });
         }
-        layers.push(Layer::Lines { lines: edges(mesh, |face| face.plus.is_none()), look: Look::Outline });
+        layers.push(Layer::Lines { lines: outline(mesh), look: Look::Outline });
         if request.streamlines {
             layers.push(Layer::Contours { name: "Δψ".into(), of: &stream });
         }
@@ -229,7 +231,7 @@ pub(super) fn failed(name: &str, error: PlotError) -> RunError {
 fn window(request: &MapRequest, mesh: &Mesh) -> Result<Window, PlotError> {
     match request.window {
         Some([low, high]) => Window::new(low, high),
-        None => Window::around(edges(mesh, |face| face.plus.is_none()).into_iter().flatten()),
+        None => Window::around(outline(mesh).into_iter().flatten()),
     }
 }
 
@@ -256,13 +258,41 @@ pub(super) fn check_windows(requests: &[MapRequest], key: &str, scene: &Scene, s
     Ok(())
 }
 
-/// Faces of a mesh as polylines.
-fn edges(mesh: &Mesh, wanted: impl Fn(&Face) -> bool) -> Vec<Vec<Point>> {
-    let line = |face: &Face| {
-        let side = face.minus;
-        let pieces = if mesh.curved[side.cell].is_some() { PIECES } else { 1 };
-        let map = mesh.map(side.cell);
-        (0..=pieces).map(|k| map.at(basis::face_point(side.face, k as f64 / pieces as f64)).0).collect()
-    };
-    mesh.faces.iter().filter(|face| wanted(face)).map(line).collect()
+/// The faces between two cells.
+fn inner_edges(mesh: &Mesh) -> Vec<Vec<Point>> {
+    mesh.faces.iter().filter(|face| face.plus.is_some()).map(|face| edge(mesh, face)).collect()
+}
+
+/// The boundary, each closed curve of it as one line, so that its corners are drawn whole.
+fn outline(mesh: &Mesh) -> Vec<Vec<Point>> {
+    let boundary: Vec<&Face> = mesh.faces.iter().filter(|face| face.plus.is_none()).collect();
+    let mut from: HashMap<usize, Vec<usize>> = HashMap::new();
+    // the last one is taken first
+    for (k, face) in boundary.iter().enumerate().rev() {
+        from.entry(mesh.face_vertices(face)[0]).or_default().push(k);
+    }
+    let mut used = vec![false; boundary.len()];
+    let mut lines = Vec::new();
+    for first in 0..boundary.len() {
+        let (mut line, mut next) = (Vec::new(), Some(first).filter(|&k| !used[k]));
+        while let Some(k) = next {
+            used[k] = true;
+            // each piece begins where the last one ended
+            line.extend(edge(mesh, boundary[k]).into_iter().skip(usize::from(!line.is_empty())));
+            let end = mesh.face_vertices(boundary[k])[1];
+            next = from.get(&end).and_then(|all| all.iter().rev().copied().find(|&k| !used[k]));
+        }
+        if !line.is_empty() {
+            lines.push(line);
+        }
+    }
+    lines
+}
+
+/// A face as a polyline, from the first of its vertices to the second.
+fn edge(mesh: &Mesh, face: &Face) -> Vec<Point> {
+    let side = face.minus;
+    let pieces = if mesh.curved[side.cell].is_some() { PIECES } else { 1 };
+    let map = mesh.map(side.cell);
+    (0..=pieces).map(|k| map.at(basis::face_point(side.face, k as f64 / pieces as f64)).0).collect()
 }

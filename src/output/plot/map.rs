@@ -14,7 +14,7 @@
 //!     name: "r".into(),
 //!     palette: Palette::Sequential,
 //!     layers: vec![Layer::Arrows { name: "|v|".into(), of: &turn }],
-//!     ..Map::new(Window::new([-2.0, -2.0], [4.0, 2.0])?, &ring)
+//!     ..Map::new(Window::new([-2., -2.], [4., 2.])?, &ring)
 //! };
 //! let picture = map.draw()?;
 //! assert!(picture.svg().contains("<image"));

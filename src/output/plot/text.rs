@@ -160,12 +160,12 @@ impl Font {
         if width > limit { size * limit / width } else { size }
     }
 
-    /// Breaks text at its spaces into lines at most `limit` wide; a longer word has a line of its own.
+    /// Breaks text at its spaces, but not at those of no break, into lines at most `limit` wide; a longer word has a line of its own.
     pub fn wrap(&self, text: &str, size: f64, limit: f64) -> Vec<Label> {
         let mut lines: Vec<String> = Vec::new();
         let mut room = 0.0;
         let space = self.advance(' ', size);
-        for word in text.split_whitespace() {
+        for word in text.split_ascii_whitespace() {
             let width = self.width(&Label::parse(word), size);
             if let Some(line) = lines.last_mut()
                 && space + width <= room

@@ -10,7 +10,7 @@ pub enum Palette {
     /// For values of one sign: from dark to light (viridis), evenly spaced to the eye, and in grey as well.
     #[default]
     Sequential,
-    /// For values of both signs: blue below zero, white at zero, red above, equally strong on both sides.
+    /// For values of both signs: blue below zero, a light grey at zero, red above, equally strong on both sides.
     Diverging,
 }
 
