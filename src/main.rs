@@ -1,5 +1,9 @@
 //! The program `monolayer`: arguments and printing.
 
+mod command {
+    pub mod study;
+}
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,7 +15,7 @@ use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::{Scene, SceneSource};
-use monolayer::study::{self, BranchStudy, OrderStudy, SweepStudy};
+use monolayer::study::{self, BranchStudy, OrderStudy};
 
 /// Set by Ctrl-C.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
@@ -74,15 +78,7 @@ enum Command {
         out: Option<PathBuf>,
     },
     /// One scene with many values: a run for each, and one table.
-    Study {
-        /// Study file.
-        study: PathBuf,
-        #[command(flatten)]
-        sets: Sets,
-        /// Folder of the results [default: out/NAME, numbered if it is taken].
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-    },
+    Study(command::study::StudyArgs),
     /// Branches of steady states in one parameter: folds, pitchforks, Hopf points, a diagram.
     Branch {
         /// Study file.
@@ -157,7 +153,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             Ok(ExitCode::SUCCESS)
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
-        Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
+        Command::Study(args) => command::study::execute(cli, args),
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
@@ -284,24 +280,6 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
         say(&format!("results in {}", out.display()))?;
     }
     Ok(match (interrupted, good) {
-        (true, _) => ExitCode::from(130),
-        (false, true) => ExitCode::SUCCESS,
-        (false, false) => ExitCode::FAILURE,
-    })
-}
-
-fn sweep(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
-    let study = SweepStudy::read(file, &sets.pairs()?)?;
-    let out = study_folder(file, out);
-    catch_interrupts("finishing this step and writing the table")?;
-    let sweep = study::sweep::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
-    for row in sweep.rows.iter().filter(|row| !row.found.is_good()) {
-        eprintln!("error: run {}: {}", row.case.folder, row.found.reason().unwrap_or_default());
-    }
-    if cli.verbosity() > Verbosity::Quiet {
-        say(&format!("{} of {} runs, results in {}", sweep.rows.len(), study.cases.len(), out.display()))?;
-    }
-    Ok(match (sweep.interrupted, sweep.rows.iter().all(|row| row.found.is_good())) {
         (true, _) => ExitCode::from(130),
         (false, true) => ExitCode::SUCCESS,
         (false, false) => ExitCode::FAILURE,
