@@ -178,7 +178,7 @@ fn the_scripts_say_what_is_needed() {
     let output = monolayer(root.path(), &[&arguments[..], &["--set", "time.step=0.25"]].concat()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let script = std::fs::read_to_string(root.path().join("an out/slurm.sh")).unwrap();
-    for line in ["--array=1-2", "--cpus-per-task=1", "--time=00:05:00", "--partition=all", "--comment=a study"] {
+    for line in ["--array=1-2", "--cpus-per-task=1", "--time=00:05:00", "--partition=all", "--comment=\"a study\""] {
         assert!(script.contains(&format!("#SBATCH {line}\n")), "no {line} in\n{script}");
     }
     let memory =
@@ -197,7 +197,7 @@ fn the_scripts_say_what_is_needed() {
     );
     let lost = monolayer(
         root.path(),
-        &["array.toml", "--launcher", "slurm", "--dry-run", "--out", "b", "--set", "steady={ want = \"any\" }"],
+        &["array.toml", "--launcher", "slurm", "--dry-run", "--out", "b", "--set", "coupling={ kind = \"newton\" }"],
     );
     let error = { lost }.output().unwrap();
     assert!(String::from_utf8_lossy(&error.stderr).contains("cannot be handed on to the jobs"));

@@ -90,7 +90,7 @@ set = { "mesh.n" = 2, "time.step" = 0.025, "output" = [{ measures = ["free-energ
 vary = { "model.peclet" = [0.5, 1.0, 2.0], "model.coherence" = [1.0, 0.01] }
 [[case]]
 name = "steady"
-set = { "steady.want" = "any" }
+set = { "steady.want" = "any", "initial.polarity" = [0.1, 0], "exact.pressure" = 0, "exact.velocity" = ["sin(pi*x)*cos(pi*y)", "-cos(pi*x)*sin(pi*y)"], "exact.polarity" = ["(1-cos(2*pi*x))*cos(pi*y)/2", "cos(pi*x)*(1-cos(2*pi*y))/2"] }
 [[case]]
 name = "late"
 set = { "coupling.max_iterations" = 1, "coupling.tolerance" = 1e-12, "coupling.accept" = 1e3 }

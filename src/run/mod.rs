@@ -180,6 +180,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     writer.kept = kept.unwrap_or_default();
     progress.recall(&writer.kept.said);
     if resumed_at.is_none() {
+        keep(&mut writer, &gauges, &progress, remarks);
         writer.write_due(&mut march, &setup, None)?;
         // a run that is killed early can be resumed, too
         writer.write_checkpoint(&march)?;

@@ -106,7 +106,7 @@ pub fn write(study: &SweepStudy, out: &Path, array: &Array) -> Result<Scripts, S
     // a minute to write checkpoints before the time is over
     let _ = writeln!(script, "#SBATCH --signal=B:TERM@60");
     for option in &study.slurm.options {
-        let _ = writeln!(script, "#SBATCH {option}");
+        let _ = writeln!(script, "#SBATCH {}", whole(option));
     }
     let _ = write!(
         script,
@@ -151,6 +151,16 @@ fn sbatch(options: &[String], script: &Path) -> Result<String, StudyError> {
 /// A path for the shell.
 fn quoted(path: &Path) -> String {
     format!("'{}'", path.to_string_lossy().replace('\'', "'\\''"))
+}
+
+/// An option whose value has spaces, in one piece.
+fn whole(option: &str) -> String {
+    match option.split_once('=') {
+        Some((name, value)) if value.contains(char::is_whitespace) && !value.contains(['"', '\'']) => {
+            format!("{name}=\"{value}\"")
+        }
+        Some(_) | None => option.to_owned(),
+    }
 }
 
 /// A path as the value of an option in a script's head.
