@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use monolayer::measure::errors::{ErrorField, History, Norm};
+use monolayer::measure::errors::{ErrorField, Norm};
 use monolayer::output::progress::Verbosity;
 use monolayer::study::SweepStudy;
 use monolayer::study::results::Row;
-use monolayer::study::sweep::{self, Found};
+use monolayer::study::sweep::{self, Settings};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -36,7 +36,7 @@ fn main() -> Result<(), Failure> {
             continue;
         }
         let folder = out.join(&name);
-        let rows = sweep::run(&study, &folder, Verbosity::Quiet, &NEVER)?.rows;
+        let rows = sweep::run(&study, &folder, &Settings::here(Verbosity::Quiet, &NEVER))?.rows;
         let seconds: f64 = rows.iter().map(|row| row.seconds).sum();
         eprintln!("{name}: {} runs, {seconds:.0} s", rows.len());
         for file in texts(&folder)? {
@@ -111,17 +111,21 @@ fn has_nan(text: &str) -> bool {
 
 /// The largest error of velocity, pressure and polarity, in space and time; 0 without exact fields.
 fn worst(row: &Row) -> f64 {
-    match &row.found {
-        Found::Ran { errors: Some(errors), .. } => {
-            fields(errors).iter().map(|field| errors.error(*field, Norm::Largest)).fold(0.0, f64::max)
-        }
-        Found::Ran { errors: None, .. } | Found::Refused(_) => 0.0,
+    if !has_errors(row) {
+        return 0.0;
     }
+    let error = |field: &ErrorField| row.error(*field, Norm::Largest).unwrap_or(f64::NAN);
+    fields(row).iter().map(error).fold(0.0, f64::max)
+}
+
+/// Whether a run was compared with exact fields.
+fn has_errors(row: &Row) -> bool {
+    row.summary().is_some_and(|summary| !summary.errors.is_empty())
 }
 
 /// The fields of a sheet's errors; a compressible one has no error of the pressure.
-fn fields(errors: &History) -> [ErrorField; 3] {
-    let dense = errors.error(ErrorField::Pressure, Norm::Largest).is_nan();
+fn fields(row: &Row) -> [ErrorField; 3] {
+    let dense = row.error(ErrorField::Density, Norm::Largest).is_some();
     let second = if dense { ErrorField::Density } else { ErrorField::Pressure };
     [ErrorField::Velocity, second, ErrorField::Polarity]
 }
@@ -258,41 +262,39 @@ fn reference_of<'a>(row: &Row, rows: &'a [Row]) -> Option<&'a Row> {
 
 /// How a run ended, and its work: steps, rejected steps and iterations of a step.
 fn ending(row: &Row) -> (String, String) {
-    match &row.found {
-        Found::Ran { summary, .. } => {
+    match row.summary() {
+        Some(summary) => {
             let counts = &summary.counts;
             let each = counts.nonlinear_iterations as f64 / counts.steps.max(1) as f64;
             let late =
                 if counts.accepted_late > 0 { format!(", {} late", counts.accepted_late) } else { String::new() };
-            (summary.ending.name().to_owned(), format!("{} ({}) | {each:.1}{late}", counts.steps, counts.rejected))
+            (summary.ending.clone(), format!("{} ({}) | {each:.1}{late}", counts.steps, counts.rejected))
         }
-        Found::Refused(_) => ("refused".to_owned(), "– | –".to_owned()),
+        None => (row.found.status().to_owned(), "– | –".to_owned()),
     }
 }
 
 /// Errors against exact fields, or a measure beside that of the reference.
 fn accuracy(row: &Row, reference: Option<&Row>) -> String {
-    match (&row.found, reference) {
-        (Found::Ran { errors: Some(errors), .. }, _) => {
-            let of = |field: &ErrorField| match errors.error(*field, Norm::Largest) {
-                0.0 => format!("{} 0", field.symbol()),
-                error => format!("{} {error:.1e}", field.symbol()),
-            };
-            fields(errors).iter().map(of).collect::<Vec<_>>().join(", ")
-        }
-        (Found::Ran { errors: None, .. }, None) => {
-            measured(row).map_or_else(String::new, |found| format!("{} {}", found.name, found.text()))
-        }
-        (Found::Ran { errors: None, .. }, Some(other)) => {
-            let (here, there) = (measured(row), measured(other));
-            let text = |found: &Option<Measured>| found.as_ref().map_or("failed".to_owned(), Measured::text);
-            let apart = here.as_ref().zip(there.as_ref()).is_some_and(|(here, there)| here.is_far_from(there));
-            let remark = if apart { ", **the step is too long**" } else { "" };
-            let name = here.as_ref().map_or("", |found| found.name);
-            format!("{name} {} ({}){remark}", text(&here), text(&there))
-        }
-        (Found::Refused(_), _) => "–".to_owned(),
+    if row.summary().is_none() {
+        return "–".to_owned();
     }
+    if has_errors(row) {
+        let of = |field: &ErrorField| match row.error(*field, Norm::Largest).unwrap_or(f64::NAN) {
+            0.0 => format!("{} 0", field.symbol()),
+            error => format!("{} {error:.1e}", field.symbol()),
+        };
+        return fields(row).iter().map(of).collect::<Vec<_>>().join(", ");
+    }
+    let Some(other) = reference else {
+        return measured(row).map_or_else(String::new, |found| format!("{} {}", found.name, found.text()));
+    };
+    let (here, there) = (measured(row), measured(other));
+    let text = |found: &Option<Measured>| found.as_ref().map_or("failed".to_owned(), Measured::text);
+    let apart = here.as_ref().zip(there.as_ref()).is_some_and(|(here, there)| here.is_far_from(there));
+    let remark = if apart { ", **the step is too long**" } else { "" };
+    let name = here.as_ref().map_or("", |found| found.name);
+    format!("{name} {} ({}){remark}", text(&here), text(&there))
 }
 
 /// A number that stands for the whole run.
@@ -315,8 +317,8 @@ impl Measured {
 
 /// The overshoot of the velocity, or else the free energy, at the end of a run that did not fail.
 fn measured(row: &Row) -> Option<Measured> {
-    let Found::Ran { summary, .. } = &row.found else { return None };
-    let of = |key: &str, name| summary.measures.get(key).map(|&value| Measured { name, value });
+    let summary = row.summary()?;
+    let of = |key: &str, name| summary.measures.get(key).copied().flatten().map(|value| Measured { name, value });
     if row.found.is_good() { of("overshoot_velocity", "overshoot").or_else(|| of("free_energy", "F")) } else { None }
 }
 

@@ -5,6 +5,7 @@ mod command {
     pub mod map;
     pub mod plot;
     pub mod report;
+    pub mod study;
 }
 
 use std::io::Write;
@@ -18,7 +19,7 @@ use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::{Scene, SceneSource};
-use monolayer::study::{self, BranchStudy, OrderStudy, SweepStudy};
+use monolayer::study::{self, BranchStudy, OrderStudy};
 
 /// Set by Ctrl-C.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
@@ -55,6 +56,9 @@ enum Command {
         /// Search for a steady state instead of marching in time, as if the scene had the table [steady].
         #[arg(long)]
         steady: bool,
+        /// End cleanly when standard input is closed: by the study that began this run, or by its end.
+        #[arg(long, hide = true)]
+        leash: bool,
     },
     /// Read a scene and say what will be solved, or what is wrong; solve nothing.
     Check {
@@ -78,15 +82,7 @@ enum Command {
         out: Option<PathBuf>,
     },
     /// One scene with many values: a run for each, and one table.
-    Study {
-        /// Study file.
-        study: PathBuf,
-        #[command(flatten)]
-        sets: Sets,
-        /// Folder of the results [default: out/NAME, numbered if it is taken].
-        #[arg(long, value_name = "DIR")]
-        out: Option<PathBuf>,
-    },
+    Study(command::study::StudyArgs),
     /// Branches of steady states in one parameter: folds, pitchforks, Hopf points, a diagram.
     Branch {
         /// Study file.
@@ -156,7 +152,10 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads).min(cores)).build_global()?;
     }
     match &cli.command {
-        Command::Run { scene, out, resume, steady } => {
+        Command::Run { scene, out, resume, steady, leash } => {
+            if *leash {
+                end_with_input();
+            }
             run_scene(cli, &scene.read(*steady)?, scene, out.as_deref(), *resume)
         }
         Command::Check { scene, json, steady } => {
@@ -166,7 +165,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             Ok(ExitCode::SUCCESS)
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
-        Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
+        Command::Study(args) => command::study::execute(cli, args),
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
         Command::Compare(args) => args.execute(cli.quiet),
         Command::Map(args) => command::map::run(args, cli.quiet).map(|()| ExitCode::SUCCESS),
@@ -264,6 +263,14 @@ fn run_scene(
     })
 }
 
+/// Asks for a clean end once standard input is closed.
+fn end_with_input() {
+    std::thread::spawn(|| {
+        let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+        INTERRUPT.store(true, Ordering::Relaxed);
+    });
+}
+
 /// The first Ctrl-C asks for a clean end, the second ends at once.
 fn catch_interrupts(doing: &'static str) -> Result<(), Failure> {
     ctrlc::set_handler(move || {
@@ -296,24 +303,6 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
         say(&format!("results in {}", out.display()))?;
     }
     Ok(match (interrupted, good) {
-        (true, _) => ExitCode::from(130),
-        (false, true) => ExitCode::SUCCESS,
-        (false, false) => ExitCode::FAILURE,
-    })
-}
-
-fn sweep(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
-    let study = SweepStudy::read(file, &sets.pairs()?)?;
-    let out = study_folder(file, out);
-    catch_interrupts("finishing this step and writing the table")?;
-    let sweep = study::sweep::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
-    for row in sweep.rows.iter().filter(|row| !row.found.is_good()) {
-        eprintln!("error: run {}: {}", row.case.folder, row.found.reason().unwrap_or_default());
-    }
-    if cli.verbosity() > Verbosity::Quiet {
-        say(&format!("{} of {} runs, results in {}", sweep.rows.len(), study.cases.len(), out.display()))?;
-    }
-    Ok(match (sweep.interrupted, sweep.rows.iter().all(|row| row.found.is_good())) {
         (true, _) => ExitCode::from(130),
         (false, true) => ExitCode::SUCCESS,
         (false, false) => ExitCode::FAILURE,

@@ -167,7 +167,10 @@ name = "good"
     // what did not begin has no numbers
     assert_eq!(table.column("steps"), ["2", "0", "", "", "2"]);
     assert!(table.column("error_velocity_L2(L2)")[1..4].iter().all(|cell| cell.is_empty()));
-    assert!(!root.path().join("out/03-refused").exists() && !root.path().join("out/04-late").exists());
+    for folder in ["03-refused", "04-late"] {
+        let folder = root.path().join("out").join(folder);
+        assert!(folder.join("row.json").exists() && !folder.join("summary.json").exists());
+    }
 }
 
 #[test]
@@ -190,7 +193,7 @@ fn an_interrupted_sweep_keeps_its_rows() {
         STUDY.replace(&STUDY[STUDY.find("vary").unwrap()..], "vary = { \"time.step\" = [0.125, 1e-5, 0.0625] }");
     let root = with_study(&study.replace(", \"time.step\" = 0.125 }", " }"));
     let mut child = Command::new(env!("CARGO_BIN_EXE_monolayer"))
-        .args(["study", "tiny.toml", "-q", "--out", "out"])
+        .args(["study", "tiny.toml", "-q", "--jobs", "1", "--out", "out"])
         .current_dir(root.path())
         .spawn()
         .unwrap();
@@ -230,9 +233,19 @@ fn results_are_not_overwritten() {
     let root = with_study(&STUDY.replace(", \"model.coherence\" = [1.0, 0.01]", ""));
     succeeds(root.path(), &["study", "tiny.toml", "-q"]);
     let before = std::fs::read(root.path().join("out/tiny/results.csv")).unwrap();
-    let again = program(root.path(), &["study", "tiny.toml", "--out", "out/tiny"]);
-    let error = error_of(&again);
-    assert!(error.contains("error: out/tiny: holds the results") && error.contains("another `--out`"), "{error}");
+    let other = |set: &str, key: &str| {
+        let again = program(root.path(), &["study", "tiny.toml", "--out", "out/tiny", "--set", set]);
+        let (error, key) = (error_of(&again), format!("results of another study: `{key}` differs"));
+        assert!(error.starts_with("error: out/tiny: holds the ") && error.contains(&key), "{error}");
+        assert!(error.contains("another `--out`"), "{error}");
+    };
+    other("vary={ \"model.peclet\" = [0.5, 3.0] }", "vary.model.peclet");
+    other("time.step=0.25", "set.time.step");
+    // the scene is another one since
+    let scene = std::fs::read_to_string(root.path().join("square.toml")).unwrap();
+    std::fs::write(root.path().join("square.toml"), scene.replace("end = 0.25", "end = 0.5")).unwrap();
+    other("title=\"t\"", "time.end of the scene of run 01");
+    std::fs::write(root.path().join("square.toml"), scene).unwrap();
     assert_eq!(std::fs::read(root.path().join("out/tiny/results.csv")).unwrap(), before);
     succeeds(root.path(), &["study", "tiny.toml", "-q"]);
     assert!(root.path().join("out/tiny-2/results.csv").exists());
@@ -320,4 +333,142 @@ fn scenes_sweeps_and_studies_of_orders_are_told_apart() {
     refused_in(&root, &["order", "tiny.toml"], &["this is a sweep", "`monolayer study tiny.toml` runs it"]);
     let orders = with_study("scene = \"square.toml\"\nlevels = [2, 3]\nvary = { \"mesh.n\" = \"n\" }\n");
     refused_in(&orders, &["study", "tiny.toml"], &["this is a study of orders", "`monolayer order tiny.toml` runs it"]);
+}
+
+/// What a run of the program made: nothing may change it.
+fn stamp(root: &tempfile::TempDir, run: &str) -> std::time::SystemTime {
+    std::fs::metadata(root.path().join("out").join(run).join("summary.json")).unwrap().modified().unwrap()
+}
+
+#[test]
+fn a_study_is_completed_and_what_is_done_stays() {
+    let root = with_study(STUDY);
+    let base = ["study", "tiny.toml", "-q", "--out", "out"];
+    let nothing = program(root.path(), &[&base[..], &["--resume"]].concat());
+    assert!(error_of(&nothing).contains("no study that was begun"), "{}", error_of(&nothing));
+    succeeds(root.path(), &base);
+    let whole = std::fs::read(root.path().join("out/results.csv")).unwrap();
+    let before = stamp(&root, "01");
+    // a run that has its summary but no row, and one that has nothing
+    std::fs::remove_file(root.path().join("out/02/row.json")).unwrap();
+    std::fs::remove_dir_all(root.path().join("out/03")).unwrap();
+    std::fs::write(root.path().join("out/results.csv"), "run\n").unwrap();
+    let (second, third) = (stamp(&root, "02"), ["out/03/summary.json"]);
+    succeeds(root.path(), &[&base[..], &["--resume"]].concat());
+    assert_eq!((stamp(&root, "01"), stamp(&root, "02")), (before, second));
+    assert!(root.path().join(third[0]).exists());
+    let without_cost = |bytes: &[u8]| {
+        let mut reader = csv::Reader::from_reader(bytes);
+        let count = reader.headers().unwrap().len() - 3;
+        reader
+            .records()
+            .map(|row| row.unwrap().iter().take(count).map(str::to_owned).collect())
+            .collect::<Vec<Vec<String>>>()
+    };
+    let now = std::fs::read(root.path().join("out/results.csv")).unwrap();
+    assert_eq!(without_cost(&now), without_cost(&whole));
+    assert_eq!(results(&root).header[results(&root).header.len() - 3..], ["seconds", "peak_memory_mib", "threads"]);
+}
+
+#[test]
+fn what_failed_is_done_again_on_demand_only() {
+    let study = STUDY.replace("\"mesh.n\" = 2", "\"mesh.n\" = 2, \"exact.velocity\" = [\"x\", 0]");
+    let root = with_study(&study);
+    let base = ["study", "tiny.toml", "-q", "--out", "out"];
+    let row = || std::fs::metadata(root.path().join("out/01/row.json")).unwrap().modified().unwrap();
+    assert_eq!(program(root.path(), &base).status.code(), Some(1));
+    let first = row();
+    assert_eq!(program(root.path(), &base).status.code(), Some(1));
+    assert_eq!(row(), first, "a refused run is a result");
+    assert_eq!(program(root.path(), &[&base[..], &["--retry-failed"]].concat()).status.code(), Some(1));
+    assert!(row() > first);
+}
+
+#[test]
+fn shards_make_the_table_of_the_whole() {
+    let root = with_study(STUDY);
+    succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "whole"]);
+    succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out", "--shard", "2/3"]);
+    let shard = Table::read(root.path().join("out/results.2-of-3.csv"));
+    assert_eq!(shard.column("run"), ["02"]);
+    assert!(!root.path().join("out/results.csv").exists());
+    let partly = program(root.path(), &["study", "--gather", "out"]);
+    assert_eq!(partly.status.code(), Some(1));
+    assert!(error_of(&partly).contains("not there or not complete: 01, 03, 04"), "{}", error_of(&partly));
+    for shard in ["1/3", "3/3"] {
+        succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out", "--shard", shard]);
+    }
+    // the scene is not needed any more
+    std::fs::remove_file(root.path().join("square.toml")).unwrap();
+    succeeds(root.path(), &["study", "--gather", "out", "-q"]);
+    let (whole, gathered) = (Table::read(root.path().join("whole/results.csv")), results(&root));
+    assert_eq!(whole.header, gathered.header);
+    let cost = whole.header.len() - 3;
+    for (a, b) in whole.rows.iter().zip(&gathered.rows) {
+        assert_eq!(a[..cost], b[..cost]);
+    }
+    assert_eq!(gathered.rows.len(), 4);
+    let output = program(root.path(), &["study", "tiny.toml", "--shard", "4/3"]);
+    assert!(error_of(&output).contains("must be I/N"), "{}", error_of(&output));
+}
+
+#[test]
+fn ranges_pairs_and_seeds_are_rows() {
+    let study = r#"scene = "square.toml"
+set = { "mesh.n" = 2, "time.step" = 0.25 }
+vary = { "model.slip" = { linspace = [-1, 1, 3] } }
+together = [{ "model.peclet" = { logspace = [0.01, 1.0, 3] }, "model.beta" = [0.1, 0.2, 0.3] }]
+"#;
+    let root = with_study(&study.replace("\"mesh.n\"", "\"model.friction\" = \"\", \"mesh.n\""));
+    succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out", "--set", "time.end=0.25"]);
+    let table = results(&root);
+    assert_eq!(table.column("model.slip"), ["-1", "-1", "-1", "0", "0", "0", "1", "1", "1"]);
+    assert_eq!(table.column("model.peclet")[..4], ["0.01", "0.1", "1", "0.01"]);
+    assert_eq!(table.column("model.beta")[..4], ["0.1", "0.2", "0.3", "0.1"]);
+    let seeds = "scene = \"square.toml\"\nset = { \"mesh.n\" = 2, \"time.step\" = 0.25, \"time.end\" = 0.25, \
+                 \"initial.polarity\" = { random = {} } }\nseeds = 2\n";
+    let root = with_study(seeds);
+    succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out"]);
+    let (table, key) = (results(&root), "initial.polarity.random.seed");
+    assert_eq!(table.column(key), ["1", "2"]);
+    let errors = table.column("error_polarity_L2(L2)");
+    assert_ne!(errors[0], errors[1], "another seed is another start");
+}
+
+#[test]
+fn wrong_ranges_pairs_names_and_plots_are_explained() {
+    wrong("[0.5, 2.0]", "{ linspace = [0.5, 2.0] }", &["`vary.model.peclet.linspace`", "invalid length 2"]);
+    wrong("[0.5, 2.0]", "{ linspace = [0.5, 2.0, 1] }", &["and how many (2 to 10000)"]);
+    wrong("[0.5, 2.0]", "{ logspace = [0.0, 2.0, 3] }", &["one sign and not be 0"]);
+    wrong("[0.5, 2.0]", "{ geomspace = [0.1, 2.0, 3] }", &["`geomspace`", "{ logspace = [a, b, n] }"]);
+    let with = |more: &str, parts: &[&str]| {
+        let root = with_study(&format!("{STUDY}{more}\n"));
+        let line = format!("tiny.toml, line {}", STUDY.lines().count() + 1);
+        refused_in(&root, &["study", "tiny.toml"], &[&[line.as_str()], parts].concat());
+    };
+    with("together = [{ \"model.beta\" = [0.1, 0.2], \"model.slip\" = [1] }]", &["as many values as `model.beta`, 2"]);
+    with("together = [{ \"model.peclet\" = [0.1] }]", &["the key varies already"]);
+    with("seeds = []", &["`seeds` = []", "one seed or more"]);
+    with("seeds = -1", &["`seeds`", "must not be negative"]);
+    with("measures = [\"overshot\"]", &["`measures.0` = \"overshot\"", "no run measures it"]);
+    with("warm_start = \"model.pecle\"", &["`warm_start`", "names no key that varies", "model.peclet"]);
+    with("plot = { x = \"model.pecle\", y = \"steps\" }", &["`x` names no column", "did you mean `model.peclet`?"]);
+    with("plot = { x = \"model.peclet\", y = \"steps\", log = \"z\" }", &["`log` must name the axes", "\"xy\""]);
+    with("slurm = { time = \"two hours\" }", &["`slurm.time`", "one word"]);
+}
+
+#[test]
+fn a_plot_and_a_typed_table_lie_beside_the_text() {
+    let plot = "plot = [{ x = \"model.peclet\", y = \"iterations\", log = \"x\" }]\nmeasures = [\"free_energy\"]\nduration = \"2 s\"\n";
+    let energy = ", \"output\" = [{ measures = [\"free-energy\", \"energy-budget\"] }] }";
+    let root = with_study(&format!("{}{plot}", STUDY.replacen(" }", energy, 1)));
+    let output = succeeds(root.path(), &["study", "tiny.toml", "--out", "out"]);
+    assert!(error_of(&output).contains("4 runs, about 2 s on 2 cores"), "{}", error_of(&output));
+    let table = results(&root);
+    assert!(table.column("free_energy").iter().all(|cell| cell.parse::<f64>().is_ok()));
+    assert!(!table.header.iter().any(|name| name == "free_energy_rate"), "{:?}", table.header);
+    let svg = std::fs::read_to_string(root.path().join("out/plots/iterations-by-model.peclet.svg")).unwrap();
+    assert!(svg.contains("model.coherence = 0.01"));
+    assert!(root.path().join("out/plots/iterations-by-model.peclet.png").exists());
+    assert!(std::fs::read(root.path().join("out/results.parquet")).unwrap().starts_with(b"PAR1"));
 }

@@ -326,7 +326,40 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Fi
     let values = saved.march.past.into_iter().next().map(|(_, y)| y).filter(|y| y.len() == count);
     let values = values.ok_or_else(|| wrong("its fields do not fit its mesh".into()))?;
     let field = Field::new(&other, values[first..first + other.dof_count()].to_vec());
-    let locator = Locator::new(&mesh);
+    interpolate(space, &field, &mesh)
+        .map_err(|x| wrong(format!("its mesh does not cover the point ({:.4}, {:.4})", x.x, x.y)))
+}
+
+/// The last polarity of the run that left a checkpoint, on that run's own mesh.
+///
+/// # Errors
+/// A file that is none, a mesh that has changed since.
+pub fn last_polarity(checkpoint: &Path) -> Result<(Arc<Mesh>, Field), RunError> {
+    let saved = Saved::read(checkpoint)?;
+    let scene = Scene::parse(&saved.scene, checkpoint)?;
+    let mesh = Arc::new(build_mesh(&scene)?);
+    let space = Arc::new(Space::new(&mesh, Continuity::Discontinuous, scene.space.polarity, 2));
+    let values = saved.march.past.into_iter().next().map(|(_, y)| y).unwrap_or_default();
+    let first = values.len().checked_sub(space.dof_count());
+    let (Some(first), true) = (first, saved.mesh == mesh.fingerprint()) else {
+        let (file, what) = (checkpoint.display().to_string(), "its fields do not fit its mesh".to_owned());
+        return Err(RunError::Start { file, what, hint: "the mesh of its run has changed since: run it again".into() });
+    };
+    let field = Field::new(&space, values[first..].to_vec());
+    Ok((mesh, field))
+}
+
+/// The last polarity of the run that left a checkpoint, interpolated into another space.
+///
+/// # Errors
+/// As [`last_polarity`]; a domain that does not cover this one.
+pub fn polarity_of(space: &Arc<Space>, checkpoint: &Path) -> Result<Field, RunError> {
+    from_checkpoint(space, checkpoint, Carried::Polarity)
+}
+
+/// A field at the nodes of another space, or a point that its mesh does not cover.
+fn interpolate(space: &Arc<Space>, field: &Field, mesh: &Mesh) -> Result<Field, Point> {
+    let locator = Locator::new(mesh);
     let mut missing = None;
     // nodes lie on the boundaries of cells: evaluate a little inside of the own cell to take the value of the right side
     let inside = 1e-9;
@@ -336,7 +369,7 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Fi
         let centre = space.mesh.map(cell).at(Point::new(1.0 / 3.0, 1.0 / 3.0)).0;
         for (i, &xi) in reference.iter().enumerate() {
             let x = space.mesh.map(cell).at(xi).0;
-            match locator.locate_near(&mesh, x + (centre - x) * inside, 0.05) {
+            match locator.locate_near(mesh, x + (centre - x) * inside, 0.05) {
                 Some((from, eta)) => {
                     for c in 0..space.components {
                         out.values[space.dof(cell, c, i)] = field.component_at(from, eta, c);
@@ -348,7 +381,7 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Fi
     }
     match missing {
         None => Ok(out),
-        Some(x) => Err(wrong(format!("its mesh does not cover the point ({:.4}, {:.4})", x.x, x.y))),
+        Some(x) => Err(x),
     }
 }
 
@@ -367,7 +400,8 @@ pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     differing("", &toml::Value::Table(read(saved)), &toml::Value::Table(read(now)))
 }
 
-fn differing(path: &str, a: &toml::Value, b: &toml::Value) -> Option<String> {
+/// The first key in which two tables differ, below `path`.
+pub(crate) fn differing(path: &str, a: &toml::Value, b: &toml::Value) -> Option<String> {
     match (a.as_table(), b.as_table()) {
         (Some(a), Some(b)) => a.keys().chain(b.keys()).find_map(|key| {
             let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };

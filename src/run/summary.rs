@@ -10,6 +10,7 @@ use super::Setup;
 use super::steady::SteadyReport;
 use super::writer::Writer;
 use crate::measure::Strain;
+use crate::measure::errors::{History, Norm};
 use crate::mesh::quality::Quality;
 use crate::model::Residuals;
 use crate::model::Term;
@@ -107,6 +108,9 @@ pub struct Summary {
     pub residuals: Option<Residuals>,
     pub residual: Option<f64>,
     pub measures: BTreeMap<&'static str, f64>,
+    /// By field and norm, against the exact fields over all steps   [9.12]
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub errors: BTreeMap<&'static str, BTreeMap<&'static str, f64>>,
     /// What a search for a steady state found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steady: Option<SteadyReport>,
@@ -118,6 +122,8 @@ pub struct Summary {
     /// Largest resident memory of the process, where the system tells.
     pub peak_memory_mib: Option<f64>,
     pub threads: usize,
+    /// Notes that were given, in order.
+    pub said: Vec<String>,
     pub version: &'static str,
 }
 
@@ -165,13 +171,23 @@ impl Summary {
             residuals,
             residual: residuals.as_ref().map(Residuals::total),
             measures,
+            errors: BTreeMap::new(),
             steady: None,
             seconds,
             seconds_total: total.as_secs_f64(),
             seconds_per_iteration: (here > 0).then(|| inner / here as f64),
             peak_memory_mib: peak_memory_mib(),
             threads: rayon::current_num_threads(),
+            said: Vec::new(),
             version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
+    /// Takes the errors against exact fields over; without a step there are none.
+    pub(super) fn take_errors(&mut self, errors: Option<&History>) {
+        let Some(history) = errors.filter(|_| self.counts.steps > 0) else { return };
+        for &field in history.fields() {
+            self.errors.insert(field.name(), Norm::ALL.map(|norm| (norm.name(), history.error(field, norm))).into());
         }
     }
 

@@ -11,7 +11,7 @@ use crate::element::basis;
 use crate::element::tables::Tables;
 use crate::measure::{Census, Circle, Defects, Line, MeasureError, Sample, StreamFunction, cut};
 use crate::mesh::Point;
-use crate::output::checkpoint::Saved;
+use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
@@ -25,6 +25,9 @@ const STEP_COLUMNS: [&str; 7] = ["time", "dt", "order", "iterations", "increment
 
 /// Points of a cut along an axis.
 const AXIS_POINTS: usize = 1001;
+
+/// A run that is killed loses no more than this, whatever its scene asks for.
+const PAUSE: std::time::Duration = std::time::Duration::from_secs(60);
 
 /// A prepared section.
 #[derive(Debug)]
@@ -58,6 +61,9 @@ pub struct Writer {
     /// Step and names of the last pictures, for the same reason.
     last_maps: (usize, Vec<String>),
     caption: maps::Caption,
+    /// Goes into every checkpoint.
+    pub kept: Kept,
+    last_checkpoint: std::time::Instant,
 }
 
 impl Writer {
@@ -84,6 +90,8 @@ impl Writer {
             last_fields: None,
             last_maps: (0, Vec::new()),
             caption: maps::Caption::of(scene),
+            kept: Kept::default(),
+            last_checkpoint: std::time::Instant::now(),
         };
         for (at, output) in scene.outputs.iter().enumerate() {
             match &output.what {
@@ -166,7 +174,7 @@ impl Writer {
                     self.write_cuts(march, setup, sections, Some(step))?;
                 }
             }
-            if self.checkpoints.iter().any(due) {
+            if self.checkpoints.iter().any(due) || self.last_checkpoint.elapsed() > PAUSE {
                 self.write_checkpoint(march)?;
             }
         }
@@ -203,9 +211,11 @@ impl Writer {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_checkpoint(&self, march: &March) -> Result<(), RunError> {
-        let saved = Saved::new(self.scene_text.clone(), self.mesh_fingerprint, march.checkpoint());
-        Ok(saved.write(&self.out.join("checkpoint.bin"))?)
+    pub fn write_checkpoint(&mut self, march: &March) -> Result<(), RunError> {
+        let saved = Saved::new(self.scene_text.clone(), self.mesh_fingerprint, march.checkpoint(), self.kept.clone());
+        saved.write(&self.out.join("checkpoint.bin"))?;
+        self.last_checkpoint = std::time::Instant::now();
+        Ok(())
     }
 
     /// Appends the row of an accepted step.

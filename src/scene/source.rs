@@ -94,6 +94,15 @@ impl SceneSource {
         }
     }
 
+    /// Puts a value under a key, dots and all, into a top-level table, which is made where it is missing.
+    pub(crate) fn put(&mut self, table: &str, key: &str, mut value: toml_edit::Value) {
+        value.decor_mut().clear();
+        let item = self.document.entry(table).or_insert(toml_edit::value(toml_edit::InlineTable::new()));
+        if let Some(table) = item.as_table_like_mut() {
+            table.insert(key, Item::Value(value));
+        }
+    }
+
     /// The tables, with the overrides; an error comes with the key that it concerns.
     pub(crate) fn tables<T: DeserializeOwned>(&self) -> Result<T, Box<(String, SceneError)>> {
         let text = self.document.to_string();

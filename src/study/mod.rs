@@ -1,17 +1,26 @@
 //! Many computations from one file: sequences of meshes and steps for orders of convergence, sweeps over a scene's values,
 //! branches of steady states.
 
+pub mod axes;
 pub mod branch;
 pub mod branch_file;
+pub mod child;
+pub mod columns;
 pub mod compare;
+pub mod figures;
 pub mod file;
+mod lock;
+mod one;
 pub mod order;
+mod pool;
 pub mod results;
 pub mod richardson;
+pub mod slurm;
 mod source;
 pub mod sweep;
 pub mod sweep_file;
 pub mod table;
+mod warm;
 
 use crate::output::OutputError;
 use crate::run::RunError;
@@ -53,6 +62,16 @@ pub enum StudyError {
     Data { place: String, what: String, hint: String },
     #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },
+    #[error(
+        "{folder}: holds the results of another study: `{key}` differs; hint: choose another `--out`, or start the study that is in its `study.toml`"
+    )]
+    OtherStudy { folder: String, key: String },
+    #[error(
+        "{folder}: holds no study that was begun (there is no study.toml); hint: name the folder of its results, or leave `--resume` out to begin it"
+    )]
+    NothingToResume { folder: String },
+    #[error("{what}; hint: {hint}")]
+    Launch { what: String, hint: String },
 }
 
 impl From<SceneError> for StudyError {

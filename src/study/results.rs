@@ -1,142 +1,308 @@
-//! `results.csv`: a row for every run of a sweep.
+//! The rows of a sweep: what a run's folder tells, and the table of all of them.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::StudyError;
-use super::sweep::Found;
+use serde::{Deserialize, Serialize};
+
+use super::child::RunSummary;
+use super::columns::{Column, write_csv, write_parquet};
 use super::sweep_file::{Case, SweepStudy};
-use super::table::write_rows;
-use crate::measure::errors::{ErrorField, History, Norm};
-use crate::output::number;
-use crate::run::Summary;
+use crate::measure::errors::{ErrorField, Norm};
+use crate::output::{OutputError, number, write_whole};
+use crate::run::measures::columns;
+use crate::scene::{Measure, Scene, What};
+
+/// What became of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Found {
+    /// It began; its ending is in the summary.
+    Ran(Box<RunSummary>),
+    /// Its scene cannot be run, or its results cannot be written: the reason.
+    Refused(String),
+    /// Its process ended without an end of the run: the reason.
+    Died(String),
+}
 
 /// A run of a sweep and what it left.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     pub case: Case,
     pub found: Found,
     /// What the program said in notes.
     pub said: Vec<String>,
+    /// Wall seconds.
     pub seconds: f64,
+    /// How it began, in a study with warm starts.
+    pub start: Option<Start>,
 }
 
-/// Columns between the parameters and the measures.
-const RUN: [&str; 12] = [
-    "status",
-    "ending",
-    "reason",
-    "cells",
-    "unknowns",
-    "time",
-    "steps",
-    "rejected",
-    "iterations",
-    "accepted_late",
-    "residual",
-    "stability",
-];
+/// How a run of a study with warm starts began.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    pub branch: Branch,
+    /// `‖p − p_n‖/‖p_n‖` in L², p_n the polarity of the neighbour that it began with.
+    pub distance: Option<f64>,
+}
+
+/// On which branch of states a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Branch {
+    /// It began from the scene's own state.
+    Start,
+    /// On that of its neighbour.
+    Same,
+    /// Probably on another one.
+    Changed,
+}
+
+impl Branch {
+    /// As in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Branch::Start => "start",
+            Branch::Same => "same",
+            Branch::Changed => "changed",
+        }
+    }
+}
+
+/// `row.json`: what the study knows of a run beside the run's `summary.json`.
+#[derive(Debug, Serialize, Deserialize)]
+struct RowFile {
+    run: String,
+    outcome: Outcome,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+    seconds: f64,
+    /// Notes of the study.
+    #[serde(default)]
+    said: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    start: Option<Start>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Outcome {
+    Ran,
+    Refused,
+    Died,
+}
+
+/// Name of the file.
+const FILE: &str = "row.json";
+
+impl Found {
+    /// Whether it went as it should.
+    pub fn is_good(&self) -> bool {
+        match self {
+            Found::Ran(summary) => summary.status != "failed",
+            Found::Refused(_) | Found::Died(_) => false,
+        }
+    }
+
+    /// Whether nothing is left to do.
+    pub fn is_complete(&self) -> bool {
+        match self {
+            Found::Ran(summary) => summary.status != "interrupted",
+            Found::Refused(_) | Found::Died(_) => true,
+        }
+    }
+
+    /// Why it did not go as it should.
+    pub fn reason(&self) -> Option<&str> {
+        match self {
+            Found::Ran(summary) => summary.reason.as_deref(),
+            Found::Refused(reason) | Found::Died(reason) => Some(reason),
+        }
+    }
+
+    /// As in tables.
+    pub fn status(&self) -> &str {
+        match self {
+            Found::Ran(summary) => &summary.status,
+            Found::Refused(_) => "refused",
+            Found::Died(_) => "failed",
+        }
+    }
+}
+
+impl Row {
+    /// Writes what the study knows of the run into its folder; `said` are the study's own notes.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(super) fn leave(
+        folder: &Path,
+        found: &Found,
+        seconds: f64,
+        said: &[String],
+        start: Option<&Start>,
+    ) -> Result<(), OutputError> {
+        std::fs::create_dir_all(folder).map_err(|e| OutputError::io(folder, &e))?;
+        let (outcome, reason) = match found {
+            Found::Ran(_) => (Outcome::Ran, None),
+            Found::Refused(reason) => (Outcome::Refused, Some(reason.clone())),
+            Found::Died(reason) => (Outcome::Died, Some(reason.clone())),
+        };
+        let run = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let row = RowFile { run, outcome, reason, seconds, said: said.to_vec(), start: start.cloned() };
+        write_whole(&folder.join(FILE), |file| {
+            serde_json::to_writer_pretty(&mut *file, &row)?;
+            writeln!(file)
+        })
+    }
+
+    /// The row of a run from its folder below `out`; `None` before it has one.
+    pub fn read(case: &Case, out: &Path) -> Option<Self> {
+        let folder = out.join(&case.folder);
+        let file: RowFile = serde_json::from_slice(&std::fs::read(folder.join(FILE)).ok()?).ok()?;
+        let reason = file.reason.unwrap_or_default();
+        let found = match file.outcome {
+            Outcome::Ran => Found::Ran(Box::new(RunSummary::read(&folder)?)),
+            Outcome::Refused => Found::Refused(reason),
+            Outcome::Died => Found::Died(reason),
+        };
+        let notes = match &found {
+            Found::Ran(summary) => summary.said.clone(),
+            Found::Refused(_) | Found::Died(_) => Vec::new(),
+        };
+        let said = notes.into_iter().chain(file.said).collect();
+        Some(Self { case: case.clone(), found, said, seconds: file.seconds, start: file.start })
+    }
+
+    /// The run's own account, if it came to one.
+    pub fn summary(&self) -> Option<&RunSummary> {
+        match &self.found {
+            Found::Ran(summary) => Some(summary),
+            Found::Refused(_) | Found::Died(_) => None,
+        }
+    }
+
+    /// Measures, and what a search for a steady state found.
+    pub fn numbers(&self) -> BTreeMap<String, f64> {
+        self.summary().map(RunSummary::numbers).unwrap_or_default()
+    }
+
+    /// The error of a field in a norm, where it is known.
+    pub fn error(&self, field: ErrorField, norm: Norm) -> Option<f64> {
+        self.summary()?.error(field.name(), norm.name())
+    }
+
+    /// The value that the run gives a key, texts without quotes; nothing where it leaves the scene's.
+    fn value(&self, key: &str) -> Option<String> {
+        let (_, value) = self.case.set.iter().find(|(name, _)| name == key)?;
+        Some(match value.parse::<toml::Value>() {
+            Ok(toml::Value::String(text)) => text,
+            Ok(toml::Value::Float(x)) => number(x),
+            Ok(_) | Err(_) => value.clone(),
+        })
+    }
+}
+
+/// Names of the measures that runs of a scene can have, without those that only a name of the scene's makes.
+pub(super) fn measures_of(scene: &Scene) -> Vec<&'static str> {
+    let named = |measure| {
+        scene.outputs.iter().any(|output| match &output.what {
+            What::Measures(measures) => measures.contains(&measure),
+            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
+        })
+    };
+    let mut names: Vec<&str> = columns(scene).into_iter().filter(|name| !name.starts_with("residual")).collect();
+    if !named(Measure::FreeEnergy) {
+        names.retain(|name| !name.starts_with("free_energy"));
+    }
+    if scene.steady.is_some() {
+        names.extend(["growth", "frequency", "period", "amplitude_polarity", "amplitude_velocity"]);
+    }
+    names
+}
+
+/// The columns of the table of `rows`: parameters, how each run ended, measures, errors, notes, cost.
+pub fn table(study: &SweepStudy, rows: &[Row]) -> Vec<Column> {
+    let named = study.cases.iter().any(|case| case.name.is_some());
+    let mut columns = vec![Column::texts("run", rows.iter().map(|row| Some(row.case.folder.clone())))];
+    if named {
+        columns.push(Column::texts("name", rows.iter().map(|row| row.case.name.clone())));
+    }
+    for key in study.keys() {
+        columns.push(Column::guessed(key, rows.iter().map(|row| row.value(key)).collect()));
+    }
+    columns.extend(endings(rows));
+    let numbers: Vec<BTreeMap<String, f64>> = rows.iter().map(Row::numbers).collect();
+    let mut measured: Vec<&String> = numbers.iter().flat_map(BTreeMap::keys).collect();
+    measured.sort_unstable();
+    measured.dedup();
+    let measured = study.measures.as_ref().map_or(measured, |names| names.iter().collect());
+    columns
+        .extend(measured.into_iter().map(|name| Column::numbers(name, numbers.iter().map(|of| of.get(name).copied()))));
+    columns.extend(errors(rows));
+    if !study.warm.is_empty() {
+        let branch = |row: &Row| row.start.as_ref().map(|start| start.branch.name().to_owned());
+        columns.push(Column::texts("branch", rows.iter().map(branch)));
+        columns.push(Column::numbers("distance", rows.iter().map(|row| row.start.as_ref()?.distance)));
+    }
+    let remark = |text: &String| text.strip_prefix("note: ").unwrap_or(text).to_owned();
+    let said = rows.iter().map(|row| Some(row.said.iter().map(remark).collect::<Vec<_>>().join("; ")));
+    columns.push(Column::texts("said", said));
+    let milli = |seconds: f64| (seconds * 1e3).round() / 1e3;
+    columns.push(Column::numbers("seconds", rows.iter().map(|row| Some(milli(row.seconds)))));
+    columns.push(Column::numbers("peak_memory_mib", rows.iter().map(|row| row.summary()?.peak_memory_mib)));
+    columns.push(Column::counts("threads", rows.iter().map(|row| Some(row.summary()?.threads))));
+    columns
+}
+
+/// How each run ended, and its size and work.
+fn endings(rows: &[Row]) -> Vec<Column> {
+    let texts = |name: &str, of: &dyn Fn(&Row) -> Option<String>| Column::texts(name, rows.iter().map(of));
+    let counts =
+        |name: &str, of: fn(&RunSummary) -> usize| Column::counts(name, rows.iter().map(|row| row.summary().map(of)));
+    let numbers = |name: &str, of: fn(&RunSummary) -> Option<f64>| {
+        Column::numbers(name, rows.iter().map(|row| row.summary().and_then(of)))
+    };
+    vec![
+        texts("status", &|row| Some(row.found.status().to_owned())),
+        texts("ending", &|row| Some(row.summary()?.ending.clone())),
+        texts("reason", &|row| row.found.reason().map(str::to_owned)),
+        counts("cells", |s| s.mesh.cells),
+        counts("unknowns", |s| s.unknowns.stokes_system + s.unknowns.polarity),
+        numbers("time", |s| Some(s.time)),
+        counts("steps", |s| s.counts.steps),
+        counts("rejected", |s| s.counts.rejected),
+        counts("iterations", |s| s.counts.nonlinear_iterations),
+        counts("accepted_late", |s| s.counts.accepted_late),
+        numbers("residual", |s| s.residual),
+        texts("stability", &|row| row.summary()?.steady.as_ref()?.stability.clone()),
+    ]
+}
+
+/// `error_velocity_L2(L2)` and so on, of the fields that some run has.
+fn errors(rows: &[Row]) -> Vec<Column> {
+    let measured = |field: &ErrorField| {
+        rows.iter().filter_map(Row::summary).any(|summary| summary.errors.contains_key(field.name()))
+    };
+    let column = |field: ErrorField, norm: Norm| {
+        let name = format!("error_{}_{}", field.name(), norm.name());
+        Column::numbers(name, rows.iter().map(move |row| row.error(field, norm)))
+    };
+    let of = |field: ErrorField| Norm::ALL.map(|norm| column(field, norm));
+    ErrorField::ALL.into_iter().filter(measured).flat_map(of).collect()
+}
 
 /// Writes the table of all runs so far.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), StudyError> {
-    let keys = study.keys();
-    let named = study.cases.iter().any(|case| case.name.is_some());
-    let mut measured: Vec<&str> = rows.iter().flat_map(|row| row.numbers().into_keys()).collect();
-    measured.sort_unstable();
-    measured.dedup();
-    let with_errors = rows.iter().any(|row| row.errors().is_some());
-    let errors = if with_errors { error_columns(rows) } else { Vec::new() };
-    let mut header = vec!["run".to_owned()];
-    header.extend(named.then(|| "name".to_owned()));
-    header.extend(keys.iter().copied().chain(RUN).chain(measured.iter().copied()).map(str::to_owned));
-    header.extend(errors.iter().map(|(name, ..)| name.clone()));
-    header.extend(["seconds", "said"].map(str::to_owned));
-    let mut table = vec![header];
-    for row in rows {
-        let mut cells = vec![row.case.folder.clone()];
-        cells.extend(named.then(|| row.case.name.clone().unwrap_or_default()));
-        cells.extend(keys.iter().map(|key| row.value(key)));
-        cells.extend(row.run_columns());
-        let numbers = row.numbers();
-        cells.extend(measured.iter().map(|name| text(numbers.get(name).copied())));
-        cells.extend(errors.iter().map(|(_, field, norm)| text(row.errors().map(|e| e.error(*field, *norm)))));
-        let said: Vec<&str> = row.said.iter().map(|remark| remark.strip_prefix("note: ").unwrap_or(remark)).collect();
-        cells.extend([number((row.seconds * 1e3).round() / 1e3), said.join("; ")]);
-        table.push(cells);
-    }
-    Ok(write_rows(path, &table)?)
+pub fn write(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), OutputError> {
+    write_csv(path, &table(study, rows))
 }
 
-/// `error_velocity_L2(L2)` and so on.
-fn error_columns(rows: &[Row]) -> Vec<(String, ErrorField, Norm)> {
-    let measured = |field: &ErrorField| rows.iter().filter_map(Row::errors).any(|e| e.fields().contains(field));
-    let of = |field: ErrorField| Norm::ALL.map(|norm| (format!("error_{}_{}", field.name(), norm.name()), field, norm));
-    ErrorField::ALL.into_iter().filter(measured).flat_map(of).collect()
-}
-
-/// A number that is none is left out: a table never says NaN.
-fn text(value: Option<f64>) -> String {
-    value.filter(|value| value.is_finite()).map(number).unwrap_or_default()
-}
-
-impl Row {
-    fn summary(&self) -> Option<&Summary> {
-        match &self.found {
-            Found::Ran { summary, .. } => Some(summary),
-            Found::Refused(_) => None,
-        }
-    }
-
-    fn errors(&self) -> Option<&History> {
-        match &self.found {
-            Found::Ran { errors, .. } => errors.as_ref(),
-            Found::Refused(_) => None,
-        }
-    }
-
-    /// Measures, and what a search for a steady state found.
-    pub fn numbers(&self) -> BTreeMap<&'static str, f64> {
-        let Some(summary) = self.summary() else { return BTreeMap::new() };
-        let mut numbers = summary.measures.clone();
-        if let Some(steady) = &summary.steady {
-            numbers.extend(steady.numbers());
-        }
-        numbers
-    }
-
-    /// The value that the run gives a key, texts without quotes; nothing where it leaves the scene's.
-    fn value(&self, key: &str) -> String {
-        let Some((_, value)) = self.case.set.iter().find(|(name, _)| name == key) else { return String::new() };
-        match value.parse::<toml::Value>() {
-            Ok(toml::Value::String(text)) => text,
-            Ok(toml::Value::Float(x)) => number(x),
-            Ok(_) | Err(_) => value.clone(),
-        }
-    }
-
-    fn run_columns(&self) -> [String; 12] {
-        let Some(summary) = self.summary() else {
-            let mut cells = <[String; 12]>::default();
-            (cells[0], cells[2]) = ("refused".to_owned(), self.found.reason().unwrap_or_default().to_owned());
-            return cells;
-        };
-        let (counts, unknowns) = (&summary.counts, &summary.unknowns);
-        [
-            summary.status.to_owned(),
-            summary.ending.name().to_owned(),
-            self.found.reason().unwrap_or_default().to_owned(),
-            summary.mesh.cells.to_string(),
-            (unknowns.stokes_system + unknowns.polarity).to_string(),
-            number(summary.time),
-            counts.steps.to_string(),
-            counts.rejected.to_string(),
-            counts.nonlinear_iterations.to_string(),
-            counts.accepted_late.to_string(),
-            text(summary.residual),
-            summary.steady.as_ref().and_then(|s| s.stability).map_or_else(String::new, |s| s.name().to_owned()),
-        ]
-    }
+/// As [`write`], as Parquet.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_typed(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), OutputError> {
+    write_parquet(path, &table(study, rows))
 }

@@ -44,14 +44,14 @@ pub fn write(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), StudyE
     header.extend(names.iter().cloned());
     header.extend(["order", "limit", "error"].map(str::to_owned));
     let mut table = vec![header];
-    let numbers: Vec<_> = found.iter().map(|row| row.numbers()).collect();
+    let numbers: Vec<std::collections::BTreeMap<String, f64>> = found.iter().map(|row| row.numbers()).collect();
     for measure in numbers[0].keys() {
         let Some(values) = numbers.iter().map(|all| all.get(measure).copied()).collect::<Option<Vec<f64>>>() else {
             continue;
         };
         let last = [values[values.len() - 3], values[values.len() - 2], values[values.len() - 1]];
         let found = extrapolate(last, *ratio);
-        let mut cells = vec![(*measure).to_owned()];
+        let mut cells = vec![measure.clone()];
         cells.extend(values.iter().map(|v| number(*v)));
         cells.push(found.order.map(number).unwrap_or_default());
         cells.extend([number(found.limit), number(found.error)]);

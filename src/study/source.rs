@@ -25,7 +25,21 @@ impl Kind {
     pub fn own(self) -> &'static [&'static str] {
         match self {
             Kind::Order => &["title", "scene", "levels", "vary", "variant", "expect"],
-            Kind::Sweep => &["title", "scene", "set", "vary", "case", "richardson"],
+            Kind::Sweep => &[
+                "title",
+                "scene",
+                "set",
+                "vary",
+                "case",
+                "richardson",
+                "together",
+                "seeds",
+                "measures",
+                "duration",
+                "warm_start",
+                "plot",
+                "slurm",
+            ],
             Kind::Branch => &[
                 "title",
                 "scene",
@@ -43,7 +57,7 @@ impl Kind {
         }
     }
 
-    fn owns(self, key: &str) -> bool {
+    pub fn owns(self, key: &str) -> bool {
         self.own().contains(&key.split('.').next().unwrap_or(""))
     }
 
@@ -166,6 +180,15 @@ pub(super) fn text<T: DeserializeOwned>(source: &SceneSource, scene: &SceneSourc
         source.set_in::<T>("scene", &value).expect("the study was checked with a scene");
     }
     source.text()
+}
+
+/// Puts a value, as [`SceneSource::set`] takes it, under a key that may have dots into a table of the study.
+pub(super) fn put(source: &mut SceneSource, table: &str, key: &str, value: &str) {
+    let value = match value.trim() {
+        "" => toml_edit::Value::from(""),
+        text => text.parse().unwrap_or_else(|_| toml_edit::Value::from(text)),
+    };
+    source.put(table, key, value);
 }
 
 /// An error about a key of the study.

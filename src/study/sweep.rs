@@ -1,44 +1,70 @@
 //! A sweep: one scene with many values, each run in a folder of its own, all of them in one table.
+//!
+//! Everything that is known of a run lies in its folder, so that a table is the same whether its runs were done at once, in
+//! parallel, in shards, or after any number of interruptions.
 
+use std::collections::VecDeque;
+use std::fs::File;
 use std::path::Path;
+use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-use super::results::Row;
-use super::sweep_file::{Case, SweepStudy};
-use super::{StudyError, results, richardson, table};
-use crate::measure::errors::History;
+use super::lock::{lock, try_lock};
+use super::one::{Workshop, clear};
+use super::pool::Gate;
+use super::results::{Branch, Found, Row, Start};
+use super::sweep_file::SweepStudy;
+use super::{StudyError, figures, results, richardson, table, warm};
 use crate::output::progress::Verbosity;
-use crate::run::{Ending, Options, Record, RunError, Summary, run_recorded};
+use crate::run::available::available;
+use crate::run::setup::differing;
 
-/// What became of a run.
+/// What a caller decides about a sweep.
 #[derive(Debug)]
-pub enum Found {
-    /// It began; its ending is in the summary.
-    Ran { summary: Box<Summary>, errors: Option<History> },
-    /// Its scene cannot be run, or its results cannot be written: the reason.
-    Refused(String),
+pub struct Settings<'a> {
+    /// Runs are processes of this program; without one they are done in this process, one after the other.
+    pub program: Option<&'a Path>,
+    /// Runs at a time; as many as there are cores if it is not given.
+    pub jobs: Option<usize>,
+    /// Cores that all runs share.
+    pub cores: usize,
+    pub shard: Option<Shard>,
+    /// Whether it is an error when there is nothing to resume.
+    pub must_resume: bool,
+    /// Whether runs that failed or were refused are done again.
+    pub retry_failed: bool,
+    pub verbosity: Verbosity,
+    /// Set from outside to end it cleanly.
+    pub interrupt: &'a AtomicBool,
 }
 
-impl Found {
-    /// Whether it went as it should.
-    pub fn is_good(&self) -> bool {
-        match self {
-            Found::Ran { summary, .. } => !summary.ending.is_failure(),
-            Found::Refused(_) => false,
-        }
+impl<'a> Settings<'a> {
+    /// One run after the other in this process.
+    pub fn here(verbosity: Verbosity, interrupt: &'a AtomicBool) -> Self {
+        let (program, jobs, cores, shard) = (None, Some(1), 1, None);
+        Self { program, jobs, cores, shard, must_resume: false, retry_failed: false, verbosity, interrupt }
     }
+}
 
-    /// Why it did not.
-    pub fn reason(&self) -> Option<&str> {
-        match self {
-            Found::Ran { summary, .. } => {
-                if let Ending::Failed { reason } = &summary.ending {
-                    Some(reason)
-                } else {
-                    None
-                }
+/// Every `of`-th unit of a sweep, from number `number`, which counts from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    pub number: usize,
+    pub of: usize,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+        match parts {
+            Some((number, of)) if 1 <= number && number <= of => Ok(Self { number, of }),
+            Some(_) | None => {
+                Err("must be I/N with 1 ≤ I ≤ N; hint: --shard 1/4 to --shard 4/4 are all runs".to_owned())
             }
-            Found::Refused(reason) => Some(reason),
         }
     }
 }
@@ -46,68 +72,348 @@ impl Found {
 /// The runs of a sweep so far.
 #[derive(Debug)]
 pub struct Sweep {
+    /// In the order of the study.
     pub rows: Vec<Row>,
+    /// Folders of runs that have no row yet, or are not complete.
+    pub missing: Vec<String>,
     /// Whether somebody stopped it.
     pub interrupted: bool,
 }
 
-/// Runs every case into its folder below `out`; the table is written after each of them. A run that fails, or whose scene is
-/// refused, is a row like any other.
+/// Does every run that is not done yet in its folder below `out`; the table is written after each of them. A run that fails, or
+/// whose scene is refused, is a row like any other.
 ///
 /// # Errors
-/// A folder that holds results already, a table that cannot be written.
-pub fn run(study: &SweepStudy, out: &Path, verbosity: Verbosity, interrupt: &AtomicBool) -> Result<Sweep, StudyError> {
-    table::refuse_occupied(out)?;
-    table::write_study(&study.text(), out)?;
-    let mut sweep = Sweep { rows: Vec::new(), interrupted: false };
-    for (at, case) in study.cases.iter().enumerate() {
-        let row = run_case(study, at, out, verbosity, interrupt);
-        if verbosity > Verbosity::Quiet {
-            eprintln!("{}", told(case, &row));
-        }
-        sweep.rows.push(row);
-        results::write(study, &sweep.rows, &out.join("results.csv"))?;
-        richardson::write(study, &sweep.rows, &out.join("richardson.csv"))?;
-        sweep.interrupted = interrupt.load(Ordering::Relaxed);
-        if sweep.interrupted {
-            break;
-        }
+/// A folder that holds something else, a table that cannot be written.
+pub fn run(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<Sweep, StudyError> {
+    prepare(study, out, settings)?;
+    let units = shard_of(study.units(), settings.shard);
+    let mine: Vec<usize> = units.iter().flatten().copied().collect();
+    let mut rows: Vec<Option<Row>> = vec![None; study.cases.len()];
+    for &at in &mine {
+        rows[at] = Row::read(&study.cases[at], out).filter(|row| !(settings.retry_failed && is_bad(row)));
     }
+    let is_open =
+        |unit: &Vec<usize>| unit.iter().any(|&at| !rows[at].as_ref().is_some_and(|row| row.found.is_complete()));
+    let open: VecDeque<Vec<usize>> = units.into_iter().filter(is_open).collect();
+    let jobs = match settings.program {
+        None => 1,
+        Some(_) => settings.jobs.unwrap_or(settings.cores).min(open.len()).max(1),
+    };
+    let gate = if jobs > 1 { Some(Gate::new(available()?)) } else { None };
+    let (threads, program) = ((settings.cores / jobs).max(1), settings.program);
+    let workshop = Workshop { program, threads, gate, verbosity: settings.verbosity, interrupt: settings.interrupt };
+    let work = Work {
+        study,
+        out,
+        settings,
+        workshop,
+        mine,
+        rows: Mutex::new(rows),
+        queue: Mutex::new(open),
+        broken: Mutex::new(None),
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..jobs {
+            scope.spawn(|| work.work());
+        }
+    });
+    if let Some(error) = held(&work.broken).take() {
+        return Err(error);
+    }
+    let rows = held(&work.rows);
+    work.write(&rows, true)?;
+    let sweep = Sweep {
+        rows: work.mine.iter().filter_map(|&at| rows[at].clone()).collect(),
+        missing: missing(study, &work.mine, &rows),
+        interrupted: settings.interrupt.load(Ordering::Relaxed),
+    };
     Ok(sweep)
 }
 
-fn run_case(study: &SweepStudy, at: usize, out: &Path, verbosity: Verbosity, interrupt: &AtomicBool) -> Row {
-    let folder = out.join(&study.cases[at].folder);
-    let begin = std::time::Instant::now();
-    let mut record = Record::default();
-    let ran = study.scene_of(at).and_then(|scene| {
-        record.errors = scene.sources.exact.as_ref().map(|_| History::default());
-        let options = Options { out: folder, resume: false, verbosity, interrupt };
-        run_recorded(&scene, &options, &mut record).map_err(|error: RunError| error.into())
-    });
-    let found = match ran {
-        Ok(summary) => {
-            let took_steps = summary.counts.steps > 0;
-            Found::Ran { summary: Box::new(summary), errors: record.errors.filter(|_| took_steps) }
+/// Joins whatever runs lie below `out` into one table.
+///
+/// # Errors
+/// A table that cannot be written.
+pub fn gather(study: &SweepStudy, out: &Path) -> Result<Sweep, StudyError> {
+    let rows: Vec<Option<Row>> = study.cases.iter().map(|case| Row::read(case, out)).collect();
+    let all: Vec<usize> = (0..study.cases.len()).collect();
+    let found: Vec<Row> = rows.iter().flatten().cloned().collect();
+    let _lock = lock(out)?;
+    write_tables(study, out, &found, true)?;
+    Ok(Sweep { missing: missing(study, &all, &rows), rows: found, interrupted: false })
+}
+
+/// Takes away what runs that failed or were refused have left.
+///
+/// # Errors
+/// Files that cannot be removed.
+pub fn forget_failed(study: &SweepStudy, out: &Path) -> Result<(), StudyError> {
+    for case in study.cases.iter().filter(|case| Row::read(case, out).is_some_and(|row| is_bad(&row))) {
+        let folder = out.join(&case.folder);
+        if try_lock(&folder)?.is_some() {
+            clear(&folder)?;
         }
-        Err(error) => Found::Refused(error.to_string()),
-    };
-    Row { case: study.cases[at].clone(), found, said: record.said, seconds: begin.elapsed().as_secs_f64() }
+    }
+    Ok(())
+}
+
+fn missing(study: &SweepStudy, which: &[usize], rows: &[Option<Row>]) -> Vec<String> {
+    let open = |at: &usize| !rows[*at].as_ref().is_some_and(|row| row.found.is_complete());
+    which.iter().copied().filter(open).map(|at| study.cases[at].folder.clone()).collect()
+}
+
+fn is_bad(row: &Row) -> bool {
+    row.found.is_complete() && !row.found.is_good()
+}
+
+fn shard_of(units: Vec<Vec<usize>>, shard: Option<Shard>) -> Vec<Vec<usize>> {
+    let Shard { number, of } = shard.unwrap_or(Shard { number: 1, of: 1 });
+    units.into_iter().enumerate().filter(|(at, _)| at % of == number - 1).map(|(_, unit)| unit).collect()
+}
+
+fn write_tables(study: &SweepStudy, out: &Path, rows: &[Row], last: bool) -> Result<(), StudyError> {
+    results::write(study, rows, &out.join("results.csv"))?;
+    richardson::write(study, rows, &out.join("richardson.csv"))?;
+    if last {
+        results::write_typed(study, rows, &out.join("results.parquet"))?;
+        figures::write(study, rows, out)?;
+    }
+    Ok(())
+}
+
+impl SweepStudy {
+    /// Runs that belong together, by number: those that start from each other, in order.
+    pub fn units(&self) -> Vec<Vec<usize>> {
+        let mut units: Vec<Vec<usize>> = Vec::new();
+        for (at, case) in self.cases.iter().enumerate() {
+            let chain = case.after.and_then(|before| units.iter_mut().find(|unit| unit.last() == Some(&before)));
+            match chain {
+                Some(unit) => unit.push(at),
+                None => units.push(vec![at]),
+            }
+        }
+        units
+    }
+}
+
+/// Keys that change nothing in any run.
+const HARMLESS: [&str; 7] = ["title", "scene", "duration", "measures", "plot", "slurm", "richardson"];
+
+/// Makes the folder, or finds out that it is one of this study.
+///
+/// # Errors
+/// A folder that holds something else.
+pub fn prepare(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<(), StudyError> {
+    let folder = || out.display().to_string();
+    let file = out.join("study.toml");
+    if settings.must_resume && !file.exists() {
+        return Err(StudyError::NothingToResume { folder: folder() });
+    }
+    // several shards may begin at the same time
+    let _lock = lock(out)?;
+    let old = std::fs::read_to_string(&file).ok();
+    match &old {
+        None => table::refuse_occupied(out)?,
+        Some(old) => {
+            if let Some(key) = study.difference(old, out) {
+                return Err(StudyError::OtherStudy { folder: folder(), key });
+            }
+        }
+    }
+    let text = study.text();
+    if old.as_ref() != Some(&text) { table::write_study(&text, out) } else { Ok(()) }
+}
+
+impl SweepStudy {
+    /// The first key that differs from the study whose text is `old` and whose runs lie below `out`.
+    fn difference(&self, old: &str, out: &Path) -> Option<String> {
+        let read = |text: &str| -> toml::Value {
+            let mut table: toml::Table = text.parse().unwrap_or_default();
+            table.retain(|key, _| !HARMLESS.contains(&key));
+            toml::Value::Table(table)
+        };
+        if let Some(key) = differing("", &read(old), &read(&self.text())) {
+            return Some(key);
+        }
+        // the scene may have changed since
+        let warm = !self.warm.is_empty();
+        let read = |text: &str| -> toml::Value {
+            let mut table: toml::Table = text.parse().unwrap_or_default();
+            if warm {
+                table.remove("initial");
+            }
+            toml::Value::Table(table)
+        };
+        self.cases.iter().enumerate().find_map(|(at, case)| {
+            let old = std::fs::read_to_string(out.join(&case.folder).join("scene.toml")).ok()?;
+            let now = self.scene_of(at).ok()?.resolved_toml();
+            let key = differing("", &read(&old), &read(&now))?;
+            Some(format!("{key} of the scene of run {}", case.folder))
+        })
+    }
+}
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What the workers share.
+struct Work<'a> {
+    study: &'a SweepStudy,
+    out: &'a Path,
+    settings: &'a Settings<'a>,
+    workshop: Workshop<'a>,
+    /// Runs of this shard.
+    mine: Vec<usize>,
+    rows: Mutex<Vec<Option<Row>>>,
+    queue: Mutex<VecDeque<Vec<usize>>>,
+    /// What ends all workers.
+    broken: Mutex<Option<StudyError>>,
+}
+
+/// Between two looks at what another process works on.
+const PAUSE: Duration = Duration::from_millis(200);
+
+impl Work<'_> {
+    fn is_over(&self) -> bool {
+        self.settings.interrupt.load(Ordering::Relaxed) || held(&self.broken).is_some()
+    }
+
+    fn work(&self) {
+        while !self.is_over() {
+            let Some(unit) = held(&self.queue).pop_front() else { return };
+            match self.unit(&unit) {
+                Ok(true) => {}
+                // another process is at it
+                Ok(false) => {
+                    held(&self.queue).push_back(unit);
+                    std::thread::sleep(PAUSE);
+                }
+                Err(error) => *held(&self.broken) = Some(error),
+            }
+        }
+    }
+
+    /// Does the runs of a unit in order; false where another process does one of them.
+    fn unit(&self, unit: &[usize]) -> Result<bool, StudyError> {
+        for &at in unit {
+            if self.is_over() {
+                return Ok(true);
+            }
+            if held(&self.rows)[at].as_ref().is_some_and(|row| row.found.is_complete()) {
+                continue;
+            }
+            let Some(lock) = try_lock(&self.out.join(&self.study.cases[at].folder))? else { return Ok(false) };
+            let done = self.case(at, &lock)?;
+            drop(lock);
+            if let Some(row) = done {
+                self.take(at, row)?;
+            }
+        }
+        Ok(true)
+    }
+
+    /// Does a run, if that is still to do, and leaves its row.
+    fn case(&self, at: usize, lock: &File) -> Result<Option<Row>, StudyError> {
+        let case = &self.study.cases[at];
+        let folder = self.out.join(&case.folder);
+        let before = Row::read(case, self.out);
+        let again = self.settings.retry_failed && before.as_ref().is_some_and(is_bad);
+        if again {
+            clear(&folder)?;
+        }
+        let before = before.filter(|_| !again);
+        if before.as_ref().is_some_and(|row| row.found.is_complete()) {
+            return Ok(before);
+        }
+        let (scene, mut said, neighbour) = match self.scene(at)? {
+            Ok(scene) => scene,
+            Err(error) => {
+                Row::leave(&folder, &Found::Refused(error.to_string()), 0.0, &[], None)?;
+                return Ok(Row::read(case, self.out));
+            }
+        };
+        let Some((found, seconds)) = self.workshop.ensure(&folder, &scene, lock)? else { return Ok(None) };
+        let seconds = seconds + before.map_or(0.0, |row| row.seconds);
+        let mut start = (!self.study.warm.is_empty()).then_some(Start { branch: Branch::Start, distance: None });
+        if let Some(neighbour) = neighbour.filter(|_| found.is_good() && found.is_complete()) {
+            match warm::judge(self.study, &self.workshop, self.out, at, neighbour, lock)? {
+                None => return Ok(None),
+                Some((judged, notes)) => {
+                    start = Some(judged);
+                    said.extend(notes);
+                }
+            }
+        }
+        Row::leave(&folder, &found, seconds, &said, start.as_ref())?;
+        Ok(Row::read(case, self.out))
+    }
+
+    /// The scene of a run, what there is to say about its start, and the run whose last state it starts from.
+    #[allow(clippy::type_complexity)]
+    fn scene(
+        &self,
+        at: usize,
+    ) -> Result<Result<(crate::scene::Scene, Vec<String>, Option<usize>), StudyError>, StudyError> {
+        let scene = match self.study.scene_of(at) {
+            Ok(scene) => scene,
+            Err(error) => return Ok(Err(error)),
+        };
+        let Some(before) = self.study.cases[at].after else { return Ok(Ok((scene, Vec::new(), None))) };
+        let name = &self.study.cases[before].folder;
+        let folder = self.out.join(name);
+        if !held(&self.rows)[before].as_ref().is_some_and(|row| warm::can_follow(&row.found, &folder)) {
+            let note = format!("run {name} left no state to start from: this one began from the scene's own");
+            return Ok(Ok((scene, vec![note], None)));
+        }
+        let set = warm::start_from(&folder, &scene)?;
+        Ok(self.study.scene_with(at, &set).map(|scene| (scene, Vec::new(), Some(before))))
+    }
+
+    /// Puts a row into the table.
+    fn take(&self, at: usize, row: Row) -> Result<(), StudyError> {
+        let mut rows = held(&self.rows);
+        let line = told(&row);
+        rows[at] = Some(row);
+        self.write(&rows, false)?;
+        if self.settings.verbosity > Verbosity::Quiet {
+            let open = missing(self.study, &self.mine, &rows).len();
+            eprintln!("{line} ({} of {})", self.mine.len() - open, self.mine.len());
+            for note in rows[at].iter().flat_map(|row| &row.said) {
+                eprintln!("    note: {}", note.strip_prefix("note: ").unwrap_or(note));
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the tables of what is there; others may do so at the same time.
+    fn write(&self, rows: &[Option<Row>], last: bool) -> Result<(), StudyError> {
+        let _lock = lock(self.out)?;
+        let found: Vec<Row> = self.mine.iter().filter_map(|&at| rows[at].clone()).collect();
+        match self.settings.shard {
+            None => write_tables(self.study, self.out, &found, last),
+            Some(Shard { number, of }) => {
+                let path = self.out.join(format!("results.{number}-of-{of}.csv"));
+                Ok(results::write(self.study, &found, &path)?)
+            }
+        }
+    }
 }
 
 /// One line about a run.
-fn told(case: &Case, row: &Row) -> String {
-    let set: Vec<String> = case.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-    let ending = match &row.found {
-        Found::Ran { summary, .. } => {
-            let reason = row.found.reason().map_or_else(String::new, |reason| format!(": {reason}"));
+fn told(row: &Row) -> String {
+    let set: Vec<String> = row.case.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    let reason = row.found.reason().map_or_else(String::new, |reason| format!(": {reason}"));
+    let ending = match row.summary() {
+        Some(summary) => {
             let counts = &summary.counts;
             format!(
                 "{}, t = {}, {} steps, {} rejected{reason}",
                 summary.status, summary.time, counts.steps, counts.rejected
             )
         }
-        Found::Refused(reason) => format!("refused: {reason}"),
+        None => format!("{}{reason}", row.found.status()),
     };
-    format!("{}  {}  {ending}; {:.1} s", case.folder, set.join(", "), row.seconds)
+    format!("{}  {}  {ending}; {:.1} s", row.case.folder, set.join(", "), row.seconds)
 }

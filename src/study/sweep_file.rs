@@ -1,12 +1,16 @@
 //! The file of a sweep: one scene with many values.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer, de};
 
-use super::StudyError;
-use super::source::{self, Kind, Values, check_name, check_values, override_of, refuse, value_text};
+use super::axes::{self, Axis, AxisValues, SEED, Seeds};
+use super::figures::PlotSpec;
+use super::slurm::SlurmTable;
+use super::source::{self, Kind, Values, check_name, check_values, override_of, refuse};
+use super::{StudyError, results};
 use crate::scene::{Scene, SceneError, SceneSource};
 
 /// One scene with other values, run by run.
@@ -24,10 +28,83 @@ struct SweepFile {
     #[serde(default)]
     set: BTreeMap<String, toml::Value>,
     #[serde(default)]
-    vary: BTreeMap<String, Vec<toml::Value>>,
+    vary: BTreeMap<String, AxisValues>,
     #[serde(default)]
     case: Vec<CaseTable>,
     richardson: Option<RichardsonTable>,
+    #[serde(default)]
+    together: Vec<BTreeMap<String, AxisValues>>,
+    seeds: Option<Seeds>,
+    measures: Option<Vec<String>>,
+    duration: Option<String>,
+    #[serde(default)]
+    warm_start: WarmStart,
+    plot: Option<Plots>,
+    slurm: Option<SlurmTable>,
+}
+
+/// `warm_start = true` or the key along which each run starts from its neighbour.
+#[derive(Debug, Clone, PartialEq, Default)]
+enum WarmStart {
+    #[default]
+    Off,
+    /// Along the first axis.
+    First,
+    Along(String),
+}
+
+impl<'de> Deserialize<'de> for WarmStart {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(WarmVisitor)
+    }
+}
+
+/// By hand, because serde's untagged enums lose line and reason.
+struct WarmVisitor;
+
+impl de::Visitor<'_> for WarmVisitor {
+    type Value = WarmStart;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("true, false or a key that varies, such as \"model.peclet\"")
+    }
+
+    fn visit_bool<E: de::Error>(self, on: bool) -> Result<WarmStart, E> {
+        Ok(if on { WarmStart::First } else { WarmStart::Off })
+    }
+
+    fn visit_str<E: de::Error>(self, key: &str) -> Result<WarmStart, E> {
+        Ok(WarmStart::Along(key.to_owned()))
+    }
+}
+
+/// One plot or several.
+#[derive(Debug, Clone)]
+struct Plots(Vec<PlotSpec>);
+
+impl<'de> Deserialize<'de> for Plots {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(PlotsVisitor)
+    }
+}
+
+/// By hand for the same reason.
+struct PlotsVisitor;
+
+impl<'de> de::Visitor<'de> for PlotsVisitor {
+    type Value = Plots;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("{ x = \"…\", y = \"…\" } or a list of such tables")
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<Plots, A::Error> {
+        PlotSpec::deserialize(de::value::MapAccessDeserializer::new(map)).map(|plot| Plots(vec![plot]))
+    }
+
+    fn visit_seq<A: de::SeqAccess<'de>>(self, sequence: A) -> Result<Plots, A::Error> {
+        Vec::deserialize(de::value::SeqAccessDeserializer::new(sequence)).map(Plots)
+    }
 }
 
 /// `[richardson]`: named cases that refine the mesh again and again by the same ratio.
@@ -57,6 +134,8 @@ pub struct Case {
     pub name: Option<String>,
     /// Keys of the scene and their values.
     pub set: Values,
+    /// Number of the run from whose last state this one starts; where none is given, from the scene's own.
+    pub after: Option<usize>,
 }
 
 /// A sweep, read and checked as far as possible without running.
@@ -69,11 +148,18 @@ pub struct SweepStudy {
     pub cases: Vec<Case>,
     /// Cases, coarse to fine, whose measures are extrapolated, and the ratio of their cell sizes.
     pub richardson: Option<(Vec<String>, f64)>,
+    /// Columns of measures in the table, where they are not all of them.
+    pub measures: Option<Vec<String>>,
+    /// How long the study takes, in its author's words.
+    pub duration: Option<String>,
+    /// Keys along which runs start from their neighbours.
+    pub warm: Vec<String>,
+    pub plots: Vec<PlotSpec>,
+    pub slurm: SlurmTable,
     source: SceneSource,
+    /// Overrides of the scene that came from outside of the file.
+    scene_sets: Values,
 }
-
-/// More runs than anybody waits for: lists multiply.
-const MOST: usize = 10_000;
 
 impl SweepStudy {
     /// Reads a sweep and the scene it names; `sets` change keys of the study or else of the scene.
@@ -85,7 +171,8 @@ impl SweepStudy {
         let source = source::read::<SweepFile>(path, Kind::Sweep, sets)?;
         let file: SweepFile = source.tables().map_err(|found| found.1)?;
         let mut scene = source::read_scene(&source, &file.scene)?;
-        let varied = |key: &str| file.vary.contains_key(key);
+        let axes = axes::axes(&source, &file.vary, &file.together, file.seeds.as_ref())?;
+        let varied = |key: &str| axes.iter().any(|axis| axis.keys.iter().any(|other| other == key));
         let everywhere = check_values(&source, "set", &file.set, &varied, "from run to run")?;
         for (key, value) in &everywhere {
             scene
@@ -105,33 +192,85 @@ impl SweepStudy {
             ))
         };
         source::apply(&mut scene, Kind::Sweep, sets, &fixed)?;
-        let cases = check_cases(&source, &file)?;
+        let scene_sets = sets.iter().filter(|(key, _)| !Kind::Sweep.owns(key)).cloned().collect();
+        let warm = check_warm(&source, &file.warm_start, &axes)?;
+        let cases = check_cases(&source, &file, &axes, warm)?;
         let richardson = file.richardson.as_ref().map(|table| check_richardson(&source, table, &cases)).transpose()?;
-        let study = Self { title: file.title, scene, cases, richardson, source };
-        study.check_scenes()?;
+        let study = Self {
+            title: file.title,
+            scene,
+            cases,
+            richardson,
+            measures: file.measures,
+            duration: file.duration,
+            warm: warm.map(|at| axes[at].keys.clone()).unwrap_or_default(),
+            plots: file.plot.map(|plots| plots.0).unwrap_or_default(),
+            slurm: file.slurm.unwrap_or_default(),
+            source,
+            scene_sets,
+        };
+        study.slurm.check(&study.source)?;
+        let scene = study.check_scenes()?;
+        study.check_names(&scene)?;
         Ok(study)
     }
 
+    /// Reads the study that a folder of results belongs to; where its scene is gone, a run's own stands for it.
+    ///
+    /// # Errors
+    /// As [`SweepStudy::read`].
+    pub fn read_left(folder: &Path) -> Result<Self, StudyError> {
+        let file = folder.join("study.toml");
+        if !file.exists() {
+            return Err(StudyError::NothingToResume { folder: folder.display().to_string() });
+        }
+        Self::read(&file, &[]).or_else(|error| {
+            let runs = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let mut scenes: Vec<_> =
+                runs.map(|run| run.path().join("scene.toml")).filter(|path| path.exists()).collect();
+            scenes.sort();
+            let Some(scene) = scenes.first().and_then(|path| std::path::absolute(path).ok()) else { return Err(error) };
+            let value = toml::Value::from(scene.to_string_lossy().into_owned()).to_string();
+            Self::read(&file, &[("scene".to_owned(), value)]).map_err(|_| error)
+        })
+    }
+
     /// Refuses keys that no scene has, and a sweep that has no good scene at all.
-    fn check_scenes(&self) -> Result<(), StudyError> {
+    fn check_scenes(&self) -> Result<Scene, StudyError> {
         let mut first = None;
-        let mut good = false;
+        let mut good = None;
         for (at, case) in self.cases.iter().enumerate() {
-            match self.try_scene(case) {
-                Ok(_) => good = true,
+            match self.try_scene(case, &[]) {
+                Ok(scene) => good = good.or(Some(scene)),
                 Err(error @ SceneError::UnknownKey { .. }) => return Err(self.blame(at, error)),
                 Err(error) => first = first.or(Some((at, error))),
             }
         }
-        match first {
-            Some((at, error)) if !good => Err(self.blame(at, error)),
-            Some(_) | None => Ok(()),
+        match (good, first) {
+            (Some(scene), _) => Ok(scene),
+            (None, Some((at, error))) => Err(self.blame(at, error)),
+            (None, None) => unreachable!("there is at least one case"),
         }
     }
 
-    fn try_scene(&self, case: &Case) -> Result<Scene, SceneError> {
+    /// Refuses measures and plots of what no run can have.
+    fn check_names(&self, scene: &Scene) -> Result<(), StudyError> {
+        let known = results::measures_of(scene);
+        let fits = |name: &String| known.iter().any(|k| name == k || name.starts_with(&format!("{k}_")));
+        for (at, name) in self.measures.iter().flatten().enumerate().filter(|(_, name)| !fits(name)) {
+            let rule = format!("no run measures it{}", crate::model::names::did_you_mean(name, &known));
+            let hint = format!("what the scene measures is {}; [[output]] `measures` adds more", known.join(", "));
+            return Err(refuse(&self.source, &format!("measures.{at}"), format!("\"{name}\""), &rule, &hint));
+        }
+        for plot in &self.plots {
+            plot.check(&self.source, &self.keys(), &known)?;
+        }
+        Ok(())
+    }
+
+    fn try_scene(&self, case: &Case, more: &[(String, String)]) -> Result<Scene, SceneError> {
         let mut source = self.scene.clone();
-        for (key, value) in &case.set {
+        for (key, value) in case.set.iter().chain(more) {
             source.set(key, value)?;
         }
         Scene::check(source)
@@ -142,7 +281,15 @@ impl SweepStudy {
     /// # Errors
     /// A value that the scene refuses.
     pub fn scene_of(&self, at: usize) -> Result<Scene, StudyError> {
-        self.try_scene(&self.cases[at]).map_err(|error| self.blame(at, error))
+        self.scene_with(at, &[])
+    }
+
+    /// As [`SweepStudy::scene_of`], with `more` values set last.
+    ///
+    /// # Errors
+    /// As [`SweepStudy::scene_of`].
+    pub fn scene_with(&self, at: usize, more: &[(String, String)]) -> Result<Scene, StudyError> {
+        self.try_scene(&self.cases[at], more).map_err(|error| self.blame(at, error))
     }
 
     /// Names the place in the study that set what the scene refuses.
@@ -152,7 +299,11 @@ impl SweepStudy {
             return error.into();
         };
         let key = match &case.name {
-            None => format!("vary.{path}"),
+            None if path == SEED => "seeds".to_owned(),
+            None => {
+                let in_vary = self.source.value("vary").and_then(|vary| vary.as_table_like()?.get(path)).is_some();
+                if in_vary { format!("vary.{path}") } else { "together".to_owned() }
+            }
             Some(_) => format!("case.{}.set.{path}", at + self.named() - self.cases.len()),
         };
         within(&self.source, &key, format!("run {}", case.folder), error)
@@ -174,10 +325,43 @@ impl SweepStudy {
         keys
     }
 
-    /// The study as it was read, with its overrides; the path of its scene is absolute.
+    /// The study as it was read, with its overrides, those of the scene in `set`; the path of its scene is absolute.
     pub fn text(&self) -> String {
-        source::text::<SweepFile>(&self.source, &self.scene)
+        let mut source = self.source.clone();
+        for (key, value) in self.scene_sets.iter().filter(|set| can_be_set(set)) {
+            source::put(&mut source, "set", key, value);
+        }
+        source::text::<SweepFile>(&source, &self.scene)
     }
+
+    /// The first override that [`SweepStudy::text`] cannot hold.
+    pub fn lost_override(&self) -> Option<&str> {
+        self.scene_sets.iter().find(|set| !can_be_set(set)).map(|(key, _)| key.as_str())
+    }
+}
+
+/// Whether `set` of a study can have it: not a whole table under a key without dots.
+fn can_be_set((key, value): &(String, String)) -> bool {
+    key.contains('.') || !value.trim_start().starts_with('{')
+}
+
+/// The axis along which runs start warm.
+fn check_warm(source: &SceneSource, warm: &WarmStart, axes: &[Axis]) -> Result<Option<usize>, StudyError> {
+    let (at, shown) = match warm {
+        WarmStart::Off => return Ok(None),
+        WarmStart::First => (Some(0).filter(|_| !axes.is_empty()), "true".to_owned()),
+        WarmStart::Along(key) => (axes.iter().position(|axis| axis.keys.contains(key)), format!("\"{key}\"")),
+    };
+    let keys: Vec<&str> = axes.iter().flat_map(|axis| &axis.keys).map(String::as_str).collect();
+    let Some(at) = at else {
+        let hint = format!("what varies is {}", if keys.is_empty() { "nothing".to_owned() } else { keys.join(", ") });
+        return Err(refuse(source, "warm_start", shown, "names no key that varies", &hint));
+    };
+    if !axes[at].numeric || axes[at].keys.iter().any(|key| key == SEED || key.starts_with("initial")) {
+        let rule = format!("the values of {} are no numbers that a state could follow", axes[at].keys.join(", "));
+        return Err(refuse(source, "warm_start", shown, &rule, "name a key with numbers, such as \"model.peclet\""));
+    }
+    Ok(Some(at))
 }
 
 /// At least three cases that exist, and a ratio above 1.
@@ -208,56 +392,28 @@ fn within(source: &SceneSource, key: &str, part: String, error: SceneError) -> S
 }
 
 /// The combinations of `vary`, the last list fastest, then the named cases.
-fn check_cases(source: &SceneSource, file: &SweepFile) -> Result<Vec<Case>, StudyError> {
-    if file.vary.is_empty() && file.case.is_empty() {
+fn check_cases(
+    source: &SceneSource,
+    file: &SweepFile,
+    axes: &[Axis],
+    warm: Option<usize>,
+) -> Result<Vec<Case>, StudyError> {
+    if axes.is_empty() && file.case.is_empty() {
         let hint = "such as vary = { \"model.beta\" = [0.05, 0.5, 0.995] }, or [[case]] with `name` and `set`";
         return Err(refuse(source, "vary", "{}".to_owned(), "there is nothing to run", hint));
     }
-    let mut sets: Vec<(Option<String>, Values)> =
-        combinations(source, file)?.into_iter().map(|set| (None, set)).collect();
+    let mut sets: Vec<(Option<String>, Values, Option<usize>)> =
+        axes::combinations(axes, warm).into_iter().map(|(set, after)| (None, set, after)).collect();
     for (at, table) in file.case.iter().enumerate() {
         let used = file.case[..at].iter().map(|other| other.name.as_str());
         check_name(source, &format!("case.{at}.name"), &table.name, used)?;
         let set = check_values(source, &format!("case.{at}.set"), &table.set, &|_| false, "")?;
-        sets.push((Some(table.name.clone()), set));
+        sets.push((Some(table.name.clone()), set, None));
     }
     let digits = sets.len().to_string().len().max(2);
-    let numbered = sets.into_iter().enumerate().map(|(at, (name, set))| {
+    let numbered = sets.into_iter().enumerate().map(|(at, (name, set, after))| {
         let number = format!("{:0digits$}", at + 1);
-        Case { folder: name.as_ref().map_or(number.clone(), |name| format!("{number}-{name}")), name, set }
+        Case { folder: name.as_ref().map_or(number.clone(), |name| format!("{number}-{name}")), name, set, after }
     });
     Ok(numbered.collect())
-}
-
-/// No run at all without `vary`.
-fn combinations(source: &SceneSource, file: &SweepFile) -> Result<Vec<Values>, StudyError> {
-    if file.vary.is_empty() {
-        return Ok(Vec::new());
-    }
-    let mut sets: Vec<Values> = vec![Vec::new()];
-    for key in keys_in_order(source, file) {
-        let (values, at) = (&file.vary[key], format!("vary.{key}"));
-        if values.is_empty() {
-            let hint = "list its values, as in \"model.beta\" = [0.05, 0.5]";
-            return Err(refuse(source, &at, "[]".to_owned(), "the list is empty: there is nothing to run", hint));
-        }
-        let count = sets.len() * values.len();
-        if count > MOST {
-            let rule = format!("with it there are {count} combinations, and at most {MOST} may be");
-            return Err(refuse(source, &at, format!("{} values", values.len()), &rule, "shorten a list"));
-        }
-        let with = |set: &Values, value: &toml::Value| {
-            set.iter().cloned().chain([(key.to_owned(), value_text(value))]).collect()
-        };
-        sets = sets.iter().flat_map(|set| values.iter().map(move |value| with(set, value))).collect();
-    }
-    Ok(sets)
-}
-
-/// Keys of `vary` in the order of the file.
-fn keys_in_order<'a>(source: &'a SceneSource, file: &'a SweepFile) -> Vec<&'a str> {
-    let table = source.value("vary").and_then(toml_edit::Item::as_table_like);
-    let keys: Vec<&str> = table.map(|table| table.iter().map(|(key, _)| key).collect()).unwrap_or_default();
-    debug_assert_eq!(keys.len(), file.vary.len(), "the table was read from this text");
-    keys
 }

@@ -1,0 +1,135 @@
+//! One run of a study in its folder, whatever an earlier process left there.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::child::{self, Job, RunSummary};
+use super::lock::LOCK;
+use super::pool::{self, Gate};
+use super::results::Found;
+use crate::output::OutputError;
+use crate::output::checkpoint::Saved;
+use crate::output::progress::Verbosity;
+use crate::run::{Options, run};
+use crate::scene::Scene;
+
+/// How runs are done.
+#[derive(Debug)]
+pub struct Workshop<'a> {
+    /// Runs are processes of this program; without one they are done in this process.
+    pub program: Option<&'a Path>,
+    pub threads: usize,
+    /// Where more than one goes on at a time.
+    pub gate: Option<Gate>,
+    pub verbosity: Verbosity,
+    pub interrupt: &'a AtomicBool,
+}
+
+/// A process that was killed may not be the only one: time for the same to happen to this one before it calls that a failure.
+const MOURNING: Duration = Duration::from_millis(300);
+
+impl Workshop<'_> {
+    /// Does a run, continues it, or finds it done; and the seconds that it took. `None` if it was interrupted before it
+    /// could say anything. What is half done goes on from its checkpoint, but for searches for steady states, which have
+    /// the same bits only when they begin anew.
+    ///
+    /// # Errors
+    /// A folder that cannot be written, a program that cannot be started.
+    pub fn ensure(&self, folder: &Path, scene: &Scene, lock: &File) -> Result<Option<(Found, f64)>, OutputError> {
+        let text = scene.resolved_toml();
+        let same = std::fs::read_to_string(folder.join("scene.toml")).is_ok_and(|old| old == text);
+        let summary = RunSummary::read(folder).filter(|_| same);
+        if let Some(done) = summary.filter(|summary| summary.status != "interrupted") {
+            let seconds = done.seconds_total;
+            return Ok(Some((Found::Ran(Box::new(done)), seconds)));
+        }
+        let resumable = same
+            && scene.steady.is_none()
+            && Saved::read(&folder.join("checkpoint.bin")).is_ok_and(|saved| saved.scene == text);
+        let pass = self.gate.as_ref().map(|gate| gate.enter(pool::need(scene).unwrap_or(0.0)));
+        if self.interrupt.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let limit = pass.as_ref().and_then(|pass| pass.limit);
+        if resumable {
+            let (found, seconds) = self.attempt(folder, scene, &text, true, limit, lock)?;
+            match found {
+                // what a crash of the system has torn is done anew
+                Some(Found::Refused(_)) => {}
+                found => return Ok(found.map(|found| (found, seconds))),
+            }
+        }
+        clear(folder)?;
+        let (found, seconds) = self.attempt(folder, scene, &text, false, limit, lock)?;
+        Ok(found.map(|found| (found, seconds)))
+    }
+
+    fn attempt(
+        &self,
+        folder: &Path,
+        scene: &Scene,
+        text: &str,
+        resume: bool,
+        memory: Option<f64>,
+        lock: &File,
+    ) -> Result<(Option<Found>, f64), OutputError> {
+        let begin = Instant::now();
+        let Some(program) = self.program else {
+            // what a summary of an earlier process says is not about this one
+            let _ = std::fs::remove_file(folder.join("summary.json"));
+            let options = Options { out: folder.into(), resume, verbosity: self.verbosity, interrupt: self.interrupt };
+            let found = match run(scene, &options) {
+                Ok(_) => RunSummary::read(folder).map(|summary| Found::Ran(Box::new(summary))),
+                Err(error) => Some(Found::Refused(error.to_string())),
+            };
+            return Ok((found, begin.elapsed().as_secs_f64()));
+        };
+        let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let verbose = self.verbosity == Verbosity::Verbose;
+        let said = |line: &str| {
+            if verbose {
+                eprintln!("{name}: {line}");
+            }
+        };
+        let (threads, out) = (self.threads, PathBuf::from(folder));
+        let lock = lock.try_clone().ok();
+        let ended = child::run(
+            Job { program, scene: text, out, threads, resume, memory, verbose, lock },
+            self.interrupt,
+            &said,
+        )?;
+        let seconds = ended.seconds;
+        let interrupted = self.interrupt.load(Ordering::Relaxed) || ended.status.code() == Some(130);
+        if ended.was_killed() {
+            std::thread::sleep(MOURNING);
+        }
+        let reason = ended.reason();
+        let own_error = ended.last_lines.iter().any(|line| line.starts_with("error: "));
+        let found = match ended.summary {
+            Some(summary) => Some(Found::Ran(Box::new(summary))),
+            None if interrupted => None,
+            None if own_error && ended.status.code() == Some(1) => Some(Found::Refused(reason)),
+            None => Some(Found::Died(reason)),
+        };
+        Ok((found, seconds))
+    }
+}
+
+/// Takes away all that an earlier process left, but the lock.
+///
+/// # Errors
+/// Files that cannot be removed.
+pub fn clear(folder: &Path) -> Result<(), OutputError> {
+    let failed = |path: &Path, error: std::io::Error| OutputError::io(path, &error);
+    for entry in std::fs::read_dir(folder).map_err(|e| failed(folder, e))? {
+        let path = entry.map_err(|e| failed(folder, e))?.path();
+        if path.file_name().is_some_and(|name| name == LOCK) {
+            continue;
+        }
+        let removed = if path.is_dir() { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
+        removed.map_err(|e| failed(&path, e))?;
+    }
+    Ok(())
+}
