@@ -8,6 +8,7 @@ pub mod child;
 pub mod columns;
 pub mod figures;
 pub mod file;
+mod forms;
 mod lock;
 mod one;
 pub mod order;
@@ -20,6 +21,7 @@ pub mod sweep;
 pub mod sweep_file;
 pub mod table;
 mod warm;
+mod work;
 
 use crate::output::OutputError;
 use crate::run::RunError;
