@@ -207,7 +207,7 @@ fn expand(source: &SceneSource, at: &str, values: &AxisValues) -> Result<Vec<tom
         let rule = format!("must be first value, last value, and how many (2 to {MOST})");
         return Err(refuse(source, at, shown(), &rule, "such as { linspace = [0.0, 1.0, 11] }"));
     };
-    if geometric && !(a * b > 0.0) {
+    if geometric && (a == 0.0 || b == 0.0 || (a > 0.0) != (b > 0.0)) {
         let rule = "both ends of `logspace` must have one sign and not be 0";
         return Err(refuse(
             source,

@@ -9,6 +9,7 @@ pub mod columns;
 pub mod compare;
 pub mod figures;
 pub mod file;
+mod forms;
 mod lock;
 mod one;
 pub mod order;
@@ -21,6 +22,7 @@ pub mod sweep;
 pub mod sweep_file;
 pub mod table;
 mod warm;
+mod work;
 
 use crate::output::OutputError;
 use crate::run::RunError;

@@ -299,7 +299,7 @@ pub fn write(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), Output
     write_csv(path, &table(study, rows))
 }
 
-/// As [`write`], as Parquet.
+/// As [`write()`], as Parquet.
 ///
 /// # Errors
 /// A file that cannot be written.

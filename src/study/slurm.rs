@@ -108,9 +108,9 @@ pub fn write(study: &SweepStudy, out: &Path, array: &Array) -> Result<Scripts, S
     for option in &study.slurm.options {
         let _ = writeln!(script, "#SBATCH {}", whole(option));
     }
-    let _ = write!(
+    let _ = writeln!(
         script,
-        "exec {program} study {folder}/study.toml --out {folder} --shard \"$SLURM_ARRAY_TASK_ID/{tasks}\" --jobs 1 --threads {}\n",
+        "exec {program} study {folder}/study.toml --out {folder} --shard \"$SLURM_ARRAY_TASK_ID/{tasks}\" --jobs 1 --threads {}",
         array.threads
     );
     let mut join = head("monolayer-gather", "gather.log", 1, 4.0 * OWN);

@@ -1,13 +1,13 @@
 //! The file of a sweep: one scene with many values.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::Path;
 
-use serde::{Deserialize, Deserializer, de};
+use serde::Deserialize;
 
 use super::axes::{self, Axis, AxisValues, SEED, Seeds};
 use super::figures::PlotSpec;
+use super::forms::{Plots, WarmStart};
 use super::slurm::SlurmTable;
 use super::source::{self, Kind, Values, check_name, check_values, override_of, refuse};
 use super::{StudyError, results};
@@ -41,70 +41,6 @@ struct SweepFile {
     warm_start: WarmStart,
     plot: Option<Plots>,
     slurm: Option<SlurmTable>,
-}
-
-/// `warm_start = true` or the key along which each run starts from its neighbour.
-#[derive(Debug, Clone, PartialEq, Default)]
-enum WarmStart {
-    #[default]
-    Off,
-    /// Along the first axis.
-    First,
-    Along(String),
-}
-
-impl<'de> Deserialize<'de> for WarmStart {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(WarmVisitor)
-    }
-}
-
-/// By hand, because serde's untagged enums lose line and reason.
-struct WarmVisitor;
-
-impl de::Visitor<'_> for WarmVisitor {
-    type Value = WarmStart;
-
-    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("true, false or a key that varies, such as \"model.peclet\"")
-    }
-
-    fn visit_bool<E: de::Error>(self, on: bool) -> Result<WarmStart, E> {
-        Ok(if on { WarmStart::First } else { WarmStart::Off })
-    }
-
-    fn visit_str<E: de::Error>(self, key: &str) -> Result<WarmStart, E> {
-        Ok(WarmStart::Along(key.to_owned()))
-    }
-}
-
-/// One plot or several.
-#[derive(Debug, Clone)]
-struct Plots(Vec<PlotSpec>);
-
-impl<'de> Deserialize<'de> for Plots {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(PlotsVisitor)
-    }
-}
-
-/// By hand for the same reason.
-struct PlotsVisitor;
-
-impl<'de> de::Visitor<'de> for PlotsVisitor {
-    type Value = Plots;
-
-    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("{ x = \"…\", y = \"…\" } or a list of such tables")
-    }
-
-    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<Plots, A::Error> {
-        PlotSpec::deserialize(de::value::MapAccessDeserializer::new(map)).map(|plot| Plots(vec![plot]))
-    }
-
-    fn visit_seq<A: de::SeqAccess<'de>>(self, sequence: A) -> Result<Plots, A::Error> {
-        Vec::deserialize(de::value::SeqAccessDeserializer::new(sequence)).map(Plots)
-    }
 }
 
 /// `[richardson]`: named cases that refine the mesh again and again by the same ratio.
@@ -257,7 +193,7 @@ impl SweepStudy {
     fn check_names(&self, scene: &Scene) -> Result<(), StudyError> {
         let known = results::measures_of(scene);
         let fits = |name: &String| known.iter().any(|k| name == k || name.starts_with(&format!("{k}_")));
-        for (at, name) in self.measures.iter().flatten().enumerate().filter(|(_, name)| !fits(name)) {
+        if let Some((at, name)) = self.measures.iter().flatten().enumerate().find(|(_, name)| !fits(name)) {
             let rule = format!("no run measures it{}", crate::model::names::did_you_mean(name, &known));
             let hint = format!("what the scene measures is {}; [[output]] `measures` adds more", known.join(", "));
             return Err(refuse(&self.source, &format!("measures.{at}"), format!("\"{name}\""), &rule, &hint));
