@@ -48,6 +48,9 @@ enum Command {
         /// Search for a steady state instead of marching in time, as if the scene had the table [steady].
         #[arg(long)]
         steady: bool,
+        /// End cleanly when standard input is closed: by the study that began this run, or by its end.
+        #[arg(long, hide = true)]
+        leash: bool,
     },
     /// Read a scene and say what will be solved, or what is wrong; solve nothing.
     Check {
@@ -141,7 +144,10 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads).min(cores)).build_global()?;
     }
     match &cli.command {
-        Command::Run { scene, out, resume, steady } => {
+        Command::Run { scene, out, resume, steady, leash } => {
+            if *leash {
+                end_with_input();
+            }
             run_scene(cli, &scene.read(*steady)?, scene, out.as_deref(), *resume)
         }
         Command::Check { scene, json, steady } => {
@@ -236,6 +242,14 @@ fn run_scene(
         Ending::EndTime | Ending::MaxSteps | Ending::Stationary | Ending::EnergyAtRest => ExitCode::SUCCESS,
         Ending::Steady | Ending::Oscillating => ExitCode::SUCCESS,
     })
+}
+
+/// Asks for a clean end once standard input is closed.
+fn end_with_input() {
+    std::thread::spawn(|| {
+        let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+        INTERRUPT.store(true, Ordering::Relaxed);
+    });
 }
 
 /// The first Ctrl-C asks for a clean end, the second ends at once.

@@ -1,7 +1,7 @@
 //! Distance of a state from exact fields, in space; sums and maxima over time make the norms of [9.12].
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::form::power::energy_density;
 use crate::form::{CellPoint, Integrator};
@@ -12,7 +12,7 @@ use crate::model::{ElasticForce, Exact, State};
 use crate::time::{Kind, Sheet};
 
 /// A field whose error is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ErrorField {
     /// `v`
@@ -104,7 +104,7 @@ impl Norm {
 }
 
 /// Squared L² norms and maxima of the four errors at one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Whose they are.
     pub fields: [ErrorField; 4],
@@ -193,7 +193,7 @@ fn gather(
 }
 
 /// Sums and maxima over the steps of a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct History {
     total: Option<Errors>,
 }

@@ -10,6 +10,7 @@ use flate2::write::GzEncoder;
 use serde::{Deserialize, Serialize};
 
 use super::{OutputError, write_whole};
+use crate::measure::errors::History;
 use crate::time::Checkpoint;
 
 const MAGIC: &str = "monolayer checkpoint 3";
@@ -23,12 +24,26 @@ pub struct Saved {
     /// [`crate::mesh::Mesh::fingerprint`] of the mesh that the state lives on.
     pub mesh: u64,
     pub march: Checkpoint,
+    /// Follows the rest in the file, which may end before it.
+    #[serde(skip)]
+    pub kept: Kept,
+}
+
+/// What a run has gathered on its way, for its summary.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Kept {
+    /// Errors against the exact fields so far, where there are some.
+    pub errors: Option<History>,
+    /// Notes that were given after the start.
+    pub said: Vec<String>,
+    /// Whether one of them is of the fall of Δt.
+    pub told: bool,
 }
 
 impl Saved {
     /// Binds a checkpoint to its scene.
-    pub fn new(scene: String, mesh: u64, march: Checkpoint) -> Self {
-        Self { magic: MAGIC.into(), scene, mesh, march }
+    pub fn new(scene: String, mesh: u64, march: Checkpoint, kept: Kept) -> Self {
+        Self { magic: MAGIC.into(), scene, mesh, march, kept }
     }
 
     /// Writes the file, whole or not at all.
@@ -37,7 +52,8 @@ impl Saved {
     /// [`OutputError::Io`]
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         write_whole(path, |file| {
-            let bytes = postcard::to_stdvec(self).map_err(std::io::Error::other)?;
+            let mut bytes = postcard::to_stdvec(self).map_err(std::io::Error::other)?;
+            bytes.extend(postcard::to_stdvec(&self.kept).map_err(std::io::Error::other)?);
             let mut packed = GzEncoder::new(file, Compression::fast());
             std::io::Write::write_all(&mut packed, &bytes)?;
             packed.finish()?;
@@ -58,9 +74,13 @@ impl Saved {
             hint: "it is no checkpoint of this version, or was cut off",
         };
         GzDecoder::new(file).read_to_end(&mut bytes).map_err(|e| damaged(format!("cannot be unpacked ({e})")))?;
-        let saved: Self = postcard::from_bytes(&bytes).map_err(|e| damaged(format!("cannot be read ({e})")))?;
+        let parts = postcard::take_from_bytes::<Self>(&bytes);
+        let (mut saved, rest) = parts.map_err(|e| damaged(format!("cannot be read ({e})")))?;
         if saved.magic != MAGIC {
             return Err(damaged(format!("is marked `{}`, not `{MAGIC}`", saved.magic)));
+        }
+        if !rest.is_empty() {
+            saved.kept = postcard::from_bytes(rest).map_err(|e| damaged(format!("cannot be read ({e})")))?;
         }
         Ok(saved)
     }

@@ -65,6 +65,11 @@ impl Progress {
         }
     }
 
+    /// Takes over what an earlier process said, without showing it again.
+    pub fn recall(&self, said: &[String]) {
+        self.said.borrow_mut().extend_from_slice(said);
+    }
+
     /// All remarks so far, whether they were shown or not.
     pub fn said(&self) -> Vec<String> {
         self.said.borrow().clone()

@@ -89,6 +89,7 @@ pub(super) fn add(scene: &Scene, options: &Options, summary: &mut Summary, recor
             summary.not_estimated = Some(reason);
         }
     }
+    summary.said.extend(progress.said());
     record.said.extend(progress.said());
 }
 

@@ -154,6 +154,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     let setup = Setup::new(scene)?;
     let model = &setup.model;
     let resumed_at = saved.as_ref().map(|s| s.march.counts.steps);
+    let kept = saved.as_ref().map(|s| s.kept.clone());
     let mut march = match saved {
         Some(saved) => {
             if saved.mesh != setup.mesh.fingerprint() {
@@ -170,7 +171,10 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     };
     march.interrupt = options.interrupt;
     let mut gauges = Gauges::new(scene, &setup)?;
-    gauges.errors = record.errors.take();
+    gauges.errors = record.errors.take().or(scene.sources.exact.as_ref().map(|_| History::default()));
+    if let Some(kept) = &kept {
+        gauges.errors = gauges.errors.and(kept.errors);
+    }
     let text = scene.resolved_toml();
     crate::output::write_whole(&options.out.join("scene.toml"), |file| file.write_all(text.as_bytes()))?;
     let mut writer = Writer::new(scene, &setup, &options.out, &march, resumed_at.is_some())?;
@@ -178,6 +182,9 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     for remark in setup.remarks(scene) {
         progress.say(&format!("note: {remark}"));
     }
+    let remarks = progress.said().len();
+    writer.kept = kept.unwrap_or_default();
+    progress.recall(&writer.kept.said);
     if resumed_at.is_none() {
         writer.write_due(&mut march, &setup, None)?;
         // a run that is killed early can be resumed, too
@@ -189,8 +196,12 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
             gauges.only_now(&march);
             (search.0, Some(search.1))
         }
-        None => (step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress)?, None),
+        None => (
+            step_to_the_end(scene, options, &mut march, &mut gauges, &mut writer, &setup, &mut progress, remarks)?,
+            None,
+        ),
     };
+    keep(&mut writer, &gauges, &progress, remarks);
     let late = march.counts.accepted_late;
     if late > 0 {
         progress.say(&format!(
@@ -199,7 +210,8 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         ));
     }
     progress.finish();
-    (record.said, record.errors) = (progress.said(), gauges.errors.take());
+    let errors = gauges.errors.take();
+    (record.said, record.errors) = (progress.said(), errors);
     let residuals = march.residuals().ok();
     let (mut ending, mut measures) = (ending, gauges.finite(&march));
     if !ending.is_failure() {
@@ -212,10 +224,19 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     let mut summary =
         Summary::new(scene, &setup, &march, &writer, ending, residuals, measures, begin.elapsed(), counts_before);
     summary.steady = steady;
+    summary.said = record.said.clone();
+    summary.take_errors(errors.as_ref());
     summary.write(&options.out.join("summary.json"))?;
     Ok(summary)
 }
 
+/// Gathers what the next checkpoint takes along; the first `remarks` of what was said are the scene's.
+fn keep(writer: &mut Writer, gauges: &Gauges, progress: &Progress, remarks: usize) {
+    writer.kept.errors = gauges.errors;
+    writer.kept.said = progress.said().split_off(remarks);
+}
+
+#[allow(clippy::too_many_arguments)]
 fn step_to_the_end(
     scene: &Scene,
     options: &Options,
@@ -224,9 +245,9 @@ fn step_to_the_end(
     writer: &mut Writer,
     setup: &Setup,
     progress: &mut Progress,
+    remarks: usize,
 ) -> Result<Ending, RunError> {
     let time = &scene.time;
-    let mut told = false;
     if march.t > time.end {
         progress
             .say(&format!("note: the run stands at t = {}, past its end {}: nothing is left to do", march.t, time.end));
@@ -258,8 +279,8 @@ fn step_to_the_end(
             march.quiet = if rate.abs() < bound { march.quiet + 1 } else { 0 };
             at_rest = march.quiet >= QUIET_STEPS;
         }
-        if !told && march.nominal_step() < 0.1 * time.control.step {
-            told = true;
+        if !writer.kept.told && march.nominal_step() < 0.1 * time.control.step {
+            writer.kept.told = true;
             progress.say(&format!(
                 "note: after {} rejections Δt has fallen to {:.1e}; it grows again by a factor {} after {:.0} good steps; lower \
                  `time.growth_wait` to let it recover sooner",
@@ -271,6 +292,7 @@ fn step_to_the_end(
         }
         let residual = readings.residuals.as_ref().map(Residuals::total);
         writer.append_history(&report, &readings)?;
+        keep(writer, gauges, progress, remarks);
         writer.write_due(march, setup, Some(before))?;
         progress.show(&Status {
             step: report.step,

@@ -10,6 +10,7 @@ use super::Setup;
 use super::estimate::Estimated;
 use super::steady::SteadyReport;
 use super::writer::Writer;
+use crate::measure::errors::{History, Norm};
 use crate::mesh::quality::Quality;
 use crate::model::Residuals;
 use crate::model::Term;
@@ -113,6 +114,9 @@ pub struct Summary {
     /// Why there are no estimates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_estimated: Option<String>,
+    /// By field and norm, against the exact fields over all steps   [9.12]
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub errors: BTreeMap<&'static str, BTreeMap<&'static str, f64>>,
     /// What a search for a steady state found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steady: Option<SteadyReport>,
@@ -124,6 +128,8 @@ pub struct Summary {
     /// Largest resident memory of the process, where the system tells.
     pub peak_memory_mib: Option<f64>,
     pub threads: usize,
+    /// Notes that were given, in order.
+    pub said: Vec<String>,
     pub version: &'static str,
 }
 
@@ -173,13 +179,23 @@ impl Summary {
             estimates: None,
             estimated: None,
             not_estimated: None,
+            errors: BTreeMap::new(),
             steady: None,
             seconds,
             seconds_total: total.as_secs_f64(),
             seconds_per_iteration: (here > 0).then(|| inner / here as f64),
             peak_memory_mib: peak_memory_mib(),
             threads: rayon::current_num_threads(),
+            said: Vec::new(),
             version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
+    /// Takes the errors against exact fields over; without a step there are none.
+    pub(super) fn take_errors(&mut self, errors: Option<&History>) {
+        let Some(history) = errors.filter(|_| self.counts.steps > 0) else { return };
+        for &field in history.fields() {
+            self.errors.insert(field.name(), Norm::ALL.map(|norm| (norm.name(), history.error(field, norm))).into());
         }
     }
 

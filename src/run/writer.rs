@@ -8,7 +8,7 @@ use crate::element::basis;
 use crate::element::tables::Tables;
 use crate::measure::{Line, MeasureError, Sample, StreamFunction, cut};
 use crate::mesh::Point;
-use crate::output::checkpoint::Saved;
+use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
@@ -22,6 +22,9 @@ const STEP_COLUMNS: [&str; 7] = ["time", "dt", "order", "iterations", "increment
 
 /// Points of a cut along an axis.
 const AXIS_POINTS: usize = 1001;
+
+/// A run that is killed loses no more than this, whatever its scene asks for.
+const PAUSE: std::time::Duration = std::time::Duration::from_secs(60);
 
 /// A prepared section: name and points.
 type Section = (String, Vec<Sample>);
@@ -44,6 +47,9 @@ pub struct Writer {
     frame_speed: f64,
     /// Step and fields of the last file, so that the last state is not written twice.
     last_fields: Option<(usize, Vec<Field>)>,
+    /// Goes into every checkpoint.
+    pub kept: Kept,
+    last_checkpoint: std::time::Instant,
 }
 
 impl Writer {
@@ -66,6 +72,8 @@ impl Writer {
             schedules: scene.outputs.iter().map(|o| o.schedule).collect(),
             frame_speed: scene.parameters.traction / scene.parameters.friction,
             last_fields: None,
+            kept: Kept::default(),
+            last_checkpoint: std::time::Instant::now(),
         };
         for output in &scene.outputs {
             match &output.what {
@@ -132,7 +140,7 @@ impl Writer {
                     self.write_cuts(march, sections, Some(step))?;
                 }
             }
-            if self.checkpoints.iter().any(due) {
+            if self.checkpoints.iter().any(due) || self.last_checkpoint.elapsed() > PAUSE {
                 self.write_checkpoint(march)?;
             }
         }
@@ -167,9 +175,11 @@ impl Writer {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_checkpoint(&self, march: &March) -> Result<(), RunError> {
-        let saved = Saved::new(self.scene_text.clone(), self.mesh_fingerprint, march.checkpoint());
-        Ok(saved.write(&self.out.join("checkpoint.bin"))?)
+    pub fn write_checkpoint(&mut self, march: &March) -> Result<(), RunError> {
+        let saved = Saved::new(self.scene_text.clone(), self.mesh_fingerprint, march.checkpoint(), self.kept.clone());
+        saved.write(&self.out.join("checkpoint.bin"))?;
+        self.last_checkpoint = std::time::Instant::now();
+        Ok(())
     }
 
     /// Appends the row of an accepted step.

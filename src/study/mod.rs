@@ -3,6 +3,7 @@
 
 pub mod branch;
 pub mod branch_file;
+pub mod child;
 pub mod file;
 pub mod order;
 pub mod results;
