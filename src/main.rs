@@ -1,5 +1,9 @@
 //! The program `monolayer`: arguments and printing.
 
+mod command {
+    pub mod tradeoff;
+}
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -83,6 +87,19 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// What accuracy costs: error against time over the settings of a scene.
+    Tradeoff {
+        /// Study file.
+        study: PathBuf,
+        #[command(flatten)]
+        sets: Sets,
+        /// Folder of the results; finished settings of the same study are kept [default: out/NAME, numbered if it is taken].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Time each setting so often and take the median.
+        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+        repeat: u16,
+    },
     /// Branches of steady states in one parameter: folds, pitchforks, Hopf points, a diagram.
     Branch {
         /// Study file.
@@ -159,6 +176,11 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
         Command::Study { study, sets, out } => sweep(cli, study, sets, out.as_deref()),
         Command::Branch { study, sets, out } => branch(cli, study, sets, out.as_deref()),
+        Command::Tradeoff { study, sets, out, repeat } => {
+            let (pairs, out, repeat) = (sets.pairs()?, study_folder(study, out.as_deref()), usize::from(*repeat));
+            catch_interrupts("keeping the settings that are finished")?;
+            command::tradeoff::tradeoff(study, &pairs, &out, repeat, cli.verbosity(), &INTERRUPT)
+        }
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }

@@ -349,7 +349,7 @@ fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Fi
 pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     let read = |text: &str| -> toml::Table {
         let mut table: toml::Table = text.parse().unwrap_or_default();
-        for key in ["output", "title", "coupling", "steady"] {
+        for key in ["output", "title", "accuracy", "coupling", "steady"] {
             table.remove(key);
         }
         if let Some(time) = table.get_mut("time").and_then(toml::Value::as_table_mut) {

@@ -7,6 +7,7 @@ mod edit;
 mod error;
 mod locate;
 pub mod output;
+pub mod presets;
 mod resolve;
 mod source;
 pub mod start;
@@ -47,6 +48,8 @@ pub struct Scene {
     pub steady: Option<SteadySettings>,
     pub coupling: CouplingSettings,
     pub outputs: Vec<Output>,
+    /// Keys and values that `accuracy` has filled in.
+    pub preset: presets::Filled,
     resolved: tables::SceneFile,
     source: SceneSource,
 }
@@ -185,6 +188,11 @@ impl Scene {
         tags.iter()
             .find(|tag| !self.boundary.contains_key(*tag))
             .map_or(Ok(()), |tag| Err(SceneError::TagWithoutCondition { file, tag: tag.clone() }))
+    }
+
+    /// The preset that the scene names.
+    pub fn accuracy(&self) -> Option<presets::Accuracy> {
+        self.resolved.accuracy
     }
 
     /// How the scene is marched in time.

@@ -12,6 +12,9 @@ mod source;
 pub mod sweep;
 pub mod sweep_file;
 pub mod table;
+pub mod tradeoff;
+pub mod tradeoff_file;
+pub mod tradeoff_table;
 
 use crate::output::OutputError;
 use crate::run::RunError;
@@ -21,6 +24,7 @@ pub use branch_file::BranchStudy;
 pub use file::{OrderStudy, Variant};
 pub use order::{Level, Outcome, run};
 pub use sweep_file::{Case, SweepStudy};
+pub use tradeoff_file::TradeoffStudy;
 
 /// Why a study cannot begin or be written; a run that fails is a row of its tables.
 #[derive(Debug, thiserror::Error)]
@@ -48,6 +52,10 @@ pub enum StudyError {
         "no branch begins at {parameter} = {start}: {reason}; hint: choose another `start`, where `monolayer run --steady` finds a state"
     )]
     NoBranch { parameter: String, start: f64, reason: String },
+    #[error(
+        "the {name} run failed: {reason}; hint: errors are measured against it, so make its values such that it gets to its end"
+    )]
+    NoReference { name: String, reason: String },
     #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },
 }
