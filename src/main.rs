@@ -6,6 +6,7 @@ mod command {
     pub mod plot;
     pub mod report;
     pub mod study;
+    pub mod tradeoff;
 }
 
 use std::io::Write;
@@ -83,6 +84,19 @@ enum Command {
     },
     /// One scene with many values: a run for each, and one table.
     Study(command::study::StudyArgs),
+    /// What accuracy costs: error against time over the settings of a scene.
+    Tradeoff {
+        /// Study file.
+        study: PathBuf,
+        #[command(flatten)]
+        sets: Sets,
+        /// Folder of the results; finished settings of the same study are kept [default: out/NAME, numbered if it is taken].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Time each setting so often and take the median.
+        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+        repeat: u16,
+    },
     /// Branches of steady states in one parameter: folds, pitchforks, Hopf points, a diagram.
     Branch {
         /// Study file.
@@ -171,6 +185,11 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Map(args) => command::map::run(args, cli.quiet).map(|()| ExitCode::SUCCESS),
         Command::Plot(args) => tell(cli, args.execute()?),
         Command::Report(args) => tell(cli, args.execute()?),
+        Command::Tradeoff { study, sets, out, repeat } => {
+            let (pairs, out, repeat) = (sets.pairs()?, study_folder(study, out.as_deref()), usize::from(*repeat));
+            catch_interrupts("keeping the settings that are finished")?;
+            command::tradeoff::tradeoff(study, &pairs, &out, repeat, cli.verbosity(), &INTERRUPT)
+        }
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
     }
 }

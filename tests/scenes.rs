@@ -88,6 +88,11 @@ fn is_branch(path: &Path) -> bool {
     names_a_scene(path) && table_of(path).contains_key("parameter")
 }
 
+/// A study of what accuracy costs.
+fn is_tradeoff(path: &Path) -> bool {
+    names_a_scene(path) && table_of(path).contains_key("setting")
+}
+
 /// `--set`s that make the first two levels of a study small: few steps, and a coarse mesh where the study does not vary it.
 fn coarse(study: &Path) -> Vec<String> {
     let table: toml::Table = std::fs::read_to_string(study).unwrap().parse().unwrap();
@@ -176,7 +181,7 @@ fn marching(sweep: &toml::Table) -> Vec<String> {
 fn every_sweep_runs_coarse() {
     let mut all = Vec::new();
     scenes(&root().join("studies"), &mut all);
-    all.retain(|path| names_a_scene(path) && !is_study(path) && !is_branch(path));
+    all.retain(|path| names_a_scene(path) && !is_study(path) && !is_branch(path) && !is_tradeoff(path));
     assert!(all.len() >= 20, "{all:?}");
     let temporary = tempfile::tempdir().unwrap();
     for (k, sweep) in all.iter().enumerate() {
@@ -241,6 +246,36 @@ fn every_comparison_runs() {
         let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
         let filled = rows.iter().filter(|row| !row[4].is_empty()).count();
         assert!(2 * filled > rows.len(), "{}: {filled} of {} bins", study.display(), rows.len());
+    }
+}
+
+#[test]
+fn every_study_of_a_trade_off_runs_coarse() {
+    let mut all = Vec::new();
+    scenes(&root().join("studies"), &mut all);
+    all.retain(|path| is_tradeoff(path));
+    assert!(all.len() >= 3, "{all:?}");
+    let temporary = tempfile::tempdir().unwrap();
+    for (k, study) in all.iter().enumerate() {
+        // every setting of the file itself makes a scene
+        let read = monolayer::study::TradeoffStudy::read(study, &[]).unwrap_or_else(|e| panic!("{e}"));
+        assert!(read.settings.iter().filter(|setting| setting.name.starts_with("preset ")).count() == 3);
+        let out = k.to_string();
+        let scene = study.parent().unwrap().join(table_of(study)["scene"].as_str().unwrap());
+        let mesh = coarse_mesh(&std::fs::read_to_string(scene).unwrap());
+        let mut sets = vec!["time.max_steps=2".to_owned(), "set=".to_owned()];
+        sets.extend(mesh.iter().map(|set| (*set).to_owned()));
+        sets.push("setting=[{ name = \"a\" }, { name = \"b\", set = { \"space.k\" = 2 } }]".to_owned());
+        if table_of(study)["reference"].is_table() {
+            sets.push("reference={ set = {}, coarser = { \"coupling.tolerance\" = 1e-3 } }".to_owned());
+        }
+        let mut arguments = vec!["tradeoff", study.to_str().unwrap(), "-q", "--out", &out];
+        sets.iter().for_each(|set| arguments.extend(["--set", set]));
+        let output = program(&arguments, temporary.path());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && output.stdout.is_empty(), "{}: {error}", study.display());
+        let text = std::fs::read_to_string(temporary.path().join(out).join("tradeoff.csv")).unwrap();
+        assert!(text.lines().count() >= 3 && !text.contains("NaN"), "{}: {text}", study.display());
     }
 }
 

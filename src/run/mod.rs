@@ -2,6 +2,7 @@
 
 pub mod available;
 pub mod defects;
+pub mod estimate;
 pub mod exact;
 pub mod finished;
 pub mod maps;
@@ -142,7 +143,12 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
 /// As [`run`].
 pub fn run_recorded(scene: &Scene, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
     let made = !options.out.exists();
-    let result = run_in_folder(scene, options, record);
+    let mut result = run_in_folder(scene, options, record);
+    if let (Ok(summary), true) = (&mut result, estimate::is_asked_for(scene)) {
+        // what the run itself has found is on disk by now, and its memory free
+        estimate::add(scene, options, summary, record);
+        summary.write(&options.out.join("summary.json"))?;
+    }
     if result.is_err() && made {
         // takes away an empty folder only: nothing was found
         let _ = std::fs::remove_dir(&options.out);

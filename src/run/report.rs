@@ -14,6 +14,7 @@ use crate::model::frames::{Frames, WallPoints};
 use crate::model::momentum::MomentumError;
 use crate::model::{ModelKind, Term};
 use crate::scene::Scene;
+use crate::scene::presets::MEASURED;
 
 /// What will be solved, and with how much.
 #[derive(Debug, Clone, Serialize)]
@@ -34,6 +35,28 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub available_mib: Option<f64>,
     pub remarks: Vec<String>,
+    /// What `accuracy` sets, where the scene names one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<PresetReport>,
+}
+
+/// What a preset does to a scene, and what it was measured to give.
+#[derive(Debug, Clone, Serialize)]
+pub struct PresetReport {
+    pub name: &'static str,
+    /// Keys that the scene leaves out, and their values.
+    pub sets: Vec<(String, String)>,
+    /// Case, measure, error and wall seconds.
+    pub measured: Vec<(&'static str, &'static str, &'static str, f64)>,
+}
+
+impl PresetReport {
+    fn new(scene: &Scene) -> Option<Self> {
+        let accuracy = scene.accuracy()?;
+        let at = accuracy as usize;
+        let measured = MEASURED.iter().map(|m| (m.case, m.measure, m.errors[at], m.seconds[at])).collect();
+        Some(Self { name: accuracy.name(), sets: scene.preset.clone(), measured })
+    }
 }
 
 /// Builds the mesh of a scene and counts; solves nothing.
@@ -80,6 +103,7 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
         polarity_unknowns: polarity.dof_count(),
         flow_unknowns: unknowns.layout().first(),
         remarks,
+        accuracy: PresetReport::new(scene),
         mesh: quality,
     })
 }
@@ -105,6 +129,19 @@ impl fmt::Display for Report {
             writeln!(out, "  {name:<14} {count}")?;
         }
         write!(out, "\nmemory  about {:.0} MiB", self.memory_mib)?;
+        if let Some(preset) = &self.accuracy {
+            write!(out, "\n\naccuracy = \"{}\" sets", preset.name)?;
+            for (key, value) in &preset.sets {
+                write!(out, "\n  {key} = {value}")?;
+            }
+            if preset.sets.is_empty() {
+                write!(out, " nothing: the scene gives every key itself")?;
+            }
+            write!(out, "\nerrors and wall seconds that it was measured to have (docs/tradeoff.md)")?;
+            for (case, measure, error, seconds) in &preset.measured {
+                write!(out, "\n  {case:<22} {measure:<34} {error:>12}  {seconds:>6} s")?;
+            }
+        }
         for remark in &self.remarks {
             write!(out, "\n\nnote: {remark}")?;
         }

@@ -389,7 +389,7 @@ fn interpolate(space: &Arc<Space>, field: &Field, mesh: &Mesh) -> Result<Field, 
 pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     let read = |text: &str| -> toml::Table {
         let mut table: toml::Table = text.parse().unwrap_or_default();
-        for key in ["output", "title", "coupling", "steady", "strain"] {
+        for key in ["output", "title", "accuracy", "coupling", "steady", "strain"] {
             table.remove(key);
         }
         if let Some(time) = table.get_mut("time").and_then(toml::Value::as_table_mut) {

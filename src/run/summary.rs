@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::Setup;
+use super::estimate::Estimated;
 use super::steady::SteadyReport;
 use super::writer::Writer;
 use crate::measure::Strain;
@@ -108,6 +109,14 @@ pub struct Summary {
     pub residuals: Option<Residuals>,
     pub residual: Option<f64>,
     pub measures: BTreeMap<&'static str, f64>,
+    /// Of the measures' discretisation errors, where the scene asks for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimates: Option<BTreeMap<&'static str, f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimated: Option<Estimated>,
+    /// Why there are no estimates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_estimated: Option<String>,
     /// By field and norm, against the exact fields over all steps   [9.12]
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub errors: BTreeMap<&'static str, BTreeMap<&'static str, f64>>,
@@ -171,6 +180,9 @@ impl Summary {
             residuals,
             residual: residuals.as_ref().map(Residuals::total),
             measures,
+            estimates: None,
+            estimated: None,
+            not_estimated: None,
             errors: BTreeMap::new(),
             steady: None,
             seconds,
@@ -241,8 +253,12 @@ impl std::fmt::Display for Summary {
         for (name, value) in &self.measures {
             match value.abs() {
                 // six digits would make nothing of it
-                size if size > 0.0 && size < 1e-3 => writeln!(out, "{name} = {value:.3e}")?,
-                _ => writeln!(out, "{name} = {value:.6}")?,
+                size if size > 0.0 && size < 1e-3 => write!(out, "{name} = {value:.3e}")?,
+                _ => write!(out, "{name} = {value:.6}")?,
+            }
+            match self.estimates.as_ref().and_then(|errors| errors.get(name)) {
+                Some(error) => writeln!(out, " ± {error:.1e}")?,
+                None => writeln!(out)?,
             }
         }
         let memory = self.peak_memory_mib.map_or_else(|| "unknown".into(), |m| format!("{m:.0} MiB"));

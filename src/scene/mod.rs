@@ -8,6 +8,7 @@ mod error;
 mod locate;
 pub mod maps;
 pub mod output;
+pub mod presets;
 mod resolve;
 mod source;
 pub mod start;
@@ -51,6 +52,8 @@ pub struct Scene {
     /// Of the elastic strain, where the scene has one.
     pub strain: Option<StrainSettings>,
     pub outputs: Vec<Output>,
+    /// Keys and values that `accuracy` has filled in.
+    pub preset: presets::Filled,
     resolved: tables::SceneFile,
     source: SceneSource,
 }
@@ -211,6 +214,11 @@ impl Scene {
         tags.iter()
             .find(|tag| !self.boundary.contains_key(*tag))
             .map_or(Ok(()), |tag| Err(SceneError::TagWithoutCondition { file, tag: tag.clone() }))
+    }
+
+    /// The preset that the scene names.
+    pub fn accuracy(&self) -> Option<presets::Accuracy> {
+        self.resolved.accuracy
     }
 
     /// How the scene is marched in time.

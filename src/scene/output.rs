@@ -196,6 +196,8 @@ pub enum What {
 pub struct Output {
     pub what: What,
     pub schedule: Schedule,
+    /// Whether the errors of the measures are estimated at the end.
+    pub estimate: bool,
 }
 
 /// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `maps`, `checkpoint`.
@@ -206,6 +208,9 @@ pub struct OutputTable {
     pub fields: Option<Vec<Field>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measures: Option<Vec<Measure>>,
+    /// Beside `measures`: their discretisation errors are estimated at the end (default false).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<bool>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cuts: Option<Vec<CutTable>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -20,6 +20,9 @@ pub struct SceneFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
+    /// Preset that fills in what the scene leaves out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<super::presets::Accuracy>,
     pub model: ModelScene,
     pub mesh: MeshScene,
     #[serde(default)]

@@ -21,6 +21,9 @@ mod source;
 pub mod sweep;
 pub mod sweep_file;
 pub mod table;
+pub mod tradeoff;
+pub mod tradeoff_file;
+pub mod tradeoff_table;
 mod warm;
 mod work;
 
@@ -32,6 +35,7 @@ pub use branch_file::BranchStudy;
 pub use file::{OrderStudy, Variant};
 pub use order::{Level, Outcome, run};
 pub use sweep_file::{Case, SweepStudy};
+pub use tradeoff_file::TradeoffStudy;
 
 /// Why a study cannot begin or be written; a run that fails is a row of its tables.
 #[derive(Debug, thiserror::Error)]
@@ -62,6 +66,10 @@ pub enum StudyError {
     /// Wrong in a table of measured values, or in what is asked of it.
     #[error("{place}: {what}; hint: {hint}")]
     Data { place: String, what: String, hint: String },
+    #[error(
+        "the {name} run failed: {reason}; hint: errors are measured against it, so make its values such that it gets to its end"
+    )]
+    NoReference { name: String, reason: String },
     #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },
     #[error(

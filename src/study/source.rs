@@ -18,6 +18,7 @@ pub(super) enum Kind {
     Order,
     Sweep,
     Branch,
+    Tradeoff,
 }
 
 impl Kind {
@@ -40,6 +41,7 @@ impl Kind {
                 "plot",
                 "slurm",
             ],
+            Kind::Tradeoff => &["title", "scene", "set", "measures", "reference", "setting"],
             Kind::Branch => &[
                 "title",
                 "scene",
@@ -65,6 +67,7 @@ impl Kind {
         match self {
             Kind::Order => "give the path of a study, a TOML text such as studies/mms/incompressible.toml",
             Kind::Sweep => "give the path of a study, a TOML text such as studies/extremes/01-friction.toml",
+            Kind::Tradeoff => "give the path of a study, a TOML text such as studies/tradeoff/mms.toml",
             Kind::Branch => "give the path of a study, a TOML text such as studies/strip/branches-by-peclet.toml",
         }
     }
@@ -86,15 +89,27 @@ pub(super) fn read<T: DeserializeOwned>(
     let has = |key: &str| source.value(key).is_some();
     let file = source.origin().to_owned();
     match kind {
-        Kind::Order | Kind::Sweep | Kind::Branch if has("data") && !has("scene") => {
+        Kind::Order | Kind::Sweep | Kind::Branch | Kind::Tradeoff if has("data") && !has("scene") => {
             return Err(StudyError::OtherKind {
                 file,
                 is: "a comparison with measured velocities",
                 command: "compare",
             });
         }
-        Kind::Order | Kind::Sweep | Kind::Branch if has("model") && !has("scene") => {
+        Kind::Order | Kind::Sweep | Kind::Branch | Kind::Tradeoff if has("model") && !has("scene") => {
             return Err(StudyError::NoStudy { file });
+        }
+        Kind::Order | Kind::Sweep | Kind::Branch if has("setting") => {
+            return Err(StudyError::OtherKind { file, is: "a study of a trade-off", command: "tradeoff" });
+        }
+        Kind::Tradeoff if has("levels") => {
+            return Err(StudyError::OtherKind { file, is: "a study of orders, not of a trade-off", command: "order" });
+        }
+        Kind::Tradeoff if has("parameter") => {
+            return Err(StudyError::OtherKind { file, is: "a study of branches", command: "branch" });
+        }
+        Kind::Tradeoff if has("vary") || has("case") => {
+            return Err(StudyError::OtherKind { file, is: "a sweep, not a study of a trade-off", command: "study" });
         }
         Kind::Order if has("scene") && !has("levels") && (has("case") || has("set")) => {
             return Err(StudyError::OtherKind { file, is: "a sweep, not a study of orders", command: "study" });
@@ -111,7 +126,7 @@ pub(super) fn read<T: DeserializeOwned>(
         Kind::Sweep if has("levels") => {
             return Err(StudyError::OtherKind { file, is: "a study of orders, not a sweep", command: "order" });
         }
-        Kind::Order | Kind::Sweep | Kind::Branch => {}
+        Kind::Order | Kind::Sweep | Kind::Branch | Kind::Tradeoff => {}
     }
     for (key, value) in sets.iter().filter(|(key, _)| kind.owns(key)) {
         source.set_in::<T>(key, value)?;

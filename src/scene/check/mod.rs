@@ -10,6 +10,7 @@ use std::fmt::Display;
 use std::path::PathBuf;
 
 use super::error::SceneError;
+use super::presets;
 use super::tables::{CouplingName, DensityScheme, SceneFile, SlipName, SpaceTable, TimeStart};
 use super::{
     ControlSettings, CouplingSettings, Scene, SceneSource, SlipTreatment, Sources, Space, SteadySettings, Time,
@@ -23,12 +24,15 @@ use crate::time::CouplingKind;
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let has = |key: &str| source.value(key).is_some();
-    let command = match (has("levels"), has("parameter")) {
-        (true, _) => "order",
-        (false, true) => "branch",
-        (false, false) => "study",
+    let command = match (has("levels"), has("parameter"), has("setting")) {
+        (true, _, _) => "order",
+        (false, true, _) => "branch",
+        (false, false, true) => "tradeoff",
+        (false, false, false) => "study",
     };
-    if let (Some(scene), true) = (source.value("scene"), ["levels", "vary", "case", "parameter"].into_iter().any(has)) {
+    if let (Some(scene), true) =
+        (source.value("scene"), ["levels", "vary", "case", "parameter", "setting"].into_iter().any(has))
+    {
         let scene = scene.as_str().unwrap_or("named in it").to_owned();
         return Err(SceneError::Study { file: source.origin().to_owned(), command, scene });
     }
@@ -36,7 +40,8 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         let (file, scene) = (source.origin().to_owned(), "that of its run".to_owned());
         return Err(SceneError::Study { file, command: "compare", scene });
     }
-    let mut file = source.tables::<SceneFile>().map_err(|found| found.1)?;
+    let (full, preset) = presets::fill(&source).map_err(|error| *error)?;
+    let mut file = full.tables::<SceneFile>().map_err(|found| found.1)?;
     let checker = Checker { source: &source };
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
@@ -68,6 +73,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         coupling,
         strain,
         outputs,
+        preset,
         resolved: file,
         source,
     })

@@ -79,7 +79,20 @@ impl Checker<'_> {
             let hint = "name something or remove the [[output]]";
             return Err(self.error(&format!("{key}.{list}"), "[]", "the list is empty", hint));
         }
-        Ok(Output { what, schedule: self.schedule(&format!("{key}.every"), table.every.as_ref())? })
+        let estimate = self.estimate(&format!("{key}.estimate"), table)?;
+        Ok(Output { what, schedule: self.schedule(&format!("{key}.every"), table.every.as_ref())?, estimate })
+    }
+
+    fn estimate(&self, key: &str, table: &OutputTable) -> Result<bool, SceneError> {
+        let Some(asked) = table.estimate else { return Ok(false) };
+        let (rule, hint) = ("only measures have estimates", "put it beside `measures`, or remove it");
+        self.require(table.measures.is_some(), key, asked, rule, hint)?;
+        let rule = "the errors are estimated on coarser meshes, and a mesh from a file has none";
+        let hint = "give `mesh.shape` instead of `mesh.file`, or remove it and compare with a finer file";
+        let mesh = self.source.value("mesh").and_then(toml_edit::Item::as_table_like);
+        let from_file = mesh.is_some_and(|mesh| mesh.contains_key("file"));
+        self.require(!(asked && from_file), key, asked, rule, hint)?;
+        Ok(asked)
     }
 
     fn fields(&self, key: &str, fields: &[Field], p: &Parameters) -> Result<Vec<Field>, SceneError> {
