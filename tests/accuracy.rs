@@ -246,6 +246,12 @@ fn check_says_what_a_preset_does() {
     {
         assert!(text.contains(part), "`{part}` is not in: {text}");
     }
+    // on the command line, too, a key that is taken away is filled in
+    let square = root().join("studies/mms/square.toml");
+    let sets = ["--set", "accuracy=fine", "--set", "time.step=", "--set", "time.scheme=", "--set", "mesh.n="];
+    let output = program(&[&["check", square.to_str().unwrap()], &sets[..]].concat(), folder.path());
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("time.scheme = bdf3") && text.contains("mesh.n = 12"), "{text}{}", error_of(&output));
     std::fs::write(folder.path().join("scene.toml"), bare("perfect", "", "")).unwrap();
     let output = program(&["check", "scene.toml"], folder.path());
     let error = error_of(&output);

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::setup::build_mesh;
 use super::summary::{Ending, Summary};
 use super::{Options, Record, RunError, run_recorded};
 use crate::mesh::generate::{MeshScene, Shape};
@@ -177,6 +178,9 @@ fn coarser(scene: &Scene, out: &Path, ratio: f64, to: Option<&Summary>) -> Resul
     match to {
         Some(summary) => {
             let (end, step) = (summary.time, scene.time.control.step);
+            // what the mesh has become, as a square has whole numbers of cells
+            let cells = build_mesh(&Scene::check(source.clone())?)?.cells.len();
+            let ratio = (summary.mesh.cells as f64 / cells as f64).sqrt();
             // whole steps, as in a run whose steps fit its end
             let count = (end / (step * ratio)).round().max(1.0);
             for (key, value) in [("time.end", end), ("time.step", end / count)] {

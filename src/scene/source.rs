@@ -85,7 +85,10 @@ impl SceneSource {
         })?;
         next.set.push(keys.join("."));
         match next.tables::<T>() {
-            Err(found) if related(&found.0, &keys.join(".")) => Err(found.1),
+            // a preset may fill in what is taken away
+            Err(found) if related(&found.0, &keys.join(".")) && !(value.trim().is_empty() && self.has("accuracy")) => {
+                Err(found.1)
+            }
             // other keys may still be set; the check reports what remains wrong
             Err(_) | Ok(_) => {
                 *self = next;

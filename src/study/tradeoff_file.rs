@@ -285,6 +285,8 @@ fn settings(source: &SceneSource, tables: &[SettingTable]) -> Result<Vec<Setting
         }
         settings.extend(all);
     }
+    // a preset fills in what is taken away after it
+    settings.iter_mut().for_each(|setting| setting.set.sort_by_key(|(key, _)| key != "accuracy"));
     let count = settings.len();
     if count == 0 || count > MOST {
         let rule = format!("there are {count} settings, and must be 1 to {MOST}");

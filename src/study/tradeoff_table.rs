@@ -7,7 +7,7 @@ use super::StudyError;
 use super::table::write_rows;
 use super::tradeoff::{Error, Point, Tradeoff};
 use super::tradeoff_file::TradeoffStudy;
-use crate::output::plot::{Axis, Line, Markers, Plot, Series};
+use crate::output::plot::{Axis, Line, Markers, Plot, Series, Symbol};
 use crate::output::{OutputError, number};
 
 /// Writes the table and the plots anew.
@@ -110,6 +110,12 @@ pub fn text(study: &TradeoffStudy, found: &Tradeoff) -> String {
     out
 }
 
+fn marker(at: usize) -> Markers {
+    let shapes =
+        [Symbol::Square, Symbol::Triangle, Symbol::Circle, Symbol::Diamond, Symbol::TriangleDown, Symbol::Star];
+    if at / 6 % 2 == 0 { Markers::Filled(shapes[at % 6]) } else { Markers::Open(shapes[at % 6]) }
+}
+
 /// Error over time, a marker for each setting, the front as a line.
 fn plot(study: &TradeoffStudy, found: &Tradeoff, name: &str) -> Plot {
     let place = |point: &Point| Some((point.seconds, point.errors.get(name)?.value));
@@ -119,7 +125,9 @@ fn plot(study: &TradeoffStudy, found: &Tradeoff, name: &str) -> Plot {
     let line = Series { line: Line::Solid, markers: Markers::None, ..Series::new("no setting beats these", front) };
     let points = found.points.iter().enumerate().filter(|(_, p)| p.failure.is_none()).map(|(at, point)| Series {
         line: Line::None,
-        colour: Some(at + 1),
+        // eleven colours beside the front's and twelve markers make 132 pairs
+        colour: Some(at % 11 + 1),
+        markers: marker(at),
         ..Series::new(point.setting.clone(), place(point).into_iter().collect())
     });
     let series = std::iter::once(line).chain(points).collect();
