@@ -113,7 +113,7 @@ pub fn text(study: &TradeoffStudy, found: &Tradeoff) -> String {
 fn marker(at: usize) -> Markers {
     let shapes =
         [Symbol::Square, Symbol::Triangle, Symbol::Circle, Symbol::Diamond, Symbol::TriangleDown, Symbol::Star];
-    if at / 6 % 2 == 0 { Markers::Filled(shapes[at % 6]) } else { Markers::Open(shapes[at % 6]) }
+    if (at / 6).is_multiple_of(2) { Markers::Filled(shapes[at % 6]) } else { Markers::Open(shapes[at % 6]) }
 }
 
 /// Error over time, a marker for each setting, the front as a line.
