@@ -16,7 +16,7 @@ struct Quantity {
 }
 
 /// Name, symbol, columns, and whether it is drawn without being asked for.
-const KNOWN: [(&str, &str, &[&str], bool); 8] = [
+const KNOWN: [(&str, &str, &[&str], bool); 11] = [
     ("velocity-1", "v₁", &["v1"], true),
     ("velocity-2", "v₂", &["v2"], false),
     ("speed", "|v|", &["v1", "v2"], false),
@@ -25,6 +25,9 @@ const KNOWN: [(&str, &str, &[&str], bool); 8] = [
     ("polarity-2", "p₂", &["p2"], false),
     ("polarity", "|p|", &["p1", "p2"], false),
     ("density", "density ρ", &["density"], true),
+    ("polarity-laplacian-1", "κ²Δₕp₁", &["laplacian1"], false),
+    ("polarity-laplacian-2", "κ²Δₕp₂", &["laplacian2"], false),
+    ("polarity-laplacian", "|κ²Δₕp|", &["laplacian1", "laplacian2"], false),
 ];
 
 /// Points farther apart than so many times the usual distance lie on both sides of a hole.
@@ -90,7 +93,7 @@ impl Section {
                 match () {
                     () if dy <= 1e-9 * dx => Way::Horizontal(y0),
                     () if dx <= 1e-9 * dy => Way::Vertical(x0),
-                    () if table.position("angle").is_some() => Way::Round,
+                    () if table.position("theta").is_some() => Way::Round,
                     () => Way::Other,
                 }
             }
@@ -131,7 +134,7 @@ impl Way {
         match self {
             Way::Horizontal(_) => "x1",
             Way::Vertical(_) => "x2",
-            Way::Round => "angle",
+            Way::Round => "theta",
             Way::Other => "s",
         }
     }
@@ -140,7 +143,7 @@ impl Way {
         match self {
             Way::Horizontal(_) => format!("x₁ ({unit})"),
             Way::Vertical(_) => format!("x₂ ({unit})"),
-            Way::Round => "angle (radians)".to_owned(),
+            Way::Round => "angle θ from the direction of x₁ (radians)".to_owned(),
             Way::Other => format!("distance along the section ({unit})"),
         }
     }

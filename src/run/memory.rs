@@ -45,6 +45,8 @@ const ALIGNED: [f64; 2] = [7.5, 40.0];
 const STREAM: f64 = 1.5;
 /// Share of a fixed point's own memory that finds no room in what the Stokes factorisation has freed.
 const FIXED_POINT: f64 = 0.15;
+/// Bytes of drawing curves, and of drawing maps: pixels, the encoded picture, tables.
+const PICTURES: [f64; 2] = [19.0 * MIB, 32.0 * MIB];
 /// For whatever is small.
 const MARGIN: f64 = 1.03;
 /// Vectors that GMRES usually holds.
@@ -182,11 +184,23 @@ impl Work<'_> {
 /// As [`Structure::new`].
 pub fn need(scene: &Scene, layout: &Layout) -> Result<Need, SolveError> {
     let mut need = need_without_strain(scene, layout)?;
+    need.bytes += pictures(scene);
     if let Some(settings) = scene.strain_needed() {
         let strain = Strain::new(&layout.velocity.mesh, settings.degree, settings.weissenberg, Faces::NONE)?;
         need.bytes += MARGIN * strain.bytes(rayon::current_num_threads()) as f64;
     }
     Ok(need)
+}
+
+/// What the largest picture takes that a run draws.
+fn pictures(scene: &Scene) -> f64 {
+    let told = scene.time.stop_residual.is_some() || scene.time.stop_energy_rate.is_some() || scene.steady.is_some();
+    let drawn = scene.outputs.iter().map(|output| match &output.what {
+        What::Measures(_) | What::Cuts(_) => PICTURES[0],
+        What::Maps(_) => PICTURES[1],
+        What::Fields(_) | What::Checkpoint => 0.0,
+    });
+    drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max)
 }
 
 /// What a scene takes: of a search for steady states with its eigenvalues, else of the coupling.
