@@ -166,15 +166,21 @@ fn marching(sweep: &toml::Table) -> Vec<String> {
     if set.len() == before {
         return Vec::new();
     }
-    let mut cases = sweep["case"].as_array().unwrap().clone();
-    for case in &mut cases {
-        for (key, value) in case["set"].as_table_mut().unwrap().iter_mut().filter(|(key, _)| key.starts_with("mesh.")) {
+    let coarsen = |set: &mut toml::Table| {
+        for (key, value) in set.iter_mut().filter(|(key, _)| key.starts_with("mesh.h") || *key == "mesh.grading") {
             // gentle gradings need many cells
             let coarse = if key == "mesh.grading" { 0.3 } else { 5.0 * value.as_float().unwrap() };
             *value = coarse.into();
         }
+    };
+    coarsen(&mut set);
+    let mut cases = sweep.get("case").and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    cases.iter_mut().filter_map(|case| case.get_mut("set")?.as_table_mut()).for_each(coarsen);
+    let mut sets = vec![format!("set={}", toml::Value::Table(set))];
+    if !cases.is_empty() {
+        sets.push(format!("case={}", toml::Value::Array(cases)));
     }
-    vec![format!("set={}", toml::Value::Table(set)), format!("case={}", toml::Value::Array(cases))]
+    sets
 }
 
 #[test]
