@@ -271,6 +271,10 @@ fn run_scene(
     if verbosity > Verbosity::Quiet {
         say(&format!("{summary}\nresults in {}", out.display()))?;
     }
+    if summary.estimates_pending {
+        // interrupted, if only while it made its estimates
+        return Ok(ExitCode::from(130));
+    }
     Ok(match &summary.ending {
         Ending::Failed { reason } => {
             eprintln!("error: {reason}; the last good state is in {}", out.display());

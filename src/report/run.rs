@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::pictures;
 use super::tables::{cell, notes, pairs, plain, short};
 use crate::results::curves::{Wish, curves};
-use crate::results::{Kind, Results, Setting, parameters, symbol};
+use crate::results::{Kind, Results, Setting, names, parameters, symbol};
 
 /// What each ending means, in words.
 const ENDINGS: [(&str, &str); 8] = [
@@ -162,7 +162,7 @@ fn measures(run: &Results) -> Markup {
                 tbody {
                     @for (name, value) in all {
                         tr {
-                            th scope="row" { (words(name)) }
+                            th scope="row" { (names::with_unit(name)) }
                             (cell(&value.to_string()))
                             @if estimated {
                                 td.number { @if let Some(size) = estimate(run, name) { "± " (size) } @else { "–" } }
@@ -173,10 +173,6 @@ fn measures(run: &Results) -> Markup {
             }
         }
     }
-}
-
-fn words(name: &str) -> String {
-    name.replace('_', " ").replace(" x1", ": place x₁")
 }
 
 fn steady(run: &Results) -> Markup {
@@ -438,7 +434,7 @@ pub(super) fn compared(runs: &[&Results], keys: &[String]) -> Markup {
                         th scope="col" { "run" }
                         @for key in keys { th scope="col" { (plain(symbol(key))) } }
                         th scope="col" { "status" }
-                        @for name in &measures { th.number scope="col" { (words(name)) } }
+                        @for name in &measures { th.number scope="col" { (names::with_unit(name)) } }
                         th.number scope="col" { "seconds" }
                     }
                 }

@@ -139,9 +139,7 @@ impl Results {
 
     /// The value of a key of the scene, such as `model.peclet`.
     pub fn setting(&self, key: &str) -> Option<&toml::Value> {
-        let mut parts = key.split('.');
-        let first = self.scene.as_ref()?.get(parts.next()?)?;
-        parts.try_fold(first, |value, part| value.get(part))
+        super::label::value_of(self.scene.as_ref()?, key)
     }
 
     /// The title that the scene or the study gives itself, or else the folder's name.

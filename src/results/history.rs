@@ -1,7 +1,7 @@
 //! Curves from `history.csv`.
 
 use super::curves::{Drawn, Picture, What, Wish};
-use super::{Results, Table, label};
+use super::{Results, Table, label, names};
 use crate::output::plot::{Axis, Line, Markers, Plot, Scale, Series, Symbol};
 
 /// Columns that belong to one picture.
@@ -9,11 +9,10 @@ struct Group {
     what: What,
     file: &'static str,
     title: &'static str,
-    /// With its unit.
+    /// Of all the columns together, with its unit.
     quantity: &'static str,
     scale: Scale,
-    /// Column and name in the legend.
-    columns: &'static [(&'static str, &'static str)],
+    columns: &'static [&'static str],
 }
 
 const GROUPS: [Group; 8] = [
@@ -23,7 +22,7 @@ const GROUPS: [Group; 8] = [
         title: "Free energy",
         quantity: "free energy F (dimensionless)",
         scale: Scale::Linear,
-        columns: &[("free_energy", "F")],
+        columns: &["free_energy"],
     },
     Group {
         what: What::Residual,
@@ -32,11 +31,11 @@ const GROUPS: [Group; 8] = [
         quantity: "residual (dimensionless)",
         scale: Scale::Log,
         columns: &[
-            ("residual", "total"),
-            ("residual_velocity", "velocity"),
-            ("residual_pressure", "pressure"),
-            ("residual_density", "density"),
-            ("residual_polarity", "polarity"),
+            "residual",
+            "residual_velocity",
+            "residual_pressure",
+            "residual_density",
+            "residual_polarity",
         ],
     },
     Group {
@@ -45,7 +44,7 @@ const GROUPS: [Group; 8] = [
         title: "Overshoot behind the disc",
         quantity: "overshoot (percent)",
         scale: Scale::Linear,
-        columns: &[("overshoot_velocity", "velocity"), ("overshoot_polarity", "polarity")],
+        columns: &["overshoot_velocity", "overshoot_polarity"],
     },
     Group {
         what: What::Overshoot,
@@ -53,7 +52,7 @@ const GROUPS: [Group; 8] = [
         title: "Place of the overshoot",
         quantity: "x₁ of the largest value",
         scale: Scale::Linear,
-        columns: &[("overshoot_velocity_x1", "velocity"), ("overshoot_polarity_x1", "polarity")],
+        columns: &["overshoot_velocity_x1", "overshoot_polarity_x1"],
     },
     Group {
         what: What::Asymmetry,
@@ -61,7 +60,7 @@ const GROUPS: [Group; 8] = [
         title: "Asymmetry between the two sides",
         quantity: "asymmetry (dimensionless)",
         scale: Scale::Linear,
-        columns: &[("asymmetry_velocity", "velocity"), ("asymmetry_polarity", "polarity")],
+        columns: &["asymmetry_velocity", "asymmetry_polarity"],
     },
     Group {
         what: What::Budget,
@@ -70,13 +69,13 @@ const GROUPS: [Group; 8] = [
         quantity: "power (dimensionless)",
         scale: Scale::Linear,
         columns: &[
-            ("budget_rate", "dF/dt"),
-            ("budget_friction", "friction"),
-            ("budget_viscosity", "viscosity"),
-            ("budget_relaxation", "relaxation"),
-            ("budget_traction", "traction"),
-            ("budget_active_stress", "active stress"),
-            ("budget_defect", "defect"),
+            "budget_rate",
+            "budget_friction",
+            "budget_viscosity",
+            "budget_relaxation",
+            "budget_traction",
+            "budget_active_stress",
+            "budget_defect",
         ],
     },
     Group {
@@ -85,7 +84,7 @@ const GROUPS: [Group; 8] = [
         title: "Length of the steps",
         quantity: "step Δt (dimensionless)",
         scale: Scale::Log,
-        columns: &[("dt", "Δt")],
+        columns: &["dt"],
     },
     Group {
         what: What::Iterations,
@@ -93,7 +92,7 @@ const GROUPS: [Group; 8] = [
         title: "Iterations of the coupling",
         quantity: "iterations of a step",
         scale: Scale::Linear,
-        columns: &[("iterations", "iterations")],
+        columns: &["iterations"],
     },
 ];
 
@@ -154,13 +153,13 @@ impl<'a> Runs<'a> {
         if group.what == What::Step && !self.wish.names(What::Step) && !self.steps_vary() {
             return;
         }
-        let axis = |quantity: &str| Axis { label: quantity.to_owned(), scale: group.scale };
         if let [(_, table, _)] = &self.all[..] {
-            let named = group.columns.iter().map(|(column, name)| (self.points(table, column), *name));
+            let named = group.columns.iter().map(|column| (self.points(table, column), names::short(column)));
             let series = named.filter(|(points, _)| points.len() > 1).enumerate();
-            let series: Vec<Series> = series.map(|(k, (points, name))| curve(k, name, points)).collect();
+            let series: Vec<Series> = series.map(|(k, (points, name))| curve(k, &name, points)).collect();
             let single = group.columns.len() == 1;
-            drawn.pictures.extend(self.picture(group.what, group.file, group.title, axis(group.quantity), series).map(
+            let y = Axis { label: group.quantity.to_owned(), scale: group.scale };
+            drawn.pictures.extend(self.picture(group.what, group.file, group.title, y, series).map(
                 |mut picture| {
                     if single {
                         // the axis names it
@@ -187,12 +186,14 @@ impl<'a> Runs<'a> {
             What::Asymmetry | What::Budget | What::Step | What::Iterations => usize::MAX,
             What::Measures | What::Study => usize::MAX,
         };
-        for (k, (column, name)) in group.columns.iter().enumerate().take(usual) {
+        for (k, column) in group.columns.iter().enumerate().take(usual) {
+            let name = names::short(column);
             let alone = group.columns.len() == 1 || k == 0 && group.what == What::Residual;
             let file =
                 if alone { group.file.to_owned() } else { format!("{}-{}", group.file, name.replace([' ', '/'], "-")) };
             let title = if alone { group.title.to_owned() } else { format!("{}: {name}", group.title) };
-            let picture = self.picture(group.what, &file, &title, axis(group.quantity), self.each(column));
+            let y = names::axis(column, group.scale);
+            let picture = self.picture(group.what, &file, &title, y, self.each(column));
             drawn.pictures.extend(picture);
         }
     }
@@ -264,7 +265,7 @@ impl<'a> Runs<'a> {
     /// Measures that no group has: of a single run those of one kind, such as `defects_plus` and `defects_minus`, in one picture.
     fn others(&self, drawn: &mut Drawn) {
         let known = |column: &str| {
-            ASIDE.contains(&column) || GROUPS.iter().any(|group| group.columns.iter().any(|(name, _)| *name == column))
+            ASIDE.contains(&column) || GROUPS.iter().any(|group| group.columns.contains(&column))
         };
         let mut columns: Vec<&str> = Vec::new();
         for column in self.all.iter().flat_map(|(_, table, _)| &table.header) {
@@ -283,9 +284,9 @@ impl<'a> Runs<'a> {
             return;
         }
         for column in columns {
-            let name = column.replace('_', " ");
-            let y = Axis::linear(&name);
-            drawn.pictures.extend(self.picture(What::Measures, &file_name(column), &name, y, self.each(column)));
+            let y = names::axis(column, Scale::Linear);
+            let title = names::title(column);
+            drawn.pictures.extend(self.picture(What::Measures, &file_name(column), &title, y, self.each(column)));
         }
     }
 
@@ -293,13 +294,16 @@ impl<'a> Runs<'a> {
         let name = if let [only] = columns { only } else { kind };
         let legend = |column: &str| match columns {
             [_] => String::new(),
-            [] | [_, ..] => column[kind.len() + 1..].replace('_', " "),
+            [] | [_, ..] => names::short(column),
         };
         let all = columns.iter().map(|column| (self.points(table, column), legend(column)));
         let some = all.filter(|(points, _)| points.len() > 1).enumerate();
         let series = some.map(|(k, (points, legend))| curve(k, &legend, points)).collect();
-        let words = name.replace('_', " ");
-        drawn.pictures.extend(self.picture(What::Measures, &file_name(name), &words, Axis::linear(&words), series));
+        let (title, y) = match columns {
+            [only] => (names::title(only), names::axis(only, Scale::Linear)),
+            [] | [_, ..] => (names::title(kind), Axis::linear(kind)),
+        };
+        drawn.pictures.extend(self.picture(What::Measures, &file_name(name), &title, y, series));
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Results;
+use super::names::{SYMBOLS, symbol};
 
 /// A setting of a scene in short: symbol and value.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,42 +16,11 @@ pub struct Setting {
     pub meaning: &'static str,
 }
 
-/// Keys with a symbol: the parameters of the model in the order in which they are told, then sizes.
-const SYMBOLS: [(&str, &str, &str); 22] = [
-    ("model.peclet", "Pe", "relaxation time of the polarity over that of the flow"),
-    ("model.beta", "β", "friction as a share, C_F/(1 + C_F)"),
-    ("model.friction", "C_F", "friction with the substrate"),
-    ("model.traction", "T_a", "traction force along the polarity"),
-    ("model.active_stress", "S_a", "active stress along the polarity"),
-    ("model.active_stress_iso", "S_a'", "isotropic active stress"),
-    ("model.coherence", "κ", "length over which the polarity is coherent"),
-    ("model.elasticity", "B", "polar elasticity over viscosity"),
-    ("model.slip", "a", "slip parameter of the objective derivative"),
-    ("model.density.penalty", "c_0", "density penalty"),
-    ("model.density.exponent", "γ", "exponent of the density penalty"),
-    ("model.density.critical", "ρ_{min}", "density below which the polarity vanishes"),
-    ("mesh.h", "h", "edge length"),
-    ("mesh.h_disc", "h_{disc}", "edge length on the disc"),
-    ("mesh.n", "n", "cells per side"),
-    ("mesh.width", "width", "extent across the strip"),
-    ("time.step", "Δt", "first and largest step"),
-    ("time.end", "end", "end time"),
-    ("time.scheme", "scheme", "time scheme"),
-    ("space.k", "k", "degree of the pressure"),
-    ("initial.polarity.random.seed", "seed", "seed of the random start"),
-    ("coupling.tolerance", "tolerance", "tolerance of the coupling"),
-];
-
 /// Tables that do not change the problem.
 const ASIDE: [&str; 2] = ["output", "title"];
 
 /// More settings than these make no legend.
 const MOST: usize = 4;
-
-/// How a key is written in formulas; the key itself where it has no symbol.
-pub fn symbol(key: &str) -> &str {
-    SYMBOLS.iter().find(|(name, ..)| *name == key).map_or(key, |(_, symbol, _)| symbol)
-}
 
 /// Short text of a value: texts without quotes, of paths the file alone.
 pub(crate) fn value_text(value: &toml::Value) -> String {
@@ -81,9 +51,16 @@ fn flat(results: &Results) -> BTreeMap<String, String> {
     out
 }
 
+/// The value of a key, such as `model.peclet`.
+pub(super) fn value_of<'a>(scene: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+    let mut parts = key.split('.');
+    let first = scene.get(parts.next()?)?;
+    parts.try_fold(first, |value, part| value.get(part))
+}
+
 /// Whether the traction is the friction, as where it is not given: then it says nothing new.
-fn traction_follows(run: &Results) -> bool {
-    let number = |key: &str| run.setting(key).and_then(|v| v.as_float().or(v.as_integer().map(|n| n as f64)));
+fn traction_follows(scene: &toml::Table) -> bool {
+    let number = |key: &str| value_of(scene, key).and_then(|v| v.as_float().or(v.as_integer().map(|n| n as f64)));
     let friction = number("model.friction").or_else(|| number("model.beta").map(|beta| beta / (1.0 - beta)));
     let both = number("model.traction").zip(friction);
     both.is_none_or(|(traction, friction)| (traction - friction).abs() <= 1e-12 * friction.abs())
@@ -98,7 +75,7 @@ pub fn differing(runs: &[&Results]) -> Vec<String> {
     let aside = |key: &str| ASIDE.contains(&key.split('.').next().unwrap_or(key));
     let differs = |key: &str| all.iter().any(|settings| settings.get(key) != all[0].get(key));
     let mut found: Vec<String> = keys.into_iter().filter(|key| !aside(key) && differs(key)).cloned().collect();
-    let follows = runs.iter().all(|run| traction_follows(run));
+    let follows = runs.iter().filter_map(|run| run.scene.as_ref()).all(traction_follows);
     found.retain(|key| match key.as_str() {
         "model.traction" => !follows,
         // a smallest step follows the step where it is not given
@@ -136,9 +113,13 @@ pub fn labels(runs: &[&Results], given: &[String]) -> Vec<String> {
 
 /// The model's parameters of a scene, in the order in which they are told.
 pub fn parameters(run: &Results) -> Vec<Setting> {
+    run.scene.as_ref().map(parameters_of).unwrap_or_default()
+}
+
+fn parameters_of(scene: &toml::Table) -> Vec<Setting> {
     let model = SYMBOLS.iter().filter(|(key, ..)| key.starts_with("model."));
     let read = model.filter_map(|(key, symbol, meaning)| {
-        let value = value_text(run.setting(key)?);
+        let value = value_text(value_of(scene, key)?);
         Some(Setting { key: (*key).to_owned(), symbol: (*symbol).to_owned(), value, meaning })
     });
     read.collect()
@@ -146,11 +127,15 @@ pub fn parameters(run: &Results) -> Vec<Setting> {
 
 /// The parameters that all the runs share, on one line.
 pub(crate) fn common(runs: &[&Results]) -> String {
-    let Some(first) = runs.iter().find(|run| run.scene.is_some()) else { return String::new() };
-    let others: Vec<_> = runs.iter().filter(|run| run.scene.is_some()).map(|run| parameters(run)).collect();
-    let shared = parameters(first).into_iter().filter(|setting| others.iter().all(|all| all.contains(setting)));
-    let mut settings: Vec<Setting> = shared.collect();
-    let follows = runs.iter().all(|run| traction_follows(run));
+    shared(&runs.iter().filter_map(|run| run.scene.as_ref()).collect::<Vec<_>>())
+}
+
+/// The parameters that all the scenes share, on one line.
+pub(crate) fn shared(scenes: &[&toml::Table]) -> String {
+    let all: Vec<Vec<Setting>> = scenes.iter().map(|scene| parameters_of(scene)).collect();
+    let Some(first) = all.first() else { return String::new() };
+    let mut settings: Vec<&Setting> = first.iter().filter(|setting| all.iter().all(|one| one.contains(setting))).collect();
+    let follows = scenes.iter().all(|scene| traction_follows(scene));
     settings.retain(|setting| setting.key != "model.traction" || !follows);
     // what is off needs no place in a picture
     settings.retain(|setting| setting.value != "0");

@@ -6,14 +6,16 @@
 pub mod curves;
 pub mod folder;
 mod history;
-mod label;
+pub(crate) mod label;
+pub mod names;
 mod sections;
 pub mod study;
 pub mod table;
 
 pub use curves::{Drawn, Picture, What, Wish};
 pub use folder::{Kind, Results};
-pub use label::{Setting, differing, labels, parameters, symbol};
+pub use label::{Setting, differing, labels, parameters};
+pub use names::symbol;
 pub use table::Table;
 
 /// Why results cannot be shown.

@@ -1,8 +1,8 @@
 //! Curves from the table of a study: its measures over what it varies.
 
 use super::curves::{Drawn, Picture, What};
-use super::label::symbol;
-use super::{Results, Table};
+use super::names::{estimated, over, words};
+use super::{Results, Table, label, names};
 use crate::output::plot::{Axis, Plot, Scale, Series};
 
 /// Columns that tell how a run went and what it cost, not what it found.
@@ -96,7 +96,12 @@ pub(super) fn draw(folder: &Results, drawn: &mut Drawn) {
             names.push(group);
         }
     });
-    for measure in &columns.measures {
+    let runs: Vec<&Results> = folder.parts.iter().collect();
+    let subtitle = [folder.title(), label::common(&runs)].join("; ");
+    let subtitle = subtitle.trim_end_matches("; ");
+    // an error belongs to its measure
+    let is_own = |measure: &&String| !estimated(measure).is_some_and(|of| columns.measures.iter().any(|m| m == of));
+    for measure in columns.measures.iter().filter(is_own) {
         let (Some(at), Some(values)) = (table.numbers(x), table.numbers(measure)) else { continue };
         let series = names.iter().map(|name| {
             let rows = (0..table.rows.len()).filter(|&row| groups[row] == **name);
@@ -112,12 +117,9 @@ pub(super) fn draw(folder: &Results, drawn: &mut Drawn) {
         if places.len() < 2 {
             continue;
         }
-        let title = format!("{} over {}", measure.replace('_', " "), symbol(x));
-        let y = Axis {
-            label: with_unit(measure),
-            scale: if measure.starts_with("error_") { Scale::Log } else { Scale::Linear },
-        };
-        let plot = Plot { title, subtitle: folder.title(), x: axis_of(x, &places), y, series, slopes: Vec::new() };
+        let y = names::axis(measure, if measure.starts_with("error_") { Scale::Log } else { Scale::Linear });
+        let (title, subtitle) = (over(measure, x), subtitle.to_owned());
+        let plot = Plot { title, subtitle, x: axis_of(x, &places), y, series, slopes: Vec::new() };
         let file: String = measure.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
         drawn.pictures.push(Picture { name: format!("study-{file}"), what: What::Study, plot });
     }
@@ -127,25 +129,15 @@ pub(super) fn draw(folder: &Results, drawn: &mut Drawn) {
 fn told(table: &Table, row: usize, keys: &[&String]) -> String {
     let one = |key: &&String| {
         let value = table.at(row, key).filter(|value| !value.is_empty())?;
-        Some(format!("{} = {value}", symbol(key)))
+        Some(format!("{} = {value}", words(key)))
     };
     keys.iter().filter_map(one).collect::<Vec<_>>().join(", ")
-}
-
-/// A measure with its unit.
-fn with_unit(measure: &str) -> String {
-    let name = measure.replace('_', " ");
-    if measure.starts_with("overshoot") && !measure.ends_with("x1") {
-        format!("{name} (percent)")
-    } else {
-        format!("{name} (dimensionless)")
-    }
 }
 
 fn axis_of(key: &str, sorted: &[f64]) -> Axis {
     let (least, largest) = (sorted[0], sorted[sorted.len() - 1]);
     let wide = least > 0.0 && largest > LOG_FROM * least;
-    Axis { label: symbol(key).to_owned(), scale: if wide { Scale::Log } else { Scale::Linear } }
+    names::axis(key, if wide { Scale::Log } else { Scale::Linear })
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -11,7 +12,7 @@ use super::setup::build_mesh;
 use super::summary::{Ending, Summary};
 use super::{Options, Record, RunError, run_recorded};
 use crate::mesh::generate::{MeshScene, Shape};
-use crate::output::OutputError;
+use crate::output::{OutputError, write_whole};
 use crate::output::progress::{Progress, Verbosity};
 use crate::scene::{Scene, SceneError, SceneSource, What};
 
@@ -80,22 +81,61 @@ pub fn is_asked_for(scene: &Scene) -> bool {
     scene.outputs.iter().any(|output| output.estimate)
 }
 
+/// Whether a run with this ending still lacks its estimates when it is written first; one without an end has them made when it is
+/// resumed.
+pub(super) fn is_pending(scene: &Scene, ending: &Ending) -> bool {
+    is_asked_for(scene) && (at_rest(ending).is_ok() || *ending == Ending::Interrupted)
+}
+
 /// Solves the coarser problems and puts the estimates into `summary`, or the reason why there are none: the run itself is not lost
-/// by whatever fails here.
+/// by whatever fails here. What is interrupted stays pending: the run, resumed, makes its estimates then.
 pub(super) fn add(scene: &Scene, options: &Options, summary: &mut Summary, record: &mut Record) {
     let progress = Progress::new(options.verbosity, 0.0);
-    match estimates(scene, options, summary) {
+    let found = estimates(scene, options, summary);
+    let interrupted = found.is_err() && summary.estimates_pending && options.interrupt.load(Ordering::Relaxed);
+    summary.estimates_pending = interrupted;
+    match found {
+        Err(_) if interrupted => {
+            if options.verbosity > Verbosity::Quiet {
+                eprintln!("note: interrupted before the errors of the measures were estimated: `--resume` estimates them");
+            }
+        }
         Ok((values, how)) => {
             summary.estimates = Some(values);
             summary.estimated = Some(how);
         }
         Err(reason) => {
-            progress.say(&format!("note: the errors of the measures were not estimated: {reason}"));
+            progress.say(&no_estimates(&reason));
             summary.not_estimated = Some(reason);
         }
     }
     summary.said.extend(progress.said());
     record.said.extend(progress.said());
+}
+
+/// Says in the summary of a run whose process ended while it made its estimates that there are none, and why.
+///
+/// # Errors
+/// A summary that cannot be read or written.
+pub fn give_up(folder: &Path, reason: &str) -> Result<(), OutputError> {
+    let path = folder.join("summary.json");
+    let failed = |error: std::io::Error| OutputError::io(&path, &error);
+    let text = std::fs::read(&path).map_err(failed)?;
+    let mut summary: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_slice(&text).map_err(|error| failed(error.into()))?;
+    summary.remove("estimates_pending");
+    summary.insert("not_estimated".to_owned(), reason.into());
+    if let Some(serde_json::Value::Array(said)) = summary.get_mut("said") {
+        said.push(no_estimates(reason).into());
+    }
+    write_whole(&path, |file| {
+        serde_json::to_writer_pretty(&mut *file, &summary)?;
+        writeln!(file)
+    })
+}
+
+fn no_estimates(reason: &str) -> String {
+    format!("note: the errors of the measures were not estimated: {reason}")
 }
 
 type Estimates = (BTreeMap<&'static str, f64>, Estimated);

@@ -274,55 +274,45 @@ impl<'s> Gauges<'s> {
     }
 }
 
+/// The numbers that a measure has, in the order in which they are written.
+pub fn columns_of(measure: Measure) -> Vec<&'static str> {
+    match measure {
+        Measure::FreeEnergy => vec!["free_energy", "free_energy_rate"],
+        Measure::Overshoot => {
+            vec!["overshoot_velocity", "overshoot_velocity_x1", "overshoot_polarity", "overshoot_polarity_x1"]
+        }
+        Measure::Asymmetry => vec!["asymmetry_velocity", "asymmetry_polarity"],
+        Measure::Mass => vec!["mass", "mass_defect"],
+        Measure::DensityMin => vec!["density_min"],
+        Measure::LimitedCells => vec!["limited_cells"],
+        Measure::ElasticStrain => super::strain::COLUMNS.to_vec(),
+        Measure::Circulation => vec!["circulation_velocity", "circulation_polarity"],
+        Measure::Defects => vec!["defects_plus", "defects_minus"],
+        Measure::EnergyBudget => Budget::default().columns().map(|(name, _)| name).to_vec(),
+    }
+}
+
 /// Columns of the history that a scene's measures fill, in the order in which they are written.
 pub fn columns(scene: &Scene) -> Vec<&'static str> {
-    let mut columns = Vec::new();
     let named = |measure: Measure| {
         scene.outputs.iter().any(|output| match &output.what {
             What::Measures(measures) => measures.contains(&measure),
             What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
         })
     };
-    let (energy, overshoot, asymmetry) =
-        (named(Measure::FreeEnergy), named(Measure::Overshoot), named(Measure::Asymmetry));
-    let budget = named(Measure::EnergyBudget);
-    if energy || overshoot || asymmetry || budget || scene.time.stop_residual.is_some() || scene.steady.is_some() {
+    let with_residual = [Measure::FreeEnergy, Measure::Overshoot, Measure::Asymmetry, Measure::EnergyBudget];
+    let mut columns = Vec::new();
+    if with_residual.into_iter().any(named) || scene.time.stop_residual.is_some() || scene.steady.is_some() {
         let volume = match scene.parameters.kind() {
             ModelKind::Incompressible => "residual_pressure",
             ModelKind::Compressible => "residual_density",
         };
         columns.extend(["residual", "residual_velocity", volume, "residual_polarity"]);
     }
-    if energy || scene.time.stop_energy_rate.is_some() {
-        columns.extend(["free_energy", "free_energy_rate"]);
-    }
-    if overshoot {
-        columns.extend(["overshoot_velocity", "overshoot_velocity_x1", "overshoot_polarity", "overshoot_polarity_x1"]);
-    }
-    if asymmetry {
-        columns.extend(["asymmetry_velocity", "asymmetry_polarity"]);
-    }
-    if named(Measure::Mass) {
-        columns.extend(["mass", "mass_defect"]);
-    }
-    if named(Measure::DensityMin) {
-        columns.push("density_min");
-    }
-    if named(Measure::LimitedCells) {
-        columns.push("limited_cells");
-    }
-    if named(Measure::ElasticStrain) {
-        columns.extend(super::strain::COLUMNS);
-    }
-    if named(Measure::Circulation) {
-        columns.extend(["circulation_velocity", "circulation_polarity"]);
-    }
-    if named(Measure::Defects) {
-        columns.extend(["defects_plus", "defects_minus"]);
-    }
-    if budget {
-        columns.extend(Budget::default().columns().map(|(name, _)| name));
-    }
+    let is_written = |measure: &Measure| {
+        named(*measure) || *measure == Measure::FreeEnergy && scene.time.stop_energy_rate.is_some()
+    };
+    columns.extend(Measure::ALL.into_iter().filter(is_written).flat_map(columns_of));
     columns
 }
 

@@ -269,6 +269,9 @@ fn step_to_the_end(
         progress
             .say(&format!("note: the run stands at t = {}, past its end {}: nothing is left to do", march.t, time.end));
     }
+    if let Some(ending) = rests_already(scene, march)? {
+        return Ok(ending);
+    }
     loop {
         if march.t >= time.end * (1.0 - 1e-12) {
             return Ok(Ending::EndTime);
@@ -326,6 +329,20 @@ fn step_to_the_end(
             return Ok(Ending::EnergyAtRest);
         }
     }
+}
+
+/// Of a run that is resumed after it came to rest: another step would change what it has found.
+fn rests_already(scene: &Scene, march: &mut March) -> Result<Option<Ending>, RunError> {
+    if march.counts.steps == 0 {
+        return Ok(None);
+    }
+    if let Some(bound) = scene.time.stop_residual
+        && march.residuals()?.total() < bound
+    {
+        return Ok(Some(Ending::Stationary));
+    }
+    let at_rest = |bound: f64, march: &mut March| march.quiet >= QUIET_STEPS && march.energy().1.abs() < bound;
+    Ok(scene.time.stop_energy_rate.is_some_and(|bound| at_rest(bound, march)).then_some(Ending::EnergyAtRest))
 }
 
 /// Makes the folder, refuses to overwrite another run, writes the resolved scene, reads the checkpoint to resume from.

@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::Setup;
-use super::estimate::Estimated;
+use super::estimate::{self, Estimated};
 use super::steady::SteadyReport;
 use super::writer::Writer;
 use crate::measure::Strain;
@@ -117,6 +117,9 @@ pub struct Summary {
     /// Why there are no estimates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_estimated: Option<String>,
+    /// Whether the estimates are still to come: in the file while they are made, and where that was interrupted.
+    #[serde(skip_serializing_if = "is_false")]
+    pub estimates_pending: bool,
     /// By field and norm, against the exact fields over all steps   [9.12]
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub errors: BTreeMap<&'static str, BTreeMap<&'static str, f64>>,
@@ -134,6 +137,11 @@ pub struct Summary {
     /// Notes that were given, in order.
     pub said: Vec<String>,
     pub version: &'static str,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 /// Phases that belong to an iteration of the coupling.
@@ -162,6 +170,7 @@ impl Summary {
         Self {
             title: scene.title.clone(),
             status: ending.status(),
+            estimates_pending: estimate::is_pending(scene, &ending),
             ending,
             time: march.t,
             terms: scene.terms(),

@@ -134,6 +134,20 @@ impl Field {
 }
 
 impl Measure {
+    /// In the order of their columns.
+    pub const ALL: [Measure; 10] = [
+        Measure::FreeEnergy,
+        Measure::Overshoot,
+        Measure::Asymmetry,
+        Measure::Mass,
+        Measure::DensityMin,
+        Measure::LimitedCells,
+        Measure::ElasticStrain,
+        Measure::Circulation,
+        Measure::Defects,
+        Measure::EnergyBudget,
+    ];
+
     /// As in the scene file.
     pub fn name(self) -> &'static str {
         match self {

@@ -8,9 +8,10 @@ use std::time::Instant;
 use super::StudyError;
 use super::branch_file::{BranchStudy, ParameterScale};
 use super::table::{refuse_occupied, write_rows, write_study};
-use crate::output::plot::{Axis, Line, Markers, Plot, Scale, Series, Symbol};
+use crate::output::plot::{Line, Markers, Plot, Scale, Series, Symbol};
 use crate::output::progress::{Progress, Verbosity};
 use crate::output::{OutputError, number};
+use crate::results::names;
 use crate::run::measures::Gauges;
 use crate::run::{RunError, Setup, setup};
 use crate::solve::{dot, root};
@@ -226,15 +227,11 @@ impl Diagram {
 
     /// The measure over the parameter: stable parts solid, unstable ones dashed, special points marked.
     fn plot(&self, study: &BranchStudy) -> Plot {
-        let label = study.parameter.strip_prefix("model.").unwrap_or(&study.parameter);
-        let x = Axis {
-            label: label.replace('_', " "),
-            scale: match study.scale {
-                ParameterScale::Linear => Scale::Linear,
-                ParameterScale::Log => Scale::Log,
-            },
+        let scale = match study.scale {
+            ParameterScale::Linear => Scale::Linear,
+            ParameterScale::Log => Scale::Log,
         };
-        let y = Axis::linear(study.measure.replace('_', " of the ").replace("x1", "place"));
+        let (x, y) = (names::axis(&study.parameter, scale), names::axis(&study.measure, Scale::Linear));
         let mut series = Vec::new();
         for (branch, measures) in self.branches.iter().zip(&self.measures) {
             let colour = usize::from(branch.parent.is_some());
@@ -270,7 +267,7 @@ impl Diagram {
             }
         }
         series.extend(self.special_points(study));
-        let title = study.title.clone().unwrap_or_else(|| format!("branches of steady states in {label}"));
+        let title = study.title.clone().unwrap_or_else(|| format!("branches of steady states in {}", names::words(&study.parameter)));
         let cells = format!("range {} to {}", number(study.range[0]), number(study.range[1]));
         Plot { title, subtitle: cells, x, y, series, slopes: Vec::new() }
     }

@@ -38,6 +38,12 @@ pub struct RunSummary {
     /// By field and norm, against the exact fields.
     #[serde(default)]
     pub errors: BTreeMap<String, BTreeMap<String, Option<f64>>>,
+    /// Of the measures' errors.
+    #[serde(default)]
+    pub estimates: BTreeMap<String, Option<f64>>,
+    /// Whether they are still to come.
+    #[serde(default)]
+    pub estimates_pending: bool,
     #[serde(default)]
     pub steady: Option<SteadyNumbers>,
     /// Notes, in order.
@@ -102,6 +108,11 @@ impl RunSummary {
     /// Reads a folder's `summary.json`; `None` where there is none, or none of this version.
     pub fn read(folder: &Path) -> Option<Self> {
         serde_json::from_slice(&std::fs::read(folder.join("summary.json")).ok()?).ok()
+    }
+
+    /// Whether nothing is left to do.
+    pub fn is_complete(&self) -> bool {
+        self.status != "interrupted" && !self.estimates_pending
     }
 
     /// Measures, and what a search for a steady state found; those that are finite.

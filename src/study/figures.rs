@@ -11,7 +11,8 @@ use super::source::refuse;
 use super::sweep_file::SweepStudy;
 use crate::model::names::did_you_mean;
 use crate::output::OutputError;
-use crate::output::plot::{Axis, Plot, Scale, Series};
+use crate::output::plot::{Plot, Scale, Series};
+use crate::results::{label, names};
 use crate::scene::SceneSource;
 
 /// `plot = { x = "model.peclet", y = "overshoot_velocity", series = "model.elasticity", log = "x" }`
@@ -89,13 +90,14 @@ pub fn write(study: &SweepStudy, rows: &[Row], out: &Path) -> Result<(), StudyEr
     let columns = table(study, &good);
     let folder = out.join("plots");
     std::fs::create_dir_all(&folder).map_err(|e| OutputError::io(&folder, &e))?;
-    let mut names: Vec<String> = Vec::new();
+    let shared = shared_parameters(&good, out);
+    let mut stems: Vec<String> = Vec::new();
     for spec in &study.plots {
         let stem = format!("{}-by-{}", spec.y, spec.x);
-        let count = names.iter().filter(|name| **name == stem).count();
+        let count = stems.iter().filter(|name| **name == stem).count();
         let name = if count == 0 { stem.clone() } else { format!("{stem}-{}", count + 1) };
-        names.push(stem);
-        if let Some(plot) = plot(study, spec, &columns, good.len()) {
+        stems.push(stem);
+        if let Some(plot) = plot(study, spec, &columns, good.len(), &shared) {
             plot.write(&folder.join(&name)).map_err(|error| OutputError::Malformed {
                 path: folder.join(&name).display().to_string(),
                 what: error.to_string(),
@@ -106,8 +108,15 @@ pub fn write(study: &SweepStudy, rows: &[Row], out: &Path) -> Result<(), StudyEr
     Ok(())
 }
 
+/// The model's parameters that are the same in all these runs, on one line.
+fn shared_parameters(rows: &[Row], out: &Path) -> String {
+    let scene = |row: &Row| std::fs::read_to_string(out.join(&row.case.folder).join("scene.toml")).ok()?.parse().ok();
+    let scenes: Vec<toml::Table> = rows.iter().filter_map(scene).collect();
+    label::shared(&scenes.iter().collect::<Vec<_>>())
+}
+
 /// A curve for each combination of the other keys; `None` without a single point.
-fn plot(study: &SweepStudy, spec: &PlotSpec, columns: &[Column], rows: usize) -> Option<Plot> {
+fn plot(study: &SweepStudy, spec: &PlotSpec, columns: &[Column], rows: usize, shared: &str) -> Option<Plot> {
     let of = |name: &str| columns.iter().find(|column| column.name == name);
     let (x, y) = (of(&spec.x)?, of(&spec.y)?);
     let mut others: Vec<&str> = study.keys().into_iter().filter(|key| *key != spec.x && *key != spec.y).collect();
@@ -119,9 +128,13 @@ fn plot(study: &SweepStudy, spec: &PlotSpec, columns: &[Column], rows: usize) ->
     let differs = |column: &&&Column| (0..rows).any(|row| column.text(row) != column.text(0));
     let (named, fixed): (Vec<&Column>, Vec<&Column>) = others.iter().copied().partition(|column| differs(&column));
     let label = |columns: &[&Column], row: usize| {
-        let part = |column: &&Column| format!("{} = {}", column.name, column.text(row));
+        let part = |column: &&Column| format!("{} = {}", names::words(&column.name), column.text(row));
         columns.iter().filter(|column| !column.text(row).is_empty()).map(part).collect::<Vec<_>>().join(", ")
     };
+    // parameters of the model are among the shared ones
+    let is_aside = |column: &&Column| !(column.name.starts_with("model.") && names::symbol(&column.name) != column.name);
+    let fixed: Vec<&Column> = fixed.into_iter().filter(is_aside).collect();
+    let subtitle: Vec<String> = [shared.to_owned(), label(&fixed, 0)].into_iter().filter(|s| !s.is_empty()).collect();
     let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
     for row in 0..rows {
         let Some(point) = x.number(row).zip(y.number(row)) else { continue };
@@ -135,10 +148,10 @@ fn plot(study: &SweepStudy, spec: &PlotSpec, columns: &[Column], rows: usize) ->
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     (!curves.is_empty()).then(|| Plot {
-        title: study.title.clone().unwrap_or_else(|| format!("{} by {}", spec.y, spec.x)),
-        subtitle: label(&fixed, 0),
-        x: Axis { label: spec.x.clone(), scale: spec.scale('x') },
-        y: Axis { label: spec.y.clone(), scale: spec.scale('y') },
+        title: study.title.clone().unwrap_or_else(|| names::over(&spec.y, &spec.x)),
+        subtitle: subtitle.join(", "),
+        x: names::axis(&spec.x, spec.scale('x')),
+        y: names::axis(&spec.y, spec.scale('y')),
         series: curves.into_iter().map(|(name, points)| Series::new(name, points)).collect(),
         slopes: Vec::new(),
     })

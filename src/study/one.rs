@@ -12,7 +12,7 @@ use super::results::Found;
 use crate::output::OutputError;
 use crate::output::checkpoint::Saved;
 use crate::output::progress::Verbosity;
-use crate::run::{Options, run};
+use crate::run::{Options, estimate, run};
 use crate::scene::Scene;
 
 /// How runs are done.
@@ -41,7 +41,7 @@ impl Workshop<'_> {
         let text = scene.resolved_toml();
         let same = std::fs::read_to_string(folder.join("scene.toml")).is_ok_and(|old| old == text);
         let summary = RunSummary::read(folder).filter(|_| same);
-        if let Some(done) = summary.filter(|summary| summary.status != "interrupted") {
+        if let Some(done) = summary.filter(RunSummary::is_complete) {
             let seconds = done.seconds_total;
             return Ok(Some((Found::Ran(Box::new(done)), seconds)));
         }
@@ -106,8 +106,16 @@ impl Workshop<'_> {
             std::thread::sleep(MOURNING);
         }
         let reason = ended.reason();
+        let summary = match ended.summary {
+            // the run itself is there, and what became of its estimates is told
+            Some(summary) if summary.status == "finished" && !interrupted && !summary.is_complete() => {
+                estimate::give_up(folder, &reason)?;
+                RunSummary::read(folder)
+            }
+            summary => summary,
+        };
         let own_error = ended.last_lines.iter().any(|line| line.starts_with("error: "));
-        let found = match ended.summary {
+        let found = match summary {
             Some(summary) => Some(Found::Ran(Box::new(summary))),
             None if interrupted => None,
             None if own_error && ended.status.code() == Some(1) => Some(Found::Refused(reason)),

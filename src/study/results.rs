@@ -10,6 +10,7 @@ use super::columns::{Column, write_csv, write_parquet};
 use super::sweep_file::{Case, SweepStudy};
 use crate::measure::errors::{ErrorField, Norm};
 use crate::output::{OutputError, number, write_whole};
+use crate::results::names::{estimate_of, estimated};
 use crate::run::measures::columns;
 use crate::scene::{Measure, Scene, What};
 
@@ -106,7 +107,7 @@ impl Found {
     /// Whether nothing is left to do.
     pub fn is_complete(&self) -> bool {
         match self {
-            Found::Ran(summary) => summary.status != "interrupted",
+            Found::Ran(summary) => summary.is_complete(),
             Found::Refused(_) | Found::Died(_) => true,
         }
     }
@@ -186,6 +187,11 @@ impl Row {
         self.summary().map(RunSummary::numbers).unwrap_or_default()
     }
 
+    /// The estimated error of a measure.
+    pub fn estimate(&self, measure: &str) -> Option<f64> {
+        self.summary()?.estimates.get(measure).copied().flatten()
+    }
+
     /// The error of a field in a norm, where it is known.
     pub fn error(&self, field: ErrorField, norm: Norm) -> Option<f64> {
         self.summary()?.error(field.name(), norm.name())
@@ -235,9 +241,17 @@ pub fn table(study: &SweepStudy, rows: &[Row]) -> Vec<Column> {
     let mut measured: Vec<&String> = numbers.iter().flat_map(BTreeMap::keys).collect();
     measured.sort_unstable();
     measured.dedup();
-    let measured = study.measures.as_ref().map_or(measured, |names| names.iter().collect());
-    columns
-        .extend(measured.into_iter().map(|name| Column::numbers(name, numbers.iter().map(|of| of.get(name).copied()))));
+    let measured: Vec<&String> = study.measures.as_ref().map_or(measured, |names| names.iter().collect());
+    let value = |(row, of): (&Row, &BTreeMap<String, f64>), name: &String| {
+        of.get(name).copied().or_else(|| row.estimate(estimated(name)?))
+    };
+    for &name in &measured {
+        columns.push(Column::numbers(name, rows.iter().zip(&numbers).map(|pair| value(pair, name))));
+        let error = estimate_of(name);
+        if rows.iter().any(|row| row.estimate(name).is_some()) && !measured.contains(&&error) {
+            columns.push(Column::numbers(error, rows.iter().map(|row| row.estimate(name))));
+        }
+    }
     columns.extend(errors(rows));
     if !study.warm.is_empty() {
         let branch = |row: &Row| row.start.as_ref().map(|start| start.branch.name().to_owned());

@@ -9,6 +9,7 @@ use super::StudyError;
 use super::source::{self, Kind, Values, check_name, check_values, refuse, value_text, within};
 use crate::measure::errors::{ErrorField, Norm};
 use crate::model::names;
+use crate::run::measures::columns_of;
 use crate::scene::{Measure, Scene, SceneError, SceneSource};
 
 /// One scene with many settings of its accuracy, each timed and compared with a reference.
@@ -134,7 +135,7 @@ impl TradeoffStudy {
         let exact = matches!(self.reference, Reference::Exact);
         for name in &self.measures {
             let known: Vec<String> =
-                if exact { error_names() } else { COLUMNS.iter().map(|c| c.0.to_owned()).collect() };
+                if exact { error_names() } else { columns().iter().map(|c| c.0.to_owned()).collect() };
             if !known.contains(name) {
                 let list: Vec<&str> = known.iter().map(String::as_str).collect();
                 let rule = format!(
@@ -182,7 +183,7 @@ impl TradeoffStudy {
 
     /// The value of `output`.
     fn outputs(&self) -> String {
-        let named = |column: &String| COLUMNS.iter().find(|c| c.0 == column).and_then(|c| c.1);
+        let named = |column: &String| columns().into_iter().find(|c| c.0 == column).and_then(|c| c.1);
         let mut names: Vec<String> =
             self.measures.iter().filter_map(named).map(|measure| format!("\"{}\"", measure.name())).collect();
         names.sort();
@@ -200,28 +201,10 @@ impl TradeoffStudy {
 }
 
 /// Numbers of a summary that can be compared, and the measures that they belong to.
-const COLUMNS: [(&str, Option<Measure>); 20] = [
-    ("overshoot_velocity", Some(Measure::Overshoot)),
-    ("overshoot_velocity_x1", Some(Measure::Overshoot)),
-    ("overshoot_polarity", Some(Measure::Overshoot)),
-    ("overshoot_polarity_x1", Some(Measure::Overshoot)),
-    ("asymmetry_velocity", Some(Measure::Asymmetry)),
-    ("asymmetry_polarity", Some(Measure::Asymmetry)),
-    ("free_energy", Some(Measure::FreeEnergy)),
-    ("free_energy_rate", Some(Measure::FreeEnergy)),
-    ("budget_rate", Some(Measure::EnergyBudget)),
-    ("budget_friction", Some(Measure::EnergyBudget)),
-    ("budget_viscosity", Some(Measure::EnergyBudget)),
-    ("budget_relaxation", Some(Measure::EnergyBudget)),
-    ("budget_traction", Some(Measure::EnergyBudget)),
-    ("budget_active_stress", Some(Measure::EnergyBudget)),
-    ("budget_defect", Some(Measure::EnergyBudget)),
-    ("mass", Some(Measure::Mass)),
-    ("mass_defect", Some(Measure::Mass)),
-    ("density_min", Some(Measure::DensityMin)),
-    ("growth", None),
-    ("frequency", None),
-];
+fn columns() -> Vec<(&'static str, Option<Measure>)> {
+    let measured = |measure| columns_of(measure).into_iter().map(move |name| (name, Some(measure)));
+    Measure::ALL.into_iter().flat_map(measured).chain(["growth", "frequency"].map(|name| (name, None))).collect()
+}
 
 /// `velocity` for the norm L2(L2), `velocity Linf(Linf)` for the other, and so on.
 fn error_names() -> Vec<String> {

@@ -6,9 +6,11 @@ use std::path::Path;
 use super::StudyError;
 use super::table::write_rows;
 use super::tradeoff::{Error, Point, Tradeoff};
-use super::tradeoff_file::TradeoffStudy;
+use super::tradeoff_file::{Reference, TradeoffStudy};
+use crate::measure::errors::Norm;
 use crate::output::plot::{Axis, Line, Markers, Plot, Series, Symbol};
 use crate::output::{OutputError, number};
+use crate::results::names;
 
 /// Writes the table and the plots anew.
 ///
@@ -131,12 +133,20 @@ fn plot(study: &TradeoffStudy, found: &Tradeoff, name: &str) -> Plot {
         ..Series::new(point.setting.clone(), place(point).into_iter().collect())
     });
     let series = std::iter::once(line).chain(points).collect();
+    let (measure, error) = match &study.reference {
+        Reference::Exact => {
+            let (field, norm) = name.split_once(' ').unwrap_or((name, Norm::Square.name()));
+            let words = names::error(field, norm).unwrap_or_else(|| name.to_owned());
+            (words.clone(), format!("{words} (dimensionless)"))
+        }
+        Reference::Finest { .. } => (names::words(name), format!("error of the {}", names::with_unit(name))),
+    };
     let resolved = found.reference.get(name).map_or_else(String::new, |e| format!("; error of the reference {e:.1e}"));
     Plot {
         title: study.title.clone().unwrap_or_else(|| "Error against time".to_owned()),
-        subtitle: format!("{}{resolved}", name.replace('_', " ")),
+        subtitle: format!("{measure}{resolved}"),
         x: Axis::log("wall time, seconds"),
-        y: Axis::log(format!("error, {}", name.replace('_', " "))),
+        y: Axis::log(error),
         series,
         slopes: Vec::new(),
     }

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use crate::measure::measured::{Binned, Bins};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
-use crate::output::checkpoint::Saved;
-use crate::run::RunError;
+use crate::run::finished::Left;
 use crate::run::setup::build_mesh;
 use crate::scene::Scene;
 use crate::space::{Continuity, Field, Space};
@@ -34,29 +33,16 @@ impl RunVelocity {
     /// Reads the folder of a run.
     ///
     /// # Errors
-    /// A folder without a checkpoint, or with one that does not fit the mesh of its scene.
+    /// As [`Left::read`] and [`Left::on`].
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
-        let path = folder.join("checkpoint.bin");
-        let file = path.display().to_string();
-        let wrong = |what: &str| RunError::Start {
-            file: file.clone(),
-            what: what.to_owned(),
-            hint: "name a folder that `monolayer run --out` filled, and leave its mesh where it was".into(),
-        };
-        let saved = Saved::read(&path)?;
-        let scene = Scene::parse(&saved.scene, &path)?;
-        let mesh = Arc::new(build_mesh(&scene)?);
-        if saved.mesh != mesh.fingerprint() {
-            return Err(wrong("the mesh of the run has changed since").into());
-        }
-        let space = Arc::new(Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2));
-        if saved.march.velocity.len() != space.dof_count() {
-            return Err(wrong("its velocity does not fit its mesh").into());
-        }
-        let velocity = Field::new(&space, saved.march.velocity);
+        let left = Left::read(folder)?;
+        let mesh = Arc::new(build_mesh(&left.scene)?);
+        let space = Arc::new(Space::new(&mesh, Continuity::Continuous, left.scene.space.velocity, 2));
+        let (scene, saved) = left.on(&mesh, |saved| saved.velocity.len() == space.dof_count())?;
+        let velocity = Field::new(&space, saved.velocity);
         let centre = Point::from(scene.mesh.centre.unwrap_or([0.0, 0.0]));
         let radius = scene.mesh.radius.unwrap_or(1.0);
-        Ok(Self { locator: Locator::new(&mesh), scene, mesh, velocity, time: saved.march.t, centre, radius })
+        Ok(Self { locator: Locator::new(&mesh), scene, mesh, velocity, time: saved.t, centre, radius })
     }
 
     /// `v` at a point in disc radii about the disc's centre; `None` outside of the mesh.
