@@ -30,13 +30,7 @@ const GROUPS: [Group; 8] = [
         title: "Residual of the stationary equations",
         quantity: "residual (dimensionless)",
         scale: Scale::Log,
-        columns: &[
-            "residual",
-            "residual_velocity",
-            "residual_pressure",
-            "residual_density",
-            "residual_polarity",
-        ],
+        columns: &["residual", "residual_velocity", "residual_pressure", "residual_density", "residual_polarity"],
     },
     Group {
         what: What::Overshoot,
@@ -159,25 +153,23 @@ impl<'a> Runs<'a> {
             let series: Vec<Series> = series.map(|(k, (points, name))| curve(k, &name, points)).collect();
             let single = group.columns.len() == 1;
             let y = Axis { label: group.quantity.to_owned(), scale: group.scale };
-            drawn.pictures.extend(self.picture(group.what, group.file, group.title, y, series).map(
-                |mut picture| {
-                    if single {
-                        // the axis names it
-                        picture.plot.series.iter_mut().for_each(|series| series.name.clear());
-                    }
-                    if group.what == What::Residual && picture.plot.series.len() > 1 {
-                        // the largest part hides it, or it hides that
-                        let total = picture.plot.series.remove(0);
-                        picture.plot.series.push(Series {
-                            line: Line::Dashed,
-                            markers: Markers::None,
-                            colour: BLACK,
-                            ..total
-                        });
-                    }
-                    picture
-                },
-            ));
+            drawn.pictures.extend(self.picture(group.what, group.file, group.title, y, series).map(|mut picture| {
+                if single {
+                    // the axis names it
+                    picture.plot.series.iter_mut().for_each(|series| series.name.clear());
+                }
+                if group.what == What::Residual && picture.plot.series.len() > 1 {
+                    // the largest part hides it, or it hides that
+                    let total = picture.plot.series.remove(0);
+                    picture.plot.series.push(Series {
+                        line: Line::Dashed,
+                        markers: Markers::None,
+                        colour: BLACK,
+                        ..total
+                    });
+                }
+                picture
+            }));
             return;
         }
         let usual = match group.what {
@@ -264,9 +256,8 @@ impl<'a> Runs<'a> {
 
     /// Measures that no group has: of a single run those of one kind, such as `defects_plus` and `defects_minus`, in one picture.
     fn others(&self, drawn: &mut Drawn) {
-        let known = |column: &str| {
-            ASIDE.contains(&column) || GROUPS.iter().any(|group| group.columns.contains(&column))
-        };
+        let known =
+            |column: &str| ASIDE.contains(&column) || GROUPS.iter().any(|group| group.columns.contains(&column));
         let mut columns: Vec<&str> = Vec::new();
         for column in self.all.iter().flat_map(|(_, table, _)| &table.header) {
             if !known(column) && !column.is_empty() && !columns.contains(&column.as_str()) {

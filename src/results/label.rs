@@ -134,7 +134,8 @@ pub(crate) fn common(runs: &[&Results]) -> String {
 pub(crate) fn shared(scenes: &[&toml::Table]) -> String {
     let all: Vec<Vec<Setting>> = scenes.iter().map(|scene| parameters_of(scene)).collect();
     let Some(first) = all.first() else { return String::new() };
-    let mut settings: Vec<&Setting> = first.iter().filter(|setting| all.iter().all(|one| one.contains(setting))).collect();
+    let mut settings: Vec<&Setting> =
+        first.iter().filter(|setting| all.iter().all(|one| one.contains(setting))).collect();
     let follows = scenes.iter().all(|scene| traction_follows(scene));
     settings.retain(|setting| setting.key != "model.traction" || !follows);
     // what is off needs no place in a picture

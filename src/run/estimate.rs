@@ -12,8 +12,8 @@ use super::setup::build_mesh;
 use super::summary::{Ending, Summary};
 use super::{Options, Record, RunError, run_recorded};
 use crate::mesh::generate::{MeshScene, Shape};
-use crate::output::{OutputError, write_whole};
 use crate::output::progress::{Progress, Verbosity};
+use crate::output::{OutputError, write_whole};
 use crate::scene::{Scene, SceneError, SceneSource, What};
 
 /// Cells of the coarser runs are longer by these factors.
@@ -97,7 +97,9 @@ pub(super) fn add(scene: &Scene, options: &Options, summary: &mut Summary, recor
     match found {
         Err(_) if interrupted => {
             if options.verbosity > Verbosity::Quiet {
-                eprintln!("note: interrupted before the errors of the measures were estimated: `--resume` estimates them");
+                eprintln!(
+                    "note: interrupted before the errors of the measures were estimated: `--resume` estimates them"
+                );
             }
         }
         Ok((values, how)) => {

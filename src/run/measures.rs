@@ -309,9 +309,8 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
         };
         columns.extend(["residual", "residual_velocity", volume, "residual_polarity"]);
     }
-    let is_written = |measure: &Measure| {
-        named(*measure) || *measure == Measure::FreeEnergy && scene.time.stop_energy_rate.is_some()
-    };
+    let is_written =
+        |measure: &Measure| named(*measure) || *measure == Measure::FreeEnergy && scene.time.stop_energy_rate.is_some();
     columns.extend(Measure::ALL.into_iter().filter(is_written).flat_map(columns_of));
     columns
 }

@@ -267,7 +267,10 @@ impl Diagram {
             }
         }
         series.extend(self.special_points(study));
-        let title = study.title.clone().unwrap_or_else(|| format!("branches of steady states in {}", names::words(&study.parameter)));
+        let title = study
+            .title
+            .clone()
+            .unwrap_or_else(|| format!("branches of steady states in {}", names::words(&study.parameter)));
         let cells = format!("range {} to {}", number(study.range[0]), number(study.range[1]));
         Plot { title, subtitle: cells, x, y, series, slopes: Vec::new() }
     }

@@ -132,7 +132,8 @@ fn plot(study: &SweepStudy, spec: &PlotSpec, columns: &[Column], rows: usize, sh
         columns.iter().filter(|column| !column.text(row).is_empty()).map(part).collect::<Vec<_>>().join(", ")
     };
     // parameters of the model are among the shared ones
-    let is_aside = |column: &&Column| !(column.name.starts_with("model.") && names::symbol(&column.name) != column.name);
+    let is_aside =
+        |column: &&Column| !(column.name.starts_with("model.") && names::symbol(&column.name) != column.name);
     let fixed: Vec<&Column> = fixed.into_iter().filter(is_aside).collect();
     let subtitle: Vec<String> = [shared.to_owned(), label(&fixed, 0)].into_iter().filter(|s| !s.is_empty()).collect();
     let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
