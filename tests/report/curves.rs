@@ -132,7 +132,10 @@ fn wrong_wishes_are_explained() {
         ),
         (&["plot", "one", "--what", "budget"], &["`--what budget`: there is nothing to draw", "`energy-budget`"]),
         (&["plot", "one", "--axis", "axis-9"], &["`--axis axis-9`", "the cuts are axis-1, axis-2a, axis-3, axis-4"]),
-        (&["plot", "one", "--quantity", "heat"], &["`--quantity heat`", "velocity-1", "columns p1, p2, pressure"]),
+        (
+            &["plot", "one", "--quantity", "heat"],
+            &["`--quantity heat`", "velocity-1", "columns laplacian1, laplacian2, p1, p2, pressure"],
+        ),
         (&["plot", "orders"], &["orders: nothing to draw; hint: the study has drawn its picture itself"]),
         (&["plot", "one", "--window", "2"], &["`--window 2`: must be two numbers"]),
         (&["plot", "one", "--label", "a", "--label", "b"], &["`--label b`: there are 2 labels for 1 runs"]),
