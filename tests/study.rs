@@ -468,7 +468,7 @@ fn a_plot_and_a_typed_table_lie_beside_the_text() {
     assert!(table.column("free_energy").iter().all(|cell| cell.parse::<f64>().is_ok()));
     assert!(!table.header.iter().any(|name| name == "free_energy_rate"), "{:?}", table.header);
     let svg = std::fs::read_to_string(root.path().join("out/plots/iterations-by-model.peclet.svg")).unwrap();
-    assert!(svg.contains("model.coherence = 0.01"));
+    assert!(svg.contains("κ = 0.01") && svg.contains("iterations of the coupling"));
     assert!(root.path().join("out/plots/iterations-by-model.peclet.png").exists());
     assert!(std::fs::read(root.path().join("out/results.parquet")).unwrap().starts_with(b"PAR1"));
 }

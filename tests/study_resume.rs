@@ -114,6 +114,53 @@ vary = { "model.slip" = [0.0, 1.0], "model.peclet" = [0.5, 1.0, 2.0] }
 }
 
 #[test]
+fn estimates_that_were_killed_are_made_when_the_study_is_resumed() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path();
+    let text = r#"scene = "square.toml"
+set = { "mesh.n" = 4, "time.step" = 0.05, "output" = [{ measures = ["free-energy"], every = { steps = 2 }, estimate = true }] }
+vary = { "model.coherence" = [0.5, 1.0] }
+plot = { x = "model.coherence", y = "free_energy" }
+[[case]]
+name = "stationary"
+set = { "time.stop" = { residual = 100.0 } }
+[[case]]
+name = "rest"
+set = { "time.stop" = { energy_rate = 100.0 }, "time.end" = 1.0 }
+"#;
+    std::fs::write(folder.join("square.toml"), SCENE.replace("end = 1.0", "end = 0.25")).unwrap();
+    std::fs::write(folder.join("killed.toml"), text).unwrap();
+    assert!(study(folder, "whole").status().unwrap().success());
+    let expected = table(folder, "whole");
+    let mut pending = 0;
+    for run in ["01", "02", "03-stationary", "04-rest"] {
+        let at = folder.join("killed").join(run);
+        let mut child = study(folder, "killed").spawn().unwrap();
+        while !at.join("estimate").exists() && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        kill(&mut child);
+        let summary = std::fs::read_to_string(at.join("summary.json")).unwrap();
+        pending += usize::from(summary.contains("\"estimates_pending\": true"));
+    }
+    assert!(pending > 0, "no estimate was caught at work");
+    assert!(study(folder, "killed").status().unwrap().success());
+    assert_eq!(table(folder, "killed"), expected, "{pending} of 4 were killed");
+    let column = |name: &str| expected[0].iter().position(|n| n == name).unwrap_or_else(|| panic!("no {name}"));
+    let [energy, error, ending] = ["free_energy", "free_energy_error", "ending"].map(column);
+    assert_eq!(error, energy + 1);
+    for row in &expected[1..] {
+        let [energy, error] = [energy, error].map(|at| row[at].parse::<f64>().unwrap());
+        assert!(error > 0.0 && error < energy, "{row:?}");
+    }
+    let endings: Vec<&str> = expected[1..].iter().map(|row| row[ending].as_str()).collect();
+    assert_eq!(endings, ["end-time", "end-time", "stationary", "energy-at-rest"]);
+    let plot = std::fs::read_to_string(folder.join("killed/plots/free_energy-by-model.coherence.svg")).unwrap();
+    assert!(plot.contains("free energy F (dimensionless)") && plot.contains("κ"), "{plot}");
+    assert!(!plot.contains("model.coherence"), "names are for readers");
+}
+
+#[test]
 fn two_processes_share_a_folder_without_doing_a_run_twice() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();

@@ -216,7 +216,7 @@ impl Results {
 
     fn read_sweep(&mut self) {
         self.read_tables(&["results.csv", "tradeoff.csv", "pareto.csv", "richardson.csv"]);
-        if self.kind == Kind::Sweep && self.table("results.csv").is_none() {
+        if self.kind == Kind::Sweep && !self.path.join("results.csv").exists() {
             self.problems.push("results.csv is missing: no run has ended yet".to_owned());
         }
         let named: Vec<String> = self

@@ -7,6 +7,9 @@ use super::locate;
 use super::source::SceneSource;
 use crate::model::names;
 
+/// Keys of studies that must be there and are no tables.
+const VALUES: [&str; 6] = ["scene", "measures", "measure", "reference", "parameter", "range"];
+
 /// The key that `error` concerns, and the error as a scene has it. `text` is what was deserialised.
 pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de::Error) -> (String, SceneError) {
     let message = error.message();
@@ -25,10 +28,10 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
     }
     if let (true, [name]) = (message.starts_with("missing field"), &quoted[..]) {
         let key = join(&around, name);
-        let hint = if around.is_empty() {
-            format!("add the table [{name}]")
-        } else {
-            format!("add `{name} = …` to [{}]", around.join("."))
+        let hint = match (around.is_empty(), VALUES.contains(name)) {
+            (true, true) => format!("add `{name} = …` above the first table"),
+            (true, false) => format!("add the table [{name}]"),
+            (false, _) => format!("add `{name} = …` to [{}]", around.join(".")),
         };
         return (key.clone(), SceneError::Missing { place: source.place(&key), key, hint });
     }

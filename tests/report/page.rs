@@ -38,7 +38,7 @@ fn a_run_says_what_was_solved_found_and_spent() {
         "finished",
         "The end time was reached at t = 1.5 after 6 steps",
         "An incompressible sheet",
-        "asymmetry velocity",
+        "asymmetry of v between the two sides",
         "free energy rate",
         "relaxation time of the polarity",
         "dirichlet (1, 0)",
