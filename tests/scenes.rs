@@ -141,7 +141,7 @@ fn short(sweep: &Path) -> Vec<String> {
         taken.extend(keys_of(case.as_table().unwrap(), "set"));
     }
     let mut sets = vec!["time.max_steps=2".to_owned()];
-    let mesh = coarse_mesh(&std::fs::read_to_string(scene).unwrap());
+    let mesh = coarse_mesh(&std::fs::read_to_string(&scene).unwrap());
     sets.extend(mesh.iter().filter(|set| !taken.iter().any(|key| set.starts_with(key))).map(|set| (*set).to_owned()));
     if let Some(vary) = table.get("vary").and_then(toml::Value::as_table) {
         let ends = |(key, list): (&String, &toml::Value)| {
@@ -155,7 +155,15 @@ fn short(sweep: &Path) -> Vec<String> {
         sets.push(format!("vary={{ {} }}", vary.iter().map(ends).collect::<Vec<_>>().join(", ")));
     }
     sets.extend(marching(&table));
+    sets.extend(without_maps(&table_of(&scene)));
     sets
+}
+
+/// Pictures of a scene are drawn where it is run itself.
+fn without_maps(scene: &toml::Table) -> Option<String> {
+    let all = scene.get("output")?.as_array()?;
+    let others: Vec<toml::Value> = all.iter().filter(|output| output.get("maps").is_none()).cloned().collect();
+    (others.len() < all.len()).then(|| format!("output={}", toml::Value::Array(others)))
 }
 
 /// A sweep of searches for steady states, on meshes of its own, made one of marching on coarse meshes.
