@@ -13,6 +13,8 @@
 //! `v` and `Π` are continuous (Taylor–Hood), `p` and `ρ` are discontinuous; time is discretised by BDF, for ρ by A-BDF. The page `docs/model.md`
 //! gives every formula with the tag that the code cites; numbers in square brackets are those of Shourick's thesis (2024).
 
+pub mod body;
+pub mod contact;
 pub mod element;
 pub mod form;
 pub mod measure;

@@ -1,0 +1,109 @@
+//! Rigid bodies: what they are, how they move, and how a flow carries them.
+//!
+//! A body B has the velocity `V + ω (x−x_B)^⊥`, `y^⊥ = (−y₂, y₁)`. In a flow it is a region of viscosity larger by 1/ε: `(2/ε) ∫_B D(v):D(w)` is
+//! added to the viscous form [L1.13], and velocity and spin are means of the flow over B. Tags `[L…]` are equations of Lefebvre's thesis (2007).
+
+pub mod shape;
+
+use crate::mesh::Point;
+use crate::model::Expression;
+pub use shape::Shape;
+
+/// Where a body is.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Pose {
+    /// Centre of mass `x_B`.
+    pub position: Point,
+    /// Angle θ, counterclockwise.
+    pub angle: f64,
+}
+
+impl Pose {
+    /// From the body's frame to space.
+    pub fn to_space(&self, local: Point) -> Point {
+        self.position + turned(local, self.angle)
+    }
+
+    /// From space to the body's frame.
+    pub fn to_body(&self, x: Point) -> Point {
+        turned(x - self.position, -self.angle)
+    }
+}
+
+/// How a body moves: `V + ω (x−x_B)^⊥`.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Twist {
+    /// `V`
+    pub velocity: Point,
+    /// `ω`
+    pub spin: f64,
+}
+
+impl Twist {
+    /// At rest.
+    pub const ZERO: Twist = Twist { velocity: Point::new(0.0, 0.0), spin: 0.0 };
+
+    /// Velocity of the point `x` of a body whose centre is `centre`.
+    pub fn at(&self, x: Point, centre: Point) -> Point {
+        self.velocity + self.spin * perpendicular(x - centre)
+    }
+}
+
+/// `y^⊥ = (−y₂, y₁)`
+pub fn perpendicular(y: Point) -> Point {
+    Point::new(-y.y, y.x)
+}
+
+/// `y` turned counterclockwise by an angle.
+pub fn turned(y: Point, angle: f64) -> Point {
+    let (s, c) = angle.sin_cos();
+    Point::new(c * y.x - s * y.y, s * y.x + c * y.y)
+}
+
+/// What decides about a body's motion.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Hold {
+    /// Forces, the flow and contact.
+    Free,
+    /// Nothing: it stays where it is.
+    Fixed,
+    /// It may only turn about a point of it, given in the body's frame.
+    Pinned(Point),
+    /// Velocity and spin are formulas of t (and of the position and angle, `x`, `y`, `theta`).
+    Held { velocity: [Expression; 2], spin: Expression },
+    /// Position and angle are formulas of t.
+    Path { position: [Expression; 2], angle: Expression },
+}
+
+/// A rigid body. Everything is dimensionless.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// What tables and messages call it.
+    pub name: String,
+    pub shape: Shape,
+    pub hold: Hold,
+    /// Mass per area; inertia counts in `particles` only.
+    pub density: f64,
+    /// Total external force, formulas of `t`, `x`, `y`, `theta` (the body's position and angle).
+    pub force: [Expression; 2],
+    /// External torque about the centre.
+    pub torque: Expression,
+    /// Friction with the substrate, per area.
+    pub friction: f64,
+    /// At t = 0.
+    pub start: Pose,
+    /// At t = 0; counts in `particles` only.
+    pub start_twist: Twist,
+}
+
+impl Body {
+    /// Mass `m`.
+    pub fn mass(&self) -> f64 {
+        self.density * self.shape.area()
+    }
+
+    /// Moment of inertia about the centre.
+    pub fn inertia(&self) -> f64 {
+        self.density * self.shape.second_moment()
+    }
+}

@@ -1,0 +1,49 @@
+//! Contact of rigid bodies with each other and with walls: inelastic, or gluey by the lubrication of a vanishing film.
+
+use crate::mesh::Point;
+
+/// What bodies cannot enter and that never moves; obstacles that move are bodies on a given path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wall {
+    /// Bodies stay on the left of the directed segment, or touch its ends.
+    Segment([Point; 2]),
+    /// Bodies stay outside.
+    Disc { centre: Point, radius: f64 },
+    /// Bodies stay inside.
+    Hollow { centre: Point, radius: f64 },
+}
+
+/// How bodies that meet part again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// `G·V ≥ 0` where they touch.
+    Inelastic,
+    /// They stay together until they have been pulled as much as they were pressed [L4, L5]; `γ ≥ γ_min`, the threshold of roughness, `−∞` for
+    /// smooth bodies.
+    Gluey { gamma_min: f64 },
+}
+
+/// What a body touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum Partner {
+    Body(usize),
+    Wall(usize),
+}
+
+/// A pair that is close or touches, after a step.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Contact {
+    /// The first body, of the lower index.
+    pub body: usize,
+    pub partner: Partner,
+    /// Gap `D` after the step.
+    pub gap: f64,
+    /// Multiplier λ, the normal force: positive repels, negative holds.
+    pub force: f64,
+    /// `γ ≤ 0`; 0 in inelastic contact.
+    pub gamma: f64,
+    /// Where the pair is nearest, midway.
+    pub point: Point,
+    /// Unit normal from the first body to its partner.
+    pub normal: Point,
+}
