@@ -194,7 +194,7 @@ fn tolerances(mesh: &Mesh, cell: usize) -> [f64; 3] {
 }
 
 /// The reference point that the cell maps to `x`; `None` if Newton's method finds none near the cell.
-fn invert(mesh: &Mesh, cell: usize, x: Point) -> Option<Point> {
+pub(crate) fn invert(mesh: &Mesh, cell: usize, x: Point) -> Option<Point> {
     let straight = straight_inverse(mesh, cell, x)?;
     match mesh.map(cell) {
         CellMap::Affine { .. } => Some(straight),

@@ -5,6 +5,7 @@
 //! negative, and functions are evaluated at points of the body. A face is cut into intervals, inside and outside, on which the rules of
 //! faces hold, so that integrands with a kink such as `|v·n|` are treated as on whole faces.
 
+mod curved;
 mod face;
 mod region;
 mod rule;
@@ -44,14 +45,14 @@ pub enum Part {
 
 /// A quadrature rule on a part of a cell: reference points with the bases there, and weights in the measure of the reference triangle.
 #[derive(Debug)]
-pub struct CutRule {
+pub(crate) struct CutRule {
     pub tables: Tables,
     pub weights: Vec<f64>,
 }
 
 /// A quadrature rule on a part of a face: weights that add up to the part's share of the parameter, the bases at the points on both sides.
 #[derive(Debug)]
-pub struct CutFaceRule {
+pub(crate) struct CutFaceRule {
     pub minus: Tables,
     pub plus: Option<Tables>,
     pub weights: Vec<f64>,
@@ -84,8 +85,16 @@ struct Cut<P, R> {
     rules: Cache<R>,
 }
 
-/// The parts are regions of the reference triangle.
-type CutCell = Cut<Vec<Piece>, CutRule>;
+/// The part of a cell inside a body.
+#[derive(Debug)]
+enum Region {
+    /// Of a straight cell: the boundary in the reference triangle.
+    Straight(Vec<Piece>),
+    /// Of a curved cell.
+    Curved(Vec<curved::Side>),
+}
+
+type CutCell = Cut<Region, CutRule>;
 /// The parts are shares of the face, from first to last.
 type CutFace = Cut<[f64; 2], CutFaceRule>;
 
@@ -97,7 +106,7 @@ impl<P, R> Cut<P, R> {
 
 impl CutCell {
     /// The rule on a part, exact for polynomials of degree `degree` in reference coordinates.
-    fn rule(&self, part: Part, degree: usize) -> Arc<CutRule> {
+    fn rule(&self, (mesh, cell): (&Mesh, usize), part: Part, degree: usize) -> Arc<CutRule> {
         self.rules.get(part, degree, || {
             let (mut points, mut weights) = (Vec::new(), Vec::new());
             let sign = match part {
@@ -113,7 +122,10 @@ impl CutCell {
                 if matches!(part, Part::Inside(Some(asked)) if asked != *body) {
                     continue;
                 }
-                let rule = rule::fan(region, degree);
+                let rule = match region {
+                    Region::Straight(boundary) => rule::fan(boundary, degree),
+                    Region::Curved(sides) => curved::fan(mesh, cell, sides, degree),
+                };
                 points.extend(rule.points);
                 weights.extend(rule.weights.iter().map(|w| sign * w));
             }
@@ -159,6 +171,10 @@ impl CutFace {
 }
 
 /// Placed shapes on a mesh: which cells and faces they cover or cut, and quadrature on the parts.
+///
+/// The rules of straight cells are exact to rounding. On curved cells the boundary of a body is taken to the reference triangle point by point and
+/// integrated by Gauss rules, with 7 points more than polynomials need on pieces of at most a quarter of the cell: the error is
+/// below 1e-12 of the cell unless its map is strongly bent.
 ///
 /// Bodies may leave the domain; only what lies inside the mesh counts. They should not overlap: what two bodies share is twice inside.
 #[derive(Debug, Clone)]
@@ -262,7 +278,11 @@ impl Cover {
     fn examine(&self, cell: usize, bodies: &[usize]) -> Found<CutCell> {
         let corners = self.mesh.corners(cell);
         let centre = self.mesh.centroid(cell);
-        let reach = corners.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        let reach = match &self.mesh.curved[cell] {
+            None => farthest(&corners, centre),
+            // the Lebesgue constant of the nodes
+            Some(nodes) => 2.3 * farthest(&nodes.positions, centre),
+        };
         let mut parts = Vec::new();
         for &body in bodies {
             let placed = self.body(body);
@@ -270,7 +290,18 @@ impl Cover {
             if distance > reach {
                 continue;
             }
-            if distance < -reach || corners.iter().all(|&x| placed.contains(x)) {
+            if distance < -reach {
+                return Found::Inside(body);
+            }
+            if self.mesh.curved[cell].is_some() {
+                match curved::covered(&self.mesh, cell, placed) {
+                    curved::Covered::Nothing => {}
+                    curved::Covered::All => return Found::Inside(body),
+                    curved::Covered::Part(sides) => parts.push((body, Region::Curved(sides))),
+                }
+                continue;
+            }
+            if corners.iter().all(|&x| placed.contains(x)) {
                 return Found::Inside(body);
             }
             let region = self.region(cell, placed);
@@ -279,13 +310,13 @@ impl Cover {
                 return Found::Inside(body);
             }
             if share > region::NOTHING {
-                parts.push((body, region));
+                parts.push((body, Region::Straight(region)));
             }
         }
         if parts.is_empty() { Found::Outside } else { Found::Cut(Arc::new(Cut::new(parts))) }
     }
 
-    /// The part of a cell that a body covers, in reference coordinates.
+    /// The part of a straight cell that a body covers, in reference coordinates.
     fn region(&self, cell: usize, placed: Placed) -> Vec<Piece> {
         let [a, b, c] = self.mesh.corners(cell);
         let (origin, jacobian) = (a, nalgebra::Matrix2::from_columns(&[b - a, c - a]));
@@ -298,15 +329,14 @@ impl Cover {
     }
 
     fn examine_face(&self, face: usize, bodies: &[usize]) -> Found<CutFace> {
-        let ends = self.mesh.face_vertices(&self.mesh.faces[face]).map(|v| self.mesh.vertices[v]);
+        let side = self.mesh.faces[face].minus;
         let mut parts = Vec::new();
         for &body in bodies {
-            let placed = self.body(body);
-            match face::covered(placed.shape, ends.map(|x| placed.pose.to_body(x))) {
-                Some([0.0, 1.0]) => return Found::Inside(body),
-                Some(span) => parts.push((body, span)),
-                None => {}
+            let spans = curved::along_face(&self.mesh, side.cell, side.face, self.body(body));
+            if spans == [[0.0, 1.0]] {
+                return Found::Inside(body);
             }
+            parts.extend(spans.into_iter().map(|span| (body, span)));
         }
         parts.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
         if parts.is_empty() { Found::Outside } else { Found::Cut(Arc::new(Cut::new(parts))) }
@@ -356,14 +386,14 @@ impl Cover {
         &self.touched
     }
 
-    /// The rule on a part of the cut cell `cut`, exact for the degree `degree` in reference coordinates.
-    pub fn cell_rule(&self, cut: usize, part: Part, degree: usize) -> Arc<CutRule> {
+    /// The rule on a part of the cut cell `cut`, which is cell `cell` of the mesh, exact for the degree `degree` in reference coordinates.
+    pub(crate) fn cell_rule(&self, cut: usize, cell: usize, part: Part, degree: usize) -> Arc<CutRule> {
         let class = degree.max(1).next_multiple_of(2).min(MAX_TRIANGLE_DEGREE);
-        self.cut_cells[cut].rule(part, class)
+        self.cut_cells[cut].rule((&self.mesh, cell), part, class)
     }
 
     /// The rule on a part of the cut face `cut`, which is face `face` of the mesh, exact for the degree `degree` along it.
-    pub fn face_rule(&self, cut: usize, face: usize, part: Part, degree: usize) -> Arc<CutFaceRule> {
+    pub(crate) fn face_rule(&self, cut: usize, face: usize, part: Part, degree: usize) -> Arc<CutFaceRule> {
         let face = &self.mesh.faces[face];
         let class = (degree | 1).min(MAX_INTERVAL_DEGREE);
         self.cut_faces[cut].rule(part, class, (face.minus.face, face.plus.map(|s| s.face)))
@@ -393,6 +423,10 @@ fn classes<C>(count: usize, indices: &[usize], found: Vec<Found<C>>) -> (Vec<Cla
         };
     }
     (classes, cuts)
+}
+
+fn farthest(points: &[Point], centre: Point) -> f64 {
+    points.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max)
 }
 
 /// The union of two ascending lists.

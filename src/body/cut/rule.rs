@@ -6,14 +6,43 @@
 //! convex region.
 
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
 use super::region::is_full_turn;
 use crate::body::outline::Piece;
-use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, Rule};
+use crate::element::quadrature::{self, Rule};
 use crate::mesh::Point;
 
-/// Most points of one Gauss rule.
-const MOST: usize = MAX_INTERVAL_DEGREE.div_ceil(2);
+/// Most points of one Gauss rule along an arc.
+const MOST: usize = 48;
+
+/// The Gauss–Legendre rule of `count` points on `[0, 1]`: arcs need more points than any polynomial of the forms.
+pub(super) fn gauss(count: usize) -> &'static Rule<f64> {
+    static RULES: [OnceLock<Rule<f64>>; MOST] = [const { OnceLock::new() }; MOST];
+    RULES[count - 1].get_or_init(|| {
+        let n = count as f64;
+        // the zero x of P_n that Newton's method finds from Tricomi's first term, and P_n′(x)
+        let root = |k: usize| {
+            let mut x = (std::f64::consts::PI * (k as f64 + 0.75) / (n + 0.5)).cos();
+            let mut slope = 1.0;
+            for _ in 0..8 {
+                let (mut last, mut value) = (0.0, 1.0);
+                for m in 0..count {
+                    let m = m as f64;
+                    (last, value) = (value, ((2.0 * m + 1.0) * x * value - m * last) / (m + 1.0));
+                }
+                slope = n * (last - x * value) / ((1.0 - x) * (1.0 + x));
+                x -= value / slope;
+            }
+            (x, slope)
+        };
+        let (points, weights) = (0..count)
+            .map(root)
+            .map(|(x, slope)| (0.5 - 0.5 * x, 1.0 / ((1.0 - x) * (1.0 + x) * slope * slope)))
+            .unzip();
+        Rule { degree: 2 * count - 1, points, weights }
+    })
+}
 
 /// Quadrature on the part of the reference triangle inside `boundary`, exact for the total degree `degree`.
 pub(super) fn fan(boundary: &[Piece], degree: usize) -> Rule<Point> {
@@ -46,7 +75,8 @@ fn apex(boundary: &[Piece]) -> Option<Point> {
 
 fn add_triangle(rule: &mut Rule<Point>, [a, b, c]: [Point; 3]) {
     let twice_area = (b - a).perp(&(c - a));
-    if a == b || c == a || twice_area == 0.0 {
+    // the region is convex: what is negative is rounding
+    if a == b || c == a || twice_area <= 0.0 {
         return;
     }
     let reference = quadrature::triangle(rule.degree);
@@ -55,20 +85,25 @@ fn add_triangle(rule: &mut Rule<Point>, [a, b, c]: [Point; 3]) {
 }
 
 fn add_sector(rule: &mut Rule<Point>, apex: Point, arc: &Piece) {
-    let radial = quadrature::interval(rule.degree + 1);
     let degree = rule.degree;
     each_arc_point(arc, degree, |x, slope, weight| {
-        let reach = x - apex;
-        let measure = reach.perp(&slope) * weight;
-        for (s, w) in radial.points.iter().zip(&radial.weights) {
-            rule.points.push(apex + reach * *s);
-            rule.weights.push(w * s * measure);
+        if (x - apex).perp(&slope) > 0.0 {
+            add_cone(rule, apex, x, slope * weight);
         }
     });
 }
 
+/// Adds the points between `apex` and a point `x` of a curve, of which `element` is the weighted tangent.
+pub(super) fn add_cone(rule: &mut Rule<Point>, apex: Point, x: Point, element: Point) {
+    let radial = quadrature::interval(rule.degree + 1);
+    let reach = x - apex;
+    let measure = reach.perp(&element);
+    rule.points.extend(radial.points.iter().map(|s| apex + reach * *s));
+    rule.weights.extend(radial.points.iter().zip(&radial.weights).map(|(s, w)| w * s * measure));
+}
+
 /// Calls `visit` with `x(t)`, `x′(t)` and the weight of every point of a rule along an arc, for integrands of degree `degree + 1` in x and x′.
-pub(super) fn each_arc_point(arc: &Piece, degree: usize, mut visit: impl FnMut(Point, Point, f64)) {
+fn each_arc_point(arc: &Piece, degree: usize, mut visit: impl FnMut(Point, Point, f64)) {
     let (from, to) = arc.range();
     if is_full_turn(arc) {
         // a trigonometric polynomial of degree d + 1 over its period
@@ -80,7 +115,7 @@ pub(super) fn each_arc_point(arc: &Piece, degree: usize, mut visit: impl FnMut(P
         return;
     }
     let (parts, points) = arc_points(degree, to - from);
-    let (gauss, step) = (quadrature::interval(2 * points - 1), (to - from) / parts as f64);
+    let (gauss, step) = (gauss(points), (to - from) / parts as f64);
     for part in 0..parts {
         for (s, w) in gauss.points.iter().zip(&gauss.weights) {
             let t = from + (part as f64 + s) * step;
