@@ -26,7 +26,10 @@ pub(crate) struct CutFaceRule {
 
 /// Rules by part and degree, made when they are first asked for.
 #[derive(Debug)]
-struct Cache<R>(Mutex<Vec<((Part, usize), Arc<R>)>>);
+struct Cache<R>(Mutex<Vec<Known<R>>>);
+
+/// A rule with the part and degree that it is for.
+type Known<R> = ((Part, usize), Arc<R>);
 
 impl<R> Cache<R> {
     fn new() -> Self {
