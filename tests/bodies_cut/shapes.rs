@@ -175,7 +175,8 @@ fn placed_shapes_lie_in_their_boxes() {
 fn shapes_that_are_none_are_refused() {
     let polygon =
         |points: &[(f64, f64)]| Shape::Polygon { vertices: points.iter().map(|&(x, y)| Point::new(x, y)).collect() };
-    let wrong: Vec<(Shape, fn(&ShapeError) -> bool)> = vec![
+    type Expected = fn(&ShapeError) -> bool;
+    let wrong: Vec<(Shape, Expected)> = vec![
         (Shape::Disc { radius: 0.0 }, |e| matches!(e, ShapeError::Size { .. })),
         (Shape::Disc { radius: f64::NAN }, |e| matches!(e, ShapeError::Size { .. })),
         (Shape::Ellipse { semi_axes: [1.0, -1.0] }, |e| matches!(e, ShapeError::Size { .. })),
