@@ -55,7 +55,7 @@ pub(super) fn solve(problem: &Problem, warm: &[f64], penalty: f64) -> Result<Pro
             return Ok(done);
         }
         let now = problem.worst(&u, &work.with_bounds(&mu));
-        if !(now.1 < 0.03 * worst.1) && scale < MOST_PENALTY {
+        if now.1 >= 0.03 * worst.1 && scale < MOST_PENALTY {
             scale *= 30.0;
             work.sigma.iter_mut().for_each(|s| *s *= 30.0);
             work.factors = None;
@@ -90,7 +90,8 @@ impl<'a> Workspace<'a> {
         let symmetric = Symmetric::new(n, all).ok()?;
         let places = problem.rows.iter().map(|row| {
             let pairs = row.entries.iter().enumerate();
-            pairs.flat_map(|(i, &(k, _))| row.entries[..=i].iter().map(move |&(l, _)| (k.max(l), k.min(l))))
+            pairs
+                .flat_map(|(i, &(k, _))| row.entries[..=i].iter().map(move |&(l, _)| (k.max(l), k.min(l))))
                 .map(|(k, l)| symmetric.place(k, l))
                 .collect()
         });
@@ -229,7 +230,7 @@ impl<'a> Workspace<'a> {
             if excess <= 1.0 {
                 return Some(self.finish(u, bounded));
             }
-            if round > 1 && !(excess < 0.5 * last) {
+            if excess.is_nan() || round > 1 && excess >= 0.5 * last {
                 return None;
             }
             last = excess;

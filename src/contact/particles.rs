@@ -221,7 +221,11 @@ impl Particles {
 
     /// Plans in which nothing moves.
     fn resting(&self) -> Vec<Plan> {
-        self.bodies.iter().map(|b| Plan { predicted: Twist::ZERO, freedom: Freedom::Given { next: b.pose } }).collect()
+        let freedom = |b: &Particle| match b.motion {
+            Motion::Free | Motion::Pinned(_) => Freedom::Free { mass: b.mass, inertia: b.inertia },
+            Motion::Fixed | Motion::Held | Motion::Path => Freedom::Given { next: b.pose },
+        };
+        self.bodies.iter().map(|b| Plan { predicted: Twist::ZERO, freedom: freedom(b) }).collect()
     }
 
     fn movers<'a>(&'a self, plans: &[Plan]) -> Vec<Mover<'a>> {
@@ -239,7 +243,9 @@ impl Particles {
     fn plan(&self, k: usize, dt: f64, drive: &dyn Drive) -> Result<Plan, ContactError> {
         let Particle { name, mass, inertia, motion, pose, twist, .. } = &self.bodies[k];
         let finite = |what, values: &[f64]| match values.iter().find(|v| !v.is_finite()) {
-            Some(&value) => Err(ContactError::NotFinite { body: name.clone(), what, value, t: self.time }),
+            Some(&value) => {
+                Err(ContactError::NotFinite { body: name.clone(), what, value, at: format!(" at t = {}", self.time) })
+            }
             None => Ok(()),
         };
         let given = |next| Ok(Plan { predicted: Twist::ZERO, freedom: Freedom::Given { next } });

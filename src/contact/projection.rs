@@ -150,7 +150,7 @@ impl Problem {
     }
 
     fn cold(&self) -> Vec<f64> {
-        self.rows.iter().map(|row| row.bound.max(0.0).min(0.0)).collect()
+        vec![0.0; self.rows.len()]
     }
 
     /// A bound of the largest eigenvalue of `B M⁻¹ Bᵀ`, by the sums of its rows (Gershgorin).

@@ -76,9 +76,14 @@ impl Settings {
             return error("overlap", self.overlap, "must be finite and at least 0", "1e-9 is the default");
         }
         if let Law::Gluey { gamma_min } = self.law
-            && !(gamma_min <= 0.0)
+            && (gamma_min > 0.0 || gamma_min.is_nan())
         {
-            return error("gamma_min", gamma_min, "must be at most 0", "0 is contact without glue, -inf are smooth bodies");
+            return error(
+                "gamma_min",
+                gamma_min,
+                "must be at most 0",
+                "0 is contact without glue, -inf are smooth bodies",
+            );
         }
         Ok(())
     }
@@ -155,7 +160,7 @@ impl Solver {
         self.bonds = bonds;
     }
 
-    /// Refuses bodies that overlap each other or walls.
+    /// Refuses bodies that overlap each other or walls; two given ones may, they never push each other.
     ///
     /// # Errors
     /// The first pair that overlaps by more than the settings accept.
@@ -278,15 +283,21 @@ fn check_mover(mover: &Mover) -> Result<(), ContactError> {
     let predicted = [("predicted velocity", velocity.x), ("predicted velocity", velocity.y), ("predicted spin", spin)];
     match mover.freedom {
         Freedom::Given { next } => {
-            values.extend([("next position", next.position.x), ("next position", next.position.y), ("next angle", next.angle)]);
+            values.extend([
+                ("next position", next.position.x),
+                ("next position", next.position.y),
+                ("next angle", next.angle),
+            ]);
         }
         Freedom::Free { .. } | Freedom::Pinned { .. } => values.extend(predicted),
     }
     if let Some(&(what, value)) = values.iter().find(|v| !v.1.is_finite()) {
-        return Err(ContactError::NotFinite { body: body(), what, value, t: f64::NAN });
+        return Err(ContactError::NotFinite { body: body(), what, value, at: String::new() });
     }
     let inertias = match mover.freedom {
-        Freedom::Free { mass, inertia } => vec![("mass or resistance", mass), ("inertia or resistance to spin", inertia)],
+        Freedom::Free { mass, inertia } => {
+            vec![("mass or resistance", mass), ("inertia or resistance to spin", inertia)]
+        }
         Freedom::Pinned { inertia, .. } => vec![("inertia or resistance to spin about the pin", inertia)],
         Freedom::Given { .. } => Vec::new(),
     };
@@ -318,10 +329,9 @@ impl Mover<'_> {
                 let arm = -turned(pivot, self.pose.angle);
                 Twist { velocity: twist.spin * perpendicular(arm), spin: twist.spin }
             }
-            Freedom::Given { next } => Twist {
-                velocity: (next.position - self.pose.position) / dt,
-                spin: (next.angle - self.pose.angle) / dt,
-            },
+            Freedom::Given { next } => {
+                Twist { velocity: (next.position - self.pose.position) / dt, spin: (next.angle - self.pose.angle) / dt }
+            }
         }
     }
 

@@ -20,7 +20,7 @@ struct Near {
     partner: Partner,
     touch: Touch,
     row: Row,
-    /// `1/r² …` of the lubrication.
+    /// R of the lubrication.
     resistance: f64,
     /// The multiplier to start from.
     warm: f64,
@@ -127,7 +127,7 @@ impl<'a> Step<'a> {
             found.clear();
             self.solver.touches(self.movers, body, partner, |k| self.movers[k].pose, reach, &mut found);
             // a gap that is not a number must not pass for a wide one
-            found.retain(|touch| !(touch.gap > reach));
+            found.retain(|touch| touch.gap <= reach || touch.gap.is_nan());
             let slots: Vec<u32> = found.iter().map(|touch| touch.slot).collect();
             let bonds = self.solver.bonds.shared(body, partner, &slots);
             for (touch, bond) in found.iter().zip(bonds) {
@@ -161,8 +161,8 @@ impl<'a> Step<'a> {
         let mut row = Row { offset: touch.gap - settings.margin, ..Row::default() };
         self.fill(&mut row, body, partner, &touch);
         row.bound = bond.gamma / (resistance * self.dt * self.unit);
-        row.slack = settings.tolerance * self.solver.size(self.movers, body, partner)
-            + rounding(self.movers, body, partner);
+        row.slack =
+            settings.tolerance * self.solver.size(self.movers, body, partner) + rounding(self.movers, body, partner);
         let warm = row.bound + bond.multiplier;
         Near { body, partner, touch, row, resistance, warm, followed: false }
     }
@@ -324,7 +324,13 @@ impl<'a> Step<'a> {
 
     fn projected(&self, twists: &[Twist]) -> Projected {
         let poses = self.poses(twists);
-        let mut out = Projected { poses, twists: twists.to_vec(), gap: f64::INFINITY, effort: self.effort, ..Projected::default() };
+        let mut out = Projected {
+            poses,
+            twists: twists.to_vec(),
+            gap: f64::INFINITY,
+            effort: self.effort,
+            ..Projected::default()
+        };
         out.forces = vec![[0.0; 3]; twists.len()];
         let mut found: Vec<Touch> = Vec::new();
         let mut of = None;

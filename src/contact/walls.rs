@@ -51,7 +51,9 @@ impl Walls {
             Wall::Segment([p, q]) => {
                 Some(Placed { core: Core::Corners(vec![*p, *q]), radius: 0.0, centre: 0.5 * (p + q) })
             }
-            Wall::Disc { centre, radius } => Some(Placed { core: Core::Point(*centre), radius: *radius, centre: *centre }),
+            Wall::Disc { centre, radius } => {
+                Some(Placed { core: Core::Point(*centre), radius: *radius, centre: *centre })
+            }
             Wall::Hollow { .. } => None,
         });
         Self { placed: placed.collect(), before: before.collect(), after: after.collect(), walls: walls.to_vec() }
@@ -110,7 +112,7 @@ impl Walls {
     }
 }
 
-/// `1/R` of the formula `(r_i+r_j)²/(r_i r_j)²` between a body of radius r and a wall: walls that are flat count as of infinite radius.
+/// `R = (1/r + 1/r')²` between a body of radius r and a wall of radius r': infinite of flat ones, negative of hollow ones.
 pub(super) fn resistance(radius: f64, wall: &Wall) -> f64 {
     match wall {
         Wall::Segment(_) => 1.0 / (radius * radius),
