@@ -11,13 +11,13 @@ use super::projection::{Problem, Projection, Unsolved};
 use crate::solve::sparse::{Cholesky, Symmetric};
 
 /// σ in units of the inverse response of a row.
-pub(super) const PENALTY: f64 = 1e6;
+pub(super) const PENALTY: f64 = 1e7;
 
 /// Penalties above this leave too few digits for refinement.
 const MOST_PENALTY: f64 = 1e13;
 const OUTER: usize = 60;
 const INNER: usize = 200;
-const POLISH: usize = 40;
+const POLISH: usize = 20;
 
 /// A row with a bound `b > −∞` is shifted by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least 0.
 struct Shifted<'a> {
@@ -51,7 +51,7 @@ pub(super) fn solve(problem: &Problem, warm: &[f64], penalty: f64) -> Result<Pro
             let next = mu[c] - work.sigma[c] * row.value(&u);
             mu[c] = if work.shifted.one_sided[c] { next.max(0.0) } else { next };
         }
-        if let Some(done) = work.polish(&u, &mu) {
+        if let Some(done) = work.polish(&mut u, &mut mu) {
             return Ok(done);
         }
         let now = problem.worst(&u, &work.with_bounds(&mu));
@@ -216,25 +216,25 @@ impl<'a> Workspace<'a> {
         if curvature > 0.0 { (-slope / curvature).max(0.0) } else { 1.0 }
     }
 
-    /// Solves the active rows as equations by refinement; the projection when it keeps all rules.
-    fn polish(&mut self, u: &[f64], mu: &[f64]) -> Option<Projection> {
+    /// Solves the active rows as equations by refinement; the projection when it keeps all rules. What is gained stays when it does not.
+    fn polish(&mut self, u: &mut [f64], mu: &mut [f64]) -> Option<Projection> {
         let problem = self.shifted.problem;
         let active: Vec<bool> = (0..mu.len()).map(|c| !self.shifted.one_sided[c] || mu[c] > 0.0).collect();
-        self.factorise(&active)?;
-        let (mut u, mut mu) = (u.to_vec(), mu.to_vec());
         let mut last = f64::INFINITY;
-        for round in 0..POLISH {
-            let bounded = self.with_bounds(&mu);
-            let (imbalance, worst) = (problem.imbalance(&u, &bounded), problem.worst(&u, &bounded).1);
+        for _ in 0..POLISH {
+            let bounded = self.with_bounds(mu);
+            let (imbalance, worst) = (problem.imbalance(u, &bounded), problem.worst(u, &bounded).1);
             let excess = worst.max(imbalance / problem.tolerance);
             if excess <= 1.0 {
-                return Some(self.finish(u, bounded));
+                return Some(self.finish(u.to_vec(), bounded));
             }
-            if excess.is_nan() || round > 1 && excess >= 0.5 * last {
+            // so slow a gain means other rows, or a larger penalty
+            if excess.is_nan() || excess > 0.1 * last {
                 return None;
             }
             last = excess;
-            self.refine(&mut u, &mut mu, &active);
+            self.factorise(&active)?;
+            self.refine(u, mu, &active);
         }
         None
     }
