@@ -2,7 +2,7 @@
 
 //!
 //! The gap `D` of a pair is the signed distance of its shapes and `G` its gradient with position and angle. From predicted velocities V* a step
-//! takes `W = argmin ½|W − V*|²_M` over `D + Δt G·W ≥ η` [L3], then `x ← x + Δt W`. In gluey contact the multiplier λ may be negative down to
+//! takes `W = argmin ½|W − V*|²_M` over `D + Δt G·W ≥ η` \[L3\], then `x ← x + Δt W`. In gluey contact the multiplier λ may be negative down to
 //! `γ/(R Δt)`: a bond holds until it has been pulled as much as it was pressed, and what a pull has in excess parts the pair within the same
 //! step. So one convex projection treats any number of bonds that break at once.
 
