@@ -253,7 +253,7 @@ pub fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
 pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let asked = scene.outputs.iter().any(|output| match &output.what {
         What::Measures(measures) => measures.contains(&Measure::Overshoot),
-        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
+        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
     });
     let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
