@@ -371,6 +371,8 @@ fn results_of_bodies_are_shown() {
 
     for (arguments, parts) in [
         (&["map", "run", "--of", "polarity"][..], &["--of polarity", "particles", "hint"][..]),
+        (&["map", "run", "--mesh"], &["--mesh", "particles", "hint"]),
+        (&["map", "run", "--window", "1,1,0,0"], &["window", "lower left", "hint"]),
         (&["plot", "run", "--what", "bodies", "--body", "disk"], &["--body disk", "no body", "bodies.csv"]),
         (&["map", "run", "--colour", "mass"], &["mass", "speed", "force", "name"]),
     ] {

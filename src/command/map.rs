@@ -92,8 +92,12 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
     if args.same_range {
         same_range(&fields, &mut requests, &options)?;
     }
+    if drawn.iter().any(|drawn| drawn.bodies.is_some()) {
+        options(Quantity::Bodies).check_frame().map_err(|error| format!("option {error}"))?;
+    }
     let look = Look {
-        window: window.map(|[low, high]| Window::new(low, high)).transpose()?,
+        // a wrong one was refused above, or is refused with the fields
+        window: window.and_then(|[low, high]| Window::new(low, high).ok()),
         colour: args.colour.unwrap_or_default(),
         range,
         ..Look::default()
@@ -134,6 +138,12 @@ fn what_of(folder: &Path, args: &MapArgs) -> Result<Drawn, Failure> {
         let other = other.name();
         let rule = format!("a run of kind `{kind}` has no map of it; hint: take `--of bodies`");
         return Err(format!("{folder_name}: option `--of {other}`: {rule}").into());
+    }
+    if !tissue && (args.arrows.is_some() || args.streamlines || args.mesh || args.same_range) {
+        let rule =
+            format!("a run of kind `{kind}` has no map of a field; hint: take `--window`, `--range` and `--colour`");
+        let options = "`--arrows`, `--streamlines`, `--mesh`, `--same-range`";
+        return Err(format!("{folder_name}: options {options}: {rule}").into());
     }
     let none = || {
         let hint = "`bodies = true` in an [[output]] of the scene makes a run write bodies.json and bodies.csv";
