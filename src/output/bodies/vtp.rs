@@ -30,7 +30,7 @@ struct PolyData<'a> {
     data: Vec<(&'a str, usize, Vec<f64>)>,
 }
 
-/// Writes a polygon for each body (straight sides exactly, round ones with [`POINTS`] points on a turn), with the cell data `body` (its number,
+/// Writes a polygon for each body (straight sides exactly, round ones with 128 points on a turn), with the cell data `body` (its number,
 /// from 0), `position`, `angle`, `velocity`, `spin`, and `contact_force` and `contact_torque` of all its contacts.
 ///
 /// # Errors
@@ -80,7 +80,7 @@ pub fn write_contacts(path: &Path, moment: &Moment) -> Result<(), OutputError> {
     PolyData { time: Some(moment.time), kind: Cells::Lines, cells, whole, data }.write(path)
 }
 
-/// Writes a line for each wall, round ones with [`POINTS`] points, with the cell data `wall` (its number, from 0).
+/// Writes a line for each wall, round ones with 128 points, with the cell data `wall` (its number, from 0).
 ///
 /// # Errors
 /// [`OutputError::Io`]
