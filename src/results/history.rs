@@ -205,8 +205,11 @@ impl<'a> Runs<'a> {
         for (k, column) in group.columns.iter().enumerate().take(usual) {
             let name = names::short(column);
             let alone = group.columns.len() == 1 || k == 0 && group.what == What::Residual;
-            let file =
-                if alone { group.file.to_owned() } else { format!("{}-{}", group.file, name.replace([' ', '/'], "-")) };
+            let file = match (alone, name.is_ascii()) {
+                (true, _) => group.file.to_owned(),
+                (false, true) => format!("{}-{}", group.file, name.replace([' ', '/'], "-")),
+                (false, false) => file_name(column),
+            };
             let title = if alone { group.title.to_owned() } else { format!("{}: {name}", group.title) };
             let y = names::axis(column, group.scale);
             let picture = self.picture(group.what, &file, &title, y, self.each(column));
