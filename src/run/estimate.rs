@@ -250,7 +250,7 @@ fn coarser(scene: &Scene, out: &Path, ratio: f64, to: Option<&Summary>) -> Resul
 fn measures(scene: &Scene) -> String {
     let named = scene.outputs.iter().filter_map(|output| match &output.what {
         What::Measures(measures) => Some(measures),
-        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => None,
+        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
     });
     let mut names: Vec<String> = named.flatten().map(|measure| format!("\"{}\"", measure.name())).collect();
     names.sort();
