@@ -170,7 +170,12 @@ pub fn immerse(
 
 /// A formula of a body.
 fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, ExpressionError> {
-    formula.try_eval(pose.position, t)
+    let value = formula.eval_at(pose.position, pose.angle, t);
+    if value.is_finite() {
+        return Ok(value);
+    }
+    let (text, Point { x, y, .. }) = (formula.text().to_string(), pose.position);
+    Err(ExpressionError::NotFinite { text, value, x, y, t })
 }
 
 /// Where a body is at time t if it follows a path, and where it starts otherwise.
