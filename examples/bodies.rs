@@ -146,13 +146,23 @@ fn settling() -> Result<(), Failure> {
     let size = flow.loops.sum(4, |_| 1.0);
     let reference = Field::new(&flow.momentum.velocity, carried.v.clone());
     let locator = Locator::new(&mesh);
-    println!("reference: {} cells, V = {:.6}, area {size:.3}, {:.1?}", mesh.cells.len(), carried.twists[0].velocity.y, start.elapsed());
+    println!(
+        "reference: {} cells, V = {:.6}, area {size:.3}, {:.1?}",
+        mesh.cells.len(),
+        carried.twists[0].velocity.y,
+        start.elapsed()
+    );
     type Case = Box<dyn Fn(usize) -> Result<(Arc<Mesh>, Shape), Failure>>;
     let disc = || Shape::Disc { radius: RADIUS };
     let cases: [(&str, Vec<usize>, f64, Case); 3] = [
         ("fitted, ε = 1e-8", vec![3, 6, 12, 24], 1e-8, Box::new(|n| Ok((fitted(n, RADIUS)?, polygon(n, RADIUS))))),
         ("Cartesian, ε = 1e-8", vec![10, 20, 40, 80], 1e-8, Box::new(move |n| Ok((cartesian(n)?, disc())))),
-        ("Cartesian, ε = 1e-2", vec![10, 20, 40, 80], 1e-2, Box::new(move |n| Ok((cartesian(n)?, Shape::Disc { radius: RADIUS })))),
+        (
+            "Cartesian, ε = 1e-2",
+            vec![10, 20, 40, 80],
+            1e-2,
+            Box::new(move |n| Ok((cartesian(n)?, Shape::Disc { radius: RADIUS }))),
+        ),
     ];
     for (name, sizes, epsilon, case) in cases {
         println!("{name}");
@@ -180,7 +190,10 @@ fn epsilon() -> Result<(), Failure> {
     let mesh = fitted(n, RADIUS)?;
     let (_, limit) = falling(&mesh, polygon(n, RADIUS), 1e-13)?;
     println!("orders in ε on a fitted mesh of {} cells", mesh.cells.len());
-    println!("{:>8} {:>10} {:>6} {:>10} {:>6} {:>10} {:>6}", "ε", "‖D(v)‖_B", "order", "‖v−v₀‖", "order", "V − V₀", "order");
+    println!(
+        "{:>8} {:>10} {:>6} {:>10} {:>6} {:>10} {:>6}",
+        "ε", "‖D(v)‖_B", "order", "‖v−v₀‖", "order", "V − V₀", "order"
+    );
     let mut before: Option<[f64; 3]> = None;
     for epsilon in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
         let (flow, carried) = falling(&mesh, polygon(n, RADIUS), epsilon)?;
