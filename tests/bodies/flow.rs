@@ -162,6 +162,6 @@ fn friction_of_a_body_is_its_own() {
     assert!((speed(0.0, 0.0) - 1.0).abs() < 1e-9);
     assert!((speed(5.0, 5.0) - 1.0).abs() < 1e-9, "the pressure balances a friction that is the same everywhere");
     let lagging = [speed(0.0, 1.0), speed(0.0, 10.0), speed(0.0, 1000.0)];
-    assert!(lagging[0] < 0.999 && lagging[1] < lagging[0] && lagging[2] < 0.6 * lagging[1], "{lagging:?}");
+    assert!(lagging[0] < 0.9995 && lagging[1] < lagging[0] && lagging[2] < 0.6 * lagging[1], "{lagging:?}");
     assert!(speed(10.0, 0.0) > 1.0, "driven by the pressure");
 }

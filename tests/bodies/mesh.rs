@@ -14,7 +14,8 @@ fn edges_follow_the_circle() {
     for (n, radius) in [(1, 0.2), (4, 0.1), (9, 0.3), (5, 0.45)] {
         let mesh = scene(n, radius).build().expect("a mesh");
         let centre = Point::new(0.5, 0.5);
-        let inside = |cell: &usize| (mesh.centroid(*cell) - centre).norm() < radius;
+        let apothem = radius * (0.5 * TAU / (4.0 * n as f64)).cos();
+        let inside = |cell: &usize| (mesh.centroid(*cell) - centre).norm() < apothem;
         let area: f64 = (0..mesh.cells.len()).filter(inside).map(|cell| mesh.cell_area(cell)).sum();
         let polygon = 0.5 * 4.0 * n as f64 * radius * radius * (TAU / (4.0 * n as f64)).sin();
         assert!((area - polygon).abs() < 1e-12, "n = {n}: {area} of {polygon}");
