@@ -5,7 +5,11 @@
 
 pub mod cut;
 pub mod distance;
+pub mod flow;
+pub mod kernel;
+pub mod motion;
 pub mod outline;
+pub mod penalty;
 pub mod shape;
 
 use crate::mesh::Point;
