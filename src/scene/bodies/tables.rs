@@ -291,13 +291,13 @@ pub struct ContactTable {
     pub margin: f64,
     /// Of gaps and complementarity (default 1e-12).
     pub tolerance: f64,
-    /// How the projection is computed (default `"active-set"`).
+    /// How the projection is computed (default `"newton"`).
     pub solver: ContactSolver,
 }
 
 impl Default for ContactTable {
     fn default() -> Self {
-        let (law, solver) = (LawName::Inelastic, ContactSolver::ActiveSet);
+        let (law, solver) = (LawName::Inelastic, ContactSolver::Newton);
         Self { law, gamma_min: None, margin: 0.0, tolerance: 1e-12, solver }
     }
 }
@@ -314,8 +314,10 @@ pub enum LawName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactSolver {
-    /// Few iterations, each with the pairs that touch.
-    ActiveSet,
-    /// Alternating projections: the reference [L A].
+    /// Augmented Lagrangian with a semismooth Newton method.
+    Newton,
+    /// Uzawa's method, the reference [L A].
     Uzawa,
+    /// Uzawa's method with Nesterov's acceleration.
+    Accelerated,
 }
