@@ -31,6 +31,7 @@ use crate::model::Residuals;
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;
 use crate::output::checkpoint::Saved;
+use crate::contact::ContactError;
 use crate::output::plot::PlotError;
 use crate::output::progress::{Progress, Status, Verbosity};
 use crate::scene::{Scene, SceneError};
@@ -55,6 +56,8 @@ pub enum RunError {
     Begin { origin: String, error: Box<StepFailure> },
     #[error("{origin}: {error}")]
     Formula { origin: String, error: Box<ExpressionError> },
+    #[error("{origin}: {error}")]
+    Contact { origin: String, error: Box<ContactError> },
     #[error(transparent)]
     Measure(#[from] MeasureError),
     #[error(transparent)]
