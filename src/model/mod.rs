@@ -5,6 +5,7 @@ pub mod compressible;
 pub mod expression;
 pub mod formulas;
 pub mod frames;
+pub mod immersed;
 pub mod incompressible;
 pub mod lagged;
 pub mod limiter;

@@ -259,7 +259,7 @@ fn measures(scene: &Scene) -> String {
 }
 
 fn set_mesh(source: &mut SceneSource, mesh: &MeshScene, ratio: f64) -> Result<(), SceneError> {
-    if mesh.shape == Some(Shape::Square) {
+    if matches!(mesh.shape, Some(Shape::Square | Shape::SquareWithCircle)) {
         let n = mesh.n.unwrap_or(1) as f64 / ratio;
         return source.set("mesh.n", &format!("{}", n.round().max(1.0)));
     }
