@@ -126,7 +126,8 @@ pub(super) fn run(
         phases.measure("output", || files.write_due(mover, t, 0, None))?;
         files.write_checkpoint(plan, mover, t, counts)?;
     } else if t > plan.time.end {
-        progress.say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.time.end));
+        progress
+            .say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.time.end));
     }
     let ending = loop {
         if t >= plan.time.end * (1.0 - 1e-12) {
@@ -173,7 +174,8 @@ pub(super) fn run(
     let mut measures = BTreeMap::new();
     asked(plan.outputs).iter().for_each(|measure| take(*measure, plan, mover, &mut measures));
     measures.retain(|_, value| value.is_finite());
-    let summary = MotionSummary::new(plan, ending, t, counts, measures, &phases, begin.elapsed(), counts_before, progress.said());
+    let summary =
+        MotionSummary::new(plan, ending, t, counts, measures, &phases, begin.elapsed(), counts_before, progress.said());
     summary.write(&options.out.join("summary.json"))?;
     Ok(summary)
 }
