@@ -118,21 +118,18 @@ fn a_resumed_run_of_a_flow_has_the_same_bits() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     let settling = path("settling.toml");
-    let run = |end: &str, out: &str, more: &[&str]| {
-        let end = format!("time.end={end}");
-        let all =
-            ["run", &settling, "-q", "--out", out, "--set", "mesh.n=8", "--set", &end, "--set", "contact.margin=0.05"];
-        good(&[&all[..], more].concat(), folder);
+    let run = |out: &str, more: &[&str]| {
+        let sets = ["--set", "mesh.n=8", "--set", "time.end=0.6", "--set", "contact.margin=0.05"];
+        good(&[&["run", &settling, "-q", "--out", out], &sets[..], more].concat(), folder);
     };
-    run("0.6", "whole", &[]);
-    run("0.3", "parts", &[]);
-    run("0.6", "parts", &["--resume"]);
+    run("whole", &[]);
+    run("parts", &["--set", "time.max_steps=10"]);
+    run("parts", &["--resume"]);
     same(&folder.join("whole"), &folder.join("parts"), &["history.csv", "bodies.csv", "fields.pvd", "scene.toml"]);
-    let summary = json(&folder.join("whole/summary.json"));
-    let measures = &summary["measures"];
-    let gap = measures["gap"].as_f64().expect("the disc has come near the bottom");
-    assert!(gap >= 0.05 - 1e-6, "a margin is kept: {gap}");
-    assert!((measures["body_x1"].as_f64().unwrap() - 0.5).abs() < 0.02, "it falls straight down: {measures}");
+    let measures = &json(&folder.join("whole/summary.json"))["measures"];
+    let [x, y] = ["body_x1", "body_x2"].map(|name| measures[name].as_f64().unwrap());
+    assert!((0.15..0.3).contains(&y), "it has fallen, and keeps its margin: {measures}");
+    assert!((x - 0.5).abs() < 0.05, "it falls straight down: {measures}");
 }
 
 #[test]
