@@ -214,7 +214,7 @@ fn take(measure: Measure, plan: &Plan, mover: &dyn Mover, values: &mut BTreeMap<
         Measure::Contacts => values.extend([("contacts", bodies::touching(contacts) as f64)]),
         Measure::WallForce => {
             let force = bodies::wall_force(contacts);
-            values.extend([("wall_force_1", force.x), ("wall_force_2", force.y)]);
+            values.extend([("wall_force_x1", force.x), ("wall_force_x2", force.y)]);
         }
         Measure::Body => {
             let (Some(pose), Some(twist)) = (mover.poses().first(), mover.twists().first()) else { return };
