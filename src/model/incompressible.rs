@@ -8,6 +8,7 @@ use super::formulas::check_formulas;
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
+use super::passive::Covered;
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::sources::Sources;
 pub use super::state::{Residuals, State};
@@ -59,7 +60,10 @@ pub struct Incompressible {
     pub parameters: Parameters,
     pub conditions: Vec<Conditions>,
     pub sources: Sources,
+    /// Over the whole mesh.
     pub loops: Integrator,
+    /// What covers a part of it.
+    pub bodies: Option<Arc<Covered>>,
     pub momentum: Arc<Momentum>,
     pub polarity: Polarity,
     /// `|Ω|`
@@ -83,7 +87,7 @@ impl Incompressible {
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
         let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, parameters.friction, *slip)?;
-        Self::assemble(loops, Arc::new(momentum), &space, parameters, conditions, sources)
+        Self::assemble(loops, None, Arc::new(momentum), &space, parameters, conditions, sources)
     }
 
     /// The same tissue with other parameters, and conditions and sources that may depend on them: keeps the mesh, the spaces and, where
@@ -105,18 +109,34 @@ impl Incompressible {
             let (velocity, pressure) = (&old.velocity, &old.pressure);
             Arc::new(Momentum::new(&self.loops, velocity, pressure, conditions, parameters.friction, old.slip)?)
         };
-        Self::assemble(self.loops.clone(), momentum, &self.polarity.space, parameters, conditions, sources)
+        Self::assemble(
+            self.loops.clone(),
+            self.bodies.clone(),
+            momentum,
+            &self.polarity.space,
+            parameters,
+            conditions,
+            sources,
+        )
     }
 
     fn assemble(
         loops: Integrator,
+        bodies: Option<Arc<Covered>>,
         momentum: Arc<Momentum>,
         space: &Arc<Space>,
         parameters: &Parameters,
         conditions: &[Conditions],
         sources: &Sources,
     ) -> Result<Self, MomentumError> {
-        let polarity = Polarity::new(&loops, space, conditions, parameters, sources.boundary().cloned())?;
+        let slopes = sources.boundary().cloned();
+        let polarity = match &bodies {
+            None => Polarity::new(&loops, space, conditions, parameters, slopes)?,
+            Some(covered) => {
+                let passive = Some(&covered.passive);
+                Polarity::around(&covered.tissue, space, conditions, parameters, slopes, passive)?
+            }
+        };
         let both = |free: &dyn Fn(&Conditions) -> bool| {
             let of_kind = conditions.iter().enumerate().filter(|(_, c)| free(c));
             of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
@@ -133,10 +153,16 @@ impl Incompressible {
             sources: sources.clone(),
             area: loops.mesh.area(),
             loops,
+            bodies,
             momentum,
             polarity,
             structure: Found::default(),
         })
+    }
+
+    /// Loops over the tissue: all of the mesh that no body covers.
+    pub fn tissue(&self) -> &Integrator {
+        self.bodies.as_ref().map_or(&self.loops, |bodies| &bodies.tissue)
     }
 
     /// The state of rest.
@@ -158,7 +184,7 @@ impl Incompressible {
         let force = if form.is_zero() {
             vec![0.0; self.momentum.velocity.dof_count()]
         } else {
-            self.loops.vector(&form, &self.momentum.velocity)
+            self.tissue().vector(&form, &self.momentum.velocity)
         };
         let prescribed = self.momentum.frames.prescribed(&self.conditions, t)?;
         Ok(Inputs { t, force, source: self.polarity_source(&sources, t), density: Vec::new(), prescribed })
@@ -191,12 +217,12 @@ impl Incompressible {
                     let [open, dirichlet] = self.natural_faces;
                     let shift = power::natural_traction(velocity, p, m.coherence, open, dirichlet);
                     return self
-                        .loops
+                        .tissue()
                         .vector(&(self.with_active_stress(form, p) + b * power.force() - b * shift), velocity);
                 }
             }
         }
-        self.loops.vector(&self.with_active_stress(form, p), velocity)
+        self.tissue().vector(&self.with_active_stress(form, p), velocity)
     }
 
     fn with_active_stress<'a>(&self, form: Linear<'a, Vector>, p: &'a Field) -> Linear<'a, Vector> {
@@ -208,7 +234,7 @@ impl Incompressible {
 
     /// `L_h/B` where the model has elasticity.
     pub fn molecular(&self, p: &Field, t: f64) -> Option<Field> {
-        (self.parameters.elasticity != 0.0).then(|| self.polarity.molecular_over_b(&self.loops, p, t))
+        (self.parameters.elasticity != 0.0).then(|| self.polarity.molecular_over_b(self.tissue(), p, t))
     }
 
     /// All forces of the polarity `p` and from outside   [7.11a]
@@ -230,7 +256,7 @@ impl Incompressible {
             return vec![0.0; space.dof_count()];
         }
         let value = |x: &CellPoint| sources.polarity(&self.parameters, x.site.x, t);
-        self.loops.vector(&mass::load(space, FORMULA_DEGREE, value), space)
+        self.tissue().vector(&mass::load(space, FORMULA_DEGREE, value), space)
     }
 
     /// Evaluates every source and boundary formula wherever the forms do.
@@ -286,7 +312,7 @@ impl Incompressible {
 
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
-        let molecular = self.polarity.molecular_functional(&self.loops, &state.p, t);
+        let molecular = self.polarity.molecular_functional(self.tissue(), &state.p, t);
         let source = self.polarity_source(&self.sources.at_time(t), t);
         self.polarity_residual_of(Carrier::from(&state.v), &state.p, &molecular, &source, t)
     }
@@ -300,7 +326,7 @@ impl Incompressible {
         source: &[f64],
         t: f64,
     ) -> Vec<f64> {
-        let mut r = self.polarity.carried(&self.loops, carrier, p, t);
+        let mut r = self.polarity.carried(self.tissue(), carrier, p, t);
         axpy(1.0, molecular, &mut r);
         axpy(-1.0, source, &mut r);
         r
@@ -308,7 +334,7 @@ impl Incompressible {
 
     /// `κ² l_swip(q) + (f_p|q)`: the inputs of the polarity that do not depend on the flow   [7.11c]
     pub fn polarity_inputs(&self, inputs: &Inputs) -> Vec<f64> {
-        let mut out = self.polarity.diffusion_data(&self.loops, inputs.t);
+        let mut out = self.polarity.diffusion_data(self.tissue(), inputs.t);
         axpy(1.0, &inputs.source, &mut out);
         out
     }
@@ -357,7 +383,7 @@ impl Incompressible {
             ElasticForce::Energy if m.elasticity != 0.0 => {
                 let p = &state.p;
                 let density = |x: &CellPoint| m.elasticity * power::energy_density(p, &x.site, m.coherence);
-                let mut shift = self.momentum.project_pressure(&self.loops, 4 * p.space.degree, density)?;
+                let mut shift = self.momentum.project_pressure(self.tissue(), 4 * p.space.degree, density)?;
                 let mean = if self.momentum.is_closed() { self.momentum.mean(&shift) } else { 0.0 };
                 shift.iter_mut().zip(&state.pressure().values).for_each(|(s, pi)| *s = pi - (*s - mean));
                 Ok(Field::new(&self.momentum.pressure, shift))
@@ -373,6 +399,7 @@ impl Incompressible {
             return 0.0;
         }
         let data = |s: &FacePoint| self.polarity.data(s, t);
-        m.elasticity * elastic::energy_over_b(&self.loops, p, m.coherence, self.polarity.dirichlet, data)
+        let tissue = elastic::energy_over_b(self.tissue(), p, m.coherence, self.polarity.dirichlet, data);
+        m.elasticity * (tissue + self.polarity.ghost_energy(p))
     }
 }

@@ -12,6 +12,7 @@ pub mod manufactured;
 pub mod momentum;
 pub mod names;
 pub mod parameters;
+pub mod passive;
 pub mod polarity;
 pub mod sources;
 pub mod start;
