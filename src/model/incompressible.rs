@@ -8,10 +8,11 @@ use super::formulas::check_formulas;
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
-use super::passive::Covered;
+use super::floating::Floating;
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::sources::Sources;
 pub use super::state::{Residuals, State};
+use crate::body::{Body, Pose, Twist};
 use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
@@ -63,7 +64,7 @@ pub struct Incompressible {
     /// Over the whole mesh.
     pub loops: Integrator,
     /// What covers a part of it.
-    pub bodies: Option<Arc<Covered>>,
+    pub bodies: Option<Arc<Floating>>,
     pub momentum: Arc<Momentum>,
     pub polarity: Polarity,
     /// `|Ω|`
@@ -107,7 +108,8 @@ impl Incompressible {
             old.clone()
         } else {
             let (velocity, pressure) = (&old.velocity, &old.pressure);
-            Arc::new(Momentum::new(&self.loops, velocity, pressure, conditions, parameters.friction, old.slip)?)
+            let (spaces, bodies) = ((velocity, pressure), self.bodies.clone());
+            Arc::new(Momentum::around(&self.loops, spaces, conditions, parameters.friction, old.slip, bodies)?)
         };
         Self::assemble(
             self.loops.clone(),
@@ -120,9 +122,63 @@ impl Incompressible {
         )
     }
 
+    /// As [`Incompressible::new`] with rigid bodies at their places   [L1.13]
+    ///
+    /// # Errors
+    /// As [`Incompressible::new`].
+    pub fn around(
+        mesh: &Arc<Mesh>,
+        description: &Description,
+        bodies: &Arc<[Body]>,
+        poses: Vec<Pose>,
+        epsilon: f64,
+    ) -> Result<Self, MomentumError> {
+        let Description { parameters, degrees, conditions, sources, slip } = description;
+        let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.velocity, 2));
+        let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.pressure, 1));
+        let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
+        let loops = Integrator::new(mesh);
+        let floating = Some(Arc::new(Floating::new(&loops, bodies, poses, epsilon)));
+        let spaces = (&velocity, &pressure);
+        let momentum = Momentum::around(&loops, spaces, conditions, parameters.friction, *slip, floating.clone())?;
+        Self::assemble(loops, floating, Arc::new(momentum), &space, parameters, conditions, sources)
+    }
+
+    /// The same tissue with its bodies elsewhere: keeps the mesh, the spaces and the structure of the coupled matrix.
+    ///
+    /// # Errors
+    /// As [`Incompressible::new`].
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn at(&self, poses: &[Pose]) -> Result<Self, MomentumError> {
+        let floating = Arc::new(self.bodies.as_ref().expect("a tissue with bodies").moved(poses.to_vec()));
+        let (old, m) = (&self.momentum, &self.parameters);
+        let (spaces, bodies) = ((&old.velocity, &old.pressure), Some(floating));
+        let momentum =
+            Momentum::around(&self.loops, spaces, &self.conditions, m.friction, old.slip, bodies.clone())?;
+        let (space, conditions) = (&self.polarity.space, &self.conditions);
+        let moved =
+            Self::assemble(self.loops.clone(), bodies, Arc::new(momentum), space, m, conditions, &self.sources)?;
+        if let Some(structure) = self.structure.known() {
+            moved.know_structure(structure.clone());
+        }
+        Ok(moved)
+    }
+
+    /// Where the bodies are.
+    pub fn poses(&self) -> &[Pose] {
+        self.bodies.as_ref().map_or(&[], |bodies| &bodies.poses)
+    }
+
+    /// How a flow moves the bodies.
+    pub fn twists(&self, v: &Field) -> Vec<Twist> {
+        self.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.twists(v))
+    }
+
     fn assemble(
         loops: Integrator,
-        bodies: Option<Arc<Covered>>,
+        bodies: Option<Arc<Floating>>,
         momentum: Arc<Momentum>,
         space: &Arc<Space>,
         parameters: &Parameters,
@@ -132,7 +188,8 @@ impl Incompressible {
         let slopes = sources.boundary().cloned();
         let polarity = match &bodies {
             None => Polarity::new(&loops, space, conditions, parameters, slopes)?,
-            Some(covered) => {
+            Some(floating) => {
+                let covered = &floating.covered;
                 let passive = Some(&covered.passive);
                 Polarity::around(&covered.tissue, space, conditions, parameters, slopes, passive)?
             }
@@ -162,7 +219,7 @@ impl Incompressible {
 
     /// Loops over the tissue: all of the mesh that no body covers.
     pub fn tissue(&self) -> &Integrator {
-        self.bodies.as_ref().map_or(&self.loops, |bodies| &bodies.tissue)
+        self.bodies.as_ref().map_or(&self.loops, |bodies| &bodies.covered.tissue)
     }
 
     /// The state of rest.
@@ -186,6 +243,10 @@ impl Incompressible {
         } else {
             self.tissue().vector(&form, &self.momentum.velocity)
         };
+        let mut force = force;
+        if let Some(floating) = &self.bodies {
+            axpy(1.0, &floating.force(&self.momentum.velocity, t)?, &mut force);
+        }
         let prescribed = self.momentum.frames.prescribed(&self.conditions, t)?;
         Ok(Inputs { t, force, source: self.polarity_source(&sources, t), density: Vec::new(), prescribed })
     }

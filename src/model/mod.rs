@@ -3,6 +3,7 @@
 pub mod boundary;
 pub mod compressible;
 pub mod expression;
+pub mod floating;
 pub mod formulas;
 pub mod frames;
 pub mod incompressible;

@@ -24,6 +24,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::polarity::invert_block;
+use crate::body::cut::{Class, Cover};
 use crate::form::{Density, Faces, Integrator, ghost, mass, swip};
 use crate::mesh::Face;
 use crate::solve::SolveError;
@@ -69,8 +70,28 @@ pub struct Passive {
 #[derive(Debug)]
 pub struct Covered {
     pub passive: Passive,
+    pub cover: Arc<Cover>,
     /// Loops over `Ω∖B`.
     pub tissue: Integrator,
+}
+
+impl Covered {
+    /// What `cover` leaves of the mesh of the loops `whole`.
+    pub fn new(whole: &Integrator, cover: &Arc<Cover>, weights: Continuation) -> Self {
+        let part = |cell: usize| match cover.cell(cell) {
+            Class::Outside => Part::Tissue,
+            Class::Inside(_) => Part::Body,
+            Class::Cut(_) => Part::Cut,
+        };
+        let parts = Arc::new((0..whole.mesh.cells.len()).map(part).collect());
+        let passive = Passive { parts, whole: whole.clone(), weights };
+        Self { passive, cover: cover.clone(), tissue: whole.outside(cover) }
+    }
+
+    /// Whether a cell lies inside of a body.
+    pub fn is_body(&self, cell: usize) -> bool {
+        self.passive.parts[cell] == Part::Body
+    }
 }
 
 impl Passive {
