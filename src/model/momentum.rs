@@ -6,7 +6,6 @@ use nalgebra::DMatrix;
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
-use super::floating::Floating;
 use super::frames::{Frames, WallPoints};
 use super::parameters::Parameters;
 use super::polarity::FORMULA_DEGREE;
@@ -94,7 +93,6 @@ pub struct Momentum {
     friction: f64,
     /// Faces with slip by penalty, and `ε_r`.
     penalty: Option<(Faces, f64)>,
-    floating: Option<Arc<Floating>>,
 }
 
 impl Momentum {
@@ -110,21 +108,6 @@ impl Momentum {
         friction: f64,
         slip: SlipTreatment,
     ) -> Result<Self, MomentumError> {
-        Self::around(loops, (velocity, pressure), conditions, friction, slip, None)
-    }
-
-    /// As [`Momentum::new`], around rigid bodies.
-    ///
-    /// # Errors
-    /// As [`Momentum::new`].
-    pub fn around(
-        loops: &Integrator,
-        (velocity, pressure): (&Arc<Space>, &Arc<Space>),
-        conditions: &[Conditions],
-        friction: f64,
-        slip: SlipTreatment,
-        floating: Option<Arc<Floating>>,
-    ) -> Result<Self, MomentumError> {
         let frames = Frames::new(velocity, conditions, slip.points());
         if friction == 0.0 && !Frames::new(velocity, conditions, WallPoints::Nodes).hold_rigid_motions(velocity) {
             return Err(MomentumError::Unheld);
@@ -135,16 +118,9 @@ impl Momentum {
                 Some((tagged(conditions, |c| matches!(c, VelocityCondition::Slip)), epsilon))
             }
         };
-        let form = stiffness_form(velocity, if floating.is_some() { 0.0 } else { friction }, penalty);
+        let form = stiffness_form(velocity, friction, penalty);
         let (nv, np) = (velocity.dof_count(), pressure.dof_count());
-        let mut triplets = loops.triplets(&form, velocity, velocity);
-        if let Some(floating) = &floating {
-            let add = |loops: &Integrator, form: Bilinear<Vector, Vector>| {
-                triplets.extend(loops.triplets(&form, velocity, velocity));
-            };
-            floating.each_form(velocity, friction, add);
-        }
-        let stiffness = Matrix::from_triplets(nv, nv, &triplets);
+        let stiffness = Matrix::from_triplets(nv, nv, &loops.triplets(&form, velocity, velocity));
         let b = loops.triplets(&stokes::divergence(velocity, pressure), pressure, velocity);
         let gradient = Matrix::from_triplets(nv, np, &b);
         let transposed: Vec<_> = b.iter().map(|&(i, j, v)| (j, i, v)).collect();
@@ -173,21 +149,15 @@ impl Momentum {
             residual_masses,
             friction,
             penalty,
-            floating,
         })
     }
 
     /// Dense blocks of `2(D(v)|D(w)) + C_F(v|w)` and of `b(w,ξ)`, cell after cell, rows w.
     pub fn element_blocks(&self, loops: &Integrator) -> (Vec<f64>, Vec<f64>) {
         let (velocity, pressure) = (&*self.velocity, &*self.pressure);
-        let form = stiffness_form(velocity, if self.floating.is_some() { 0.0 } else { self.friction }, self.penalty);
+        let form = stiffness_form(velocity, self.friction, self.penalty);
         let mut stiffness = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count().pow(2)];
         loops.add_own_rows(&form, (velocity, velocity), &mut stiffness);
-        if let Some(floating) = &self.floating {
-            floating.each_form(velocity, self.friction, |loops, form| {
-                loops.add_cell_blocks(&form, velocity, velocity, &mut stiffness);
-            });
-        }
         (stiffness, loops.cell_blocks(&stokes::divergence(velocity, pressure), pressure, velocity))
     }
 
