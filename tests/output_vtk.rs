@@ -222,7 +222,7 @@ fn a_failing_writer_leaves_the_old_file() {
 }
 
 fn entry(time: f64, file: &str) -> Entry {
-    Entry { time, file: file.to_owned() }
+    Entry { time, part: 0, file: file.to_owned() }
 }
 
 /// What another reader finds in the index at this moment.

@@ -3,7 +3,8 @@
 use crate::mesh::Point;
 
 /// A convex shape in its own frame, whose origin is its centre of area.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Shape {
     Disc {
         radius: f64,

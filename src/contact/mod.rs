@@ -3,7 +3,8 @@
 use crate::mesh::Point;
 
 /// What bodies cannot enter and that never moves; obstacles that move are bodies on a given path.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Wall {
     /// Bodies stay on the left of the directed segment, or touch its ends.
     Segment([Point; 2]),

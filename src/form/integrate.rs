@@ -226,6 +226,22 @@ impl Integrator {
         );
     }
 
+    /// Dense blocks of the cell terms on some cells alone, in their order.
+    pub fn blocks_of<U: Jet, V: Jet>(
+        &self,
+        form: &Bilinear<U, V>,
+        (trial, test): (&Space, &Space),
+        cells: &[usize],
+    ) -> Vec<Vec<f64>> {
+        let size = block_size::<V>(test) * block_size::<U>(trial);
+        let block = |worker: &mut Worker, &cell: &usize| {
+            let mut block = vec![0.0; size];
+            worker.add_cell(self, form, cell, &mut block);
+            block
+        };
+        cells.par_iter().map_init(|| Worker::new::<U, V>(trial, test), block).collect()
+    }
+
     /// The rows of a form, cell by cell: the block of the cell's own trial functions, and those of the three neighbours
     /// across local faces 0, 1, 2, added to `diagonal` and `off`. Each cell visits its own faces.
     pub fn add_rows<U: Jet, V: Jet>(

@@ -1,6 +1,7 @@
 //! Numbers and curves from fields.
 
 pub mod asymmetry;
+pub mod bodies;
 pub mod budget;
 pub mod cut;
 pub mod defects;

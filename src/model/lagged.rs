@@ -203,7 +203,7 @@ impl Layout<'_> {
     }
 
     /// Rows and columns of the mean's element of a cell: its pressures and the multiplier.
-    fn mean_unknowns(&self, cell: usize, out: &mut Element) {
+    pub(super) fn mean_unknowns(&self, cell: usize, out: &mut Element) {
         out.rows.clear();
         out.rows.extend(self.pressures(cell));
         out.rows.push(self.first() as u32 - 1);

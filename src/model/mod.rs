@@ -6,6 +6,7 @@ pub mod expression;
 pub mod floating;
 pub mod formulas;
 pub mod frames;
+pub mod immersed;
 pub mod incompressible;
 pub mod lagged;
 pub mod limiter;

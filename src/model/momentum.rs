@@ -7,9 +7,12 @@ use nalgebra::DMatrix;
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
 use super::frames::{Frames, WallPoints};
+use super::immersed::{Carried, Ground, Immersed, Rigidity, Rule};
 use super::parameters::Parameters;
 use super::polarity::FORMULA_DEGREE;
 use super::sources::Sources;
+use crate::body::Pose;
+use crate::body::penalty::{BodyError, Immersion, Wrench};
 use crate::form::words::Vector;
 use crate::form::{Bilinear, CellPoint, FacePoint, Faces, Integrator, Linear, mass, stokes};
 use crate::mesh::Point;
@@ -44,6 +47,8 @@ pub enum MomentumError {
     Solve(#[from] SolveError),
     #[error(transparent)]
     Formula(#[from] ExpressionError),
+    #[error(transparent)]
+    Body(#[from] BodyError),
     #[error(
         "`model.friction` = 0 and the boundary conditions leave a rigid motion free: nothing holds the tissue in place; hint: \
          give a friction, or a Dirichlet velocity on one tag"
@@ -70,6 +75,8 @@ enum System {
     Open(Factored),
     /// The pressure has zero mean: one pressure unknown and the multiplier border the rest.
     Closed { bordered: Bordered, means: Vec<f64> },
+    /// Rigid bodies, with a system of their own.
+    Immersed { bodies: Box<Immersed>, means: Vec<f64> },
 }
 
 /// `2(D(v)|D(w)) + C_F(v|w) + b(w,Π) = F(w)`, `b(v,ξ) = 0`   [7.11a], [7.11b]
@@ -108,6 +115,32 @@ impl Momentum {
         friction: f64,
         slip: SlipTreatment,
     ) -> Result<Self, MomentumError> {
+        Self::build(loops, (velocity, pressure), conditions, friction, slip, None)
+    }
+
+    /// The same with rigid bodies in the flow.
+    ///
+    /// # Errors
+    /// As [`Momentum::new`]; bodies of which nothing lies inside the mesh, or that meet boundaries in a way that cannot be.
+    pub fn with_bodies(
+        loops: &Integrator,
+        spaces: (&Arc<Space>, &Arc<Space>),
+        conditions: &[Conditions],
+        friction: f64,
+        slip: SlipTreatment,
+        bodies: (Immersion, Rigidity),
+    ) -> Result<Self, MomentumError> {
+        Self::build(loops, spaces, conditions, friction, slip, Some(bodies))
+    }
+
+    fn build(
+        loops: &Integrator,
+        (velocity, pressure): (&Arc<Space>, &Arc<Space>),
+        conditions: &[Conditions],
+        friction: f64,
+        slip: SlipTreatment,
+        bodies: Option<(Immersion, Rigidity)>,
+    ) -> Result<Self, MomentumError> {
         let frames = Frames::new(velocity, conditions, slip.points());
         if friction == 0.0 && !Frames::new(velocity, conditions, WallPoints::Nodes).hold_rigid_motions(velocity) {
             return Err(MomentumError::Unheld);
@@ -133,8 +166,20 @@ impl Momentum {
         let residual_masses =
             (Factored::new("velocity mass", reduced_mass)?, Factored::new("pressure mass", pressure_mass.clone())?);
         let closed = !conditions.iter().any(|c| c.velocity.fixes_pressure());
-        let system = factorise(&frames, &stiffness, &gradient, &pressure_mass, closed);
-        let system = system.map_err(|error| blame_penalty(penalty, error))?;
+        let system = match bodies {
+            None => {
+                let system = factorise(&frames, &stiffness, &gradient, &pressure_mass, closed);
+                system.map_err(|error| blame_penalty(penalty, error))?
+            }
+            Some((immersion, rigidity)) => {
+                let blocks = element_blocks(loops, (velocity, pressure), friction, penalty);
+                let means = closed.then(|| cell_means(loops, pressure));
+                let ground = Ground { velocity, pressure, frames: &frames };
+                let bodies = Immersed::new(ground, blocks, means, friction, immersion, rigidity)?;
+                let means = pressure_mass.times(&vec![1.0; pressure.dof_count()]);
+                System::Immersed { bodies: Box::new(bodies), means }
+            }
+        };
         Ok(Self {
             velocity: velocity.clone(),
             pressure: pressure.clone(),
@@ -154,22 +199,91 @@ impl Momentum {
 
     /// Dense blocks of `2(D(v)|D(w)) + C_F(v|w)` and of `b(w,ξ)`, cell after cell, rows w.
     pub fn element_blocks(&self, loops: &Integrator) -> (Vec<f64>, Vec<f64>) {
-        let (velocity, pressure) = (&*self.velocity, &*self.pressure);
-        let form = stiffness_form(velocity, self.friction, self.penalty);
-        let mut stiffness = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count().pow(2)];
-        loops.add_own_rows(&form, (velocity, velocity), &mut stiffness);
-        (stiffness, loops.cell_blocks(&stokes::divergence(velocity, pressure), pressure, velocity))
+        element_blocks(loops, (&self.velocity, &self.pressure), self.friction, self.penalty)
     }
 
     /// Whether the pressure is only defined up to a constant, and normalised to mean zero.
     pub fn is_closed(&self) -> bool {
-        matches!(self.system, System::Closed { .. })
+        match &self.system {
+            System::Open(_) => false,
+            System::Closed { .. } => true,
+            System::Immersed { bodies, .. } => bodies.is_closed(),
+        }
+    }
+
+    /// The rigid bodies in the flow.
+    pub fn bodies(&self) -> Option<&Immersed> {
+        match &self.system {
+            System::Open(_) | System::Closed { .. } => None,
+            System::Immersed { bodies, .. } => Some(bodies),
+        }
+    }
+
+    fn ground(&self) -> Ground<'_> {
+        Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames }
+    }
+
+    /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of the factors above them is made anew.
+    ///
+    /// # Errors
+    /// As [`Momentum::with_bodies`]; after an error the bodies are nowhere.
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn move_bodies(&mut self, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
+        let ground = Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames };
+        match &mut self.system {
+            System::Open(_) | System::Closed { .. } => panic!("there are no bodies to move"),
+            System::Immersed { bodies, .. } => bodies.move_to(ground, loops, poses),
+        }
+    }
+
+    /// Solves for the flow with the force `f` and prescribed nodal values, and for the bodies, with external loads about their centres and rules of
+    /// their motion.
+    ///
+    /// # Errors
+    /// As [`Momentum::solve`]; rules that contradict the boundary or each other.
+    ///
+    /// # Panics
+    /// Without bodies, or with other numbers of loads and rules.
+    pub fn carry(
+        &self,
+        f: &[f64],
+        prescribed: &[f64],
+        loads: &[Wrench],
+        rules: &[Rule],
+    ) -> Result<Carried, MomentumError> {
+        let System::Immersed { bodies, means } = &self.system else { panic!("there are no bodies to carry") };
+        let count = bodies.immersion.parts.len();
+        assert!(loads.len() == count && rules.len() == count, "every body has a load and a rule");
+        if bodies.is_closed() {
+            self.check_flux(&self.divergence.times(prescribed), prescribed, means)?;
+        }
+        bodies.solve(self.ground(), (f, prescribed), loads, rules)
+    }
+
+    /// Adds forces and torques on the bodies to a functional.
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn add_body_loads(&self, loads: &[Wrench], f: &mut [f64]) {
+        let bodies = self.bodies().expect("there are bodies to load");
+        bodies.immersion.means.iter().zip(loads).for_each(|(means, load)| means.add_load(*load, f));
+    }
+
+    /// A closed boundary lets nothing through.
+    fn check_flux(&self, volume: &[f64], prescribed: &[f64], means: &[f64]) -> Result<(), MomentumError> {
+        let flux: f64 = volume.iter().sum();
+        let fastest = prescribed.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        if flux.abs() > 1e-3 * fastest * means.iter().sum::<f64>().sqrt() {
+            return Err(MomentumError::Flux { flux });
+        }
+        Ok(())
     }
 
     /// `∫_K ξ` of every pressure function on every cell K.
     pub fn cell_means(&self, loops: &Integrator) -> Vec<f64> {
-        let blocks = loops.cell_blocks(&mass::mass(&self.pressure), &self.pressure, &self.pressure);
-        blocks.chunks_exact(self.pressure.n).map(|row| row.iter().sum()).collect()
+        cell_means(loops, &self.pressure)
     }
 
     /// `(1/|Ω|) ∫ π` of a pressure.
@@ -203,11 +317,17 @@ impl Momentum {
     /// # Errors
     /// As [`Factored::solve`]; prescribed values with a net flux through a closed boundary.
     pub fn solve(&self, f: &[f64], prescribed: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
+        if let System::Immersed { bodies, .. } = &self.system {
+            let count = bodies.immersion.parts.len();
+            let carried = self.carry(f, prescribed, &vec![Wrench::ZERO; count], &vec![Rule::Free; count])?;
+            return Ok((carried.v, carried.pi));
+        }
         let mut force = f.to_vec();
         self.stiffness.times_add(-1.0, prescribed, &mut force);
         let mut right = self.frames.restrict(&force);
         let volume: Vec<f64> = self.divergence.times(prescribed).iter().map(|v| -v).collect();
         let (free, pressure) = match &self.system {
+            System::Immersed { .. } => unreachable!("bodies have been dealt with"),
             System::Open(factored) => {
                 right.extend(&volume);
                 let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.penalty, error))?;
@@ -215,11 +335,7 @@ impl Momentum {
                 (x, pressure)
             }
             System::Closed { bordered, means } => {
-                let flux: f64 = volume.iter().sum();
-                let fastest = prescribed.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-                if flux.abs() > 1e-3 * fastest * means.iter().sum::<f64>().sqrt() {
-                    return Err(MomentumError::Flux { flux });
-                }
+                self.check_flux(&volume, prescribed, means)?;
                 let last = volume.len() - 1;
                 right.extend(&volume[..last]);
                 let solved = bordered.solve(&right, &[volume[last], 0.0]);
@@ -237,6 +353,9 @@ impl Momentum {
         let mut momentum: Vec<f64> = f.iter().map(|v| -v).collect();
         self.stiffness.times_add(1.0, v, &mut momentum);
         self.gradient.times_add(1.0, pi, &mut momentum);
+        if let Some(bodies) = self.bodies() {
+            bodies.add_residual(v, &mut momentum);
+        }
         (self.frames.restrict(&momentum), self.divergence.times(v))
     }
 
@@ -246,7 +365,8 @@ impl Momentum {
     /// As [`Factored::solve`].
     pub fn residual_norms(&self, f: &[f64], v: &[f64], pi: &[f64]) -> Result<[f64; 2], SolveError> {
         let (momentum, mut volume) = self.residual(f, v, pi);
-        if let System::Closed { means, .. } = &self.system {
+        if let (System::Closed { means, .. } | System::Immersed { means, .. }, true) = (&self.system, self.is_closed())
+        {
             // the multiplier of the zero mean takes the part of div v that no pressure can see
             let shift = volume.iter().sum::<f64>() / means.iter().sum::<f64>();
             volume.iter_mut().zip(means).for_each(|(r, m)| *r -= shift * m);
@@ -259,6 +379,25 @@ impl Momentum {
         };
         Ok([size(&self.residual_masses.0, &momentum)?, size(&self.residual_masses.1, &volume)?])
     }
+}
+
+/// Dense blocks of [`stiffness_form`] and of `b(w,ξ)`, cell after cell, rows w.
+fn element_blocks(
+    loops: &Integrator,
+    (velocity, pressure): (&Space, &Space),
+    friction: f64,
+    penalty: Option<(Faces, f64)>,
+) -> (Vec<f64>, Vec<f64>) {
+    let form = stiffness_form(velocity, friction, penalty);
+    let mut stiffness = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count().pow(2)];
+    loops.add_own_rows(&form, (velocity, velocity), &mut stiffness);
+    (stiffness, loops.cell_blocks(&stokes::divergence(velocity, pressure), pressure, velocity))
+}
+
+/// `∫_K ξ` of every pressure function on every cell K.
+fn cell_means(loops: &Integrator, pressure: &Space) -> Vec<f64> {
+    let blocks = loops.cell_blocks(&mass::mass(pressure), pressure, pressure);
+    blocks.chunks_exact(pressure.n).map(|row| row.iter().sum()).collect()
 }
 
 /// `2(D(v)|D(w)) + C_F(v|w)`, and `(1/ε_r) ∫ (v·n)(w·n)` on the faces with penalty   [7.11a], [10.3]

@@ -1,10 +1,13 @@
 //! Files that a run leaves behind.
 
+pub mod bodies;
 pub mod checkpoint;
+pub mod frames;
 pub mod history;
 pub mod plot;
 pub mod progress;
 pub mod pvd;
+pub mod timed;
 pub mod vtk;
 
 use std::fs::File;
@@ -28,6 +31,8 @@ pub enum OutputError {
         value: f64,
         hint: &'static str,
     },
+    #[error("{path}: {quantity} of {which} is {value}, must be finite; hint: {hint}")]
+    NonFiniteBody { path: String, which: String, quantity: &'static str, value: f64, hint: &'static str },
     #[error("{path}: {what}; hint: {hint}")]
     Malformed { path: String, what: String, hint: &'static str },
 }

@@ -14,6 +14,8 @@ const HINT: &str = "the index is not one of this program: remove it, or start th
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     pub time: f64,
+    /// Files of one time and different parts are shown together.
+    pub part: usize,
     /// Relative to the folder of the index.
     pub file: String,
 }
@@ -62,7 +64,23 @@ impl Series {
     pub fn append(&mut self, time: f64, file: &str) -> Result<(), OutputError> {
         assert!(time.is_finite(), "output at time {time}");
         self.entries.retain(|entry| entry.file != file);
-        self.entries.push(Entry { time, file: file.to_owned() });
+        self.entries.push(Entry { time, part: 0, file: file.to_owned() });
+        self.write()
+    }
+
+    /// Adds files that are shown together with what else the series has at this time, each as a part with its number. A file that
+    /// never changes may be added at every time.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    ///
+    /// # Panics
+    /// When the time is not a number or infinite.
+    pub fn append_parts(&mut self, time: f64, parts: &[(usize, String)]) -> Result<(), OutputError> {
+        assert!(time.is_finite(), "output at time {time}");
+        let mut new = parts.iter().map(|(part, file)| Entry { time, part: *part, file: file.clone() }).collect();
+        self.entries.retain(|entry| !parts.iter().any(|(part, _)| entry.time == time && entry.part == *part));
+        self.entries.append(&mut new);
         self.write()
     }
 
@@ -76,9 +94,9 @@ impl Series {
             writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
             writeln!(out, r#"<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">"#)?;
             writeln!(out, "<Collection>")?;
-            for Entry { time, file } in &self.entries {
+            for Entry { time, part, file } in &self.entries {
                 let file = escape(file.as_str());
-                writeln!(out, r#"<DataSet timestep="{time}" group="" part="0" file="{file}"/>"#)?;
+                writeln!(out, r#"<DataSet timestep="{time}" group="" part="{part}" file="{file}"/>"#)?;
             }
             writeln!(out, "</Collection>\n</VTKFile>")
         })
@@ -106,7 +124,9 @@ fn entry(tag: &BytesStart) -> Result<Entry, String> {
         let attribute = attribute.ok_or_else(|| format!("a <DataSet> has no attribute `{name}`"))?;
         attribute.normalized_value(quick_xml::XmlVersion::Implicit1_0).map(String::from).map_err(|e| e.to_string())
     };
-    let (time, file) = (find("timestep")?, find("file")?);
+    let (time, part, file) = (find("timestep")?, find("part")?, find("file")?);
     let number = time.parse().ok().filter(|t: &f64| t.is_finite());
-    Ok(Entry { time: number.ok_or_else(|| format!("the time `{time}` is not a number"))?, file })
+    let number = number.ok_or_else(|| format!("the time `{time}` is not a number"))?;
+    let part = part.parse().map_err(|_| format!("the part `{part}` is not a whole number"))?;
+    Ok(Entry { time: number, part, file })
 }

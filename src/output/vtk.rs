@@ -135,7 +135,7 @@ fn document(out: &mut dyn Write, grid: &Grid, time: f64, positions: &Field, fiel
 
 /// Scalars as they are; vectors get a third component 0, for VTK knows only vectors of space, and symmetric tensors (11, 12, 22) the
 /// order 11, 22, 33, 12, 23, 13.
-fn field_array(out: &mut dyn Write, field: &Field) -> io::Result<()> {
+pub(super) fn field_array(out: &mut dyn Write, field: &Field) -> io::Result<()> {
     let (bytes, components): (Vec<u8>, usize) = match field.components {
         1 => (field.values.iter().flat_map(|v| v.to_le_bytes()).collect(), 1),
         2 => {
@@ -150,14 +150,14 @@ fn field_array(out: &mut dyn Write, field: &Field) -> io::Result<()> {
     array(out, field.name, "Float64", components, &bytes)
 }
 
-fn integers(out: &mut dyn Write, name: &str, values: impl Iterator<Item = usize>) -> io::Result<()> {
+pub(super) fn integers(out: &mut dyn Write, name: &str, values: impl Iterator<Item = usize>) -> io::Result<()> {
     let bytes: Vec<u8> = values.flat_map(|value| (value as i64).to_le_bytes()).collect();
     array(out, name, "Int64", 1, &bytes)
 }
 
 /// One array: the head (number of blocks, size of a block, size of the last block if it is shorter, else 0, compressed
 /// sizes) and the compressed blocks, each part in base64 by itself.
-fn array(out: &mut dyn Write, name: &str, kind: &str, components: usize, bytes: &[u8]) -> io::Result<()> {
+pub(super) fn array(out: &mut dyn Write, name: &str, kind: &str, components: usize, bytes: &[u8]) -> io::Result<()> {
     let blocks: Vec<Vec<u8>> = bytes.chunks(BLOCK).map(compress).collect::<io::Result<_>>()?;
     let head = [blocks.len(), BLOCK, bytes.len() % BLOCK].into_iter().chain(blocks.iter().map(Vec::len));
     let head: Vec<u8> = head.flat_map(|value| (value as u64).to_le_bytes()).collect();

@@ -89,7 +89,7 @@ impl DefectTables {
 fn schedules(scene: &Scene) -> impl Iterator<Item = Schedule> + '_ {
     scene.outputs.iter().filter_map(|output| match &output.what {
         What::Measures(measures) => measures.contains(&Measure::Defects).then_some(output.schedule),
-        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => None,
+        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
     })
 }
 

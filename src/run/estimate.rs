@@ -250,7 +250,7 @@ fn coarser(scene: &Scene, out: &Path, ratio: f64, to: Option<&Summary>) -> Resul
 fn measures(scene: &Scene) -> String {
     let named = scene.outputs.iter().filter_map(|output| match &output.what {
         What::Measures(measures) => Some(measures),
-        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => None,
+        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
     });
     let mut names: Vec<String> = named.flatten().map(|measure| format!("\"{}\"", measure.name())).collect();
     names.sort();
@@ -259,7 +259,7 @@ fn measures(scene: &Scene) -> String {
 }
 
 fn set_mesh(source: &mut SceneSource, mesh: &MeshScene, ratio: f64) -> Result<(), SceneError> {
-    if mesh.shape == Some(Shape::Square) {
+    if matches!(mesh.shape, Some(Shape::Square | Shape::SquareWithCircle)) {
         let n = mesh.n.unwrap_or(1) as f64 / ratio;
         return source.set("mesh.n", &format!("{}", n.round().max(1.0)));
     }

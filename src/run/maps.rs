@@ -95,6 +95,7 @@ impl Kind {
             (Quantity::Polarity2, _) => ("polarity", "p₂", Diverging, Component(1)),
             (Quantity::Pressure, ModelKind::Incompressible) => ("pressure", "Π", Diverging, Component(0)),
             (Quantity::Pressure, ModelKind::Compressible) => ("pressure", "ρΠ", Diverging, Component(0)),
+            (Quantity::Bodies, _) => unreachable!("a scene of tissue is refused with it"),
             (Quantity::Density, _) => ("density", "ρ", Sequential, Component(0)),
             // a density weighs the diffusion
             (Quantity::PolarityLaplacian, ModelKind::Incompressible) => {
@@ -203,6 +204,7 @@ impl Draft<'_> {
             Quantity::Polarity | Quantity::Polarity1 | Quantity::Polarity2 => state.p.clone(),
             Quantity::Pressure => model.pressure(state)?,
             Quantity::Density => state.volume().clone(),
+            Quantity::Bodies => unreachable!("a scene of tissue is refused with it"),
             Quantity::PolarityLaplacian | Quantity::PolarityLaplacian1 | Quantity::PolarityLaplacian2 => {
                 model.polarity_laplacian(state, self.t)
             }

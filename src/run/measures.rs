@@ -54,7 +54,7 @@ impl<'s> Gauges<'s> {
         for output in &scene.outputs {
             match &output.what {
                 What::Measures(measures) => due.extend(measures.iter().map(|m| (*m, output.schedule))),
-                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => {}
+                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => {}
             }
         }
         let centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
@@ -191,6 +191,8 @@ impl<'s> Gauges<'s> {
                 Ok(())
             }
             Measure::ElasticStrain => super::strain::measure(self.setup, &march.state, values),
+            Measure::KineticEnergy | Measure::Gap | Measure::Overlap => Ok(()),
+            Measure::Contacts | Measure::WallForce | Measure::Body => Ok(()),
         }
     }
 
@@ -203,6 +205,8 @@ impl<'s> Gauges<'s> {
         for (measure, _) in &self.due {
             match measure {
                 Measure::FreeEnergy | Measure::EnergyBudget | Measure::LimitedCells => {}
+                Measure::KineticEnergy | Measure::Gap | Measure::Overlap => {}
+                Measure::Contacts | Measure::WallForce | Measure::Body => {}
                 Measure::Mass => self.mass(state, &mut values),
                 Measure::DensityMin => self.smallest_density(state, &mut values),
                 Measure::Overshoot => self.overshoot(state, &mut values)?,
@@ -289,6 +293,12 @@ pub fn columns_of(measure: Measure) -> Vec<&'static str> {
         Measure::Circulation => vec!["circulation_velocity", "circulation_polarity"],
         Measure::Defects => vec!["defects_plus", "defects_minus"],
         Measure::EnergyBudget => Budget::default().columns().map(|(name, _)| name).to_vec(),
+        Measure::KineticEnergy => vec!["kinetic_energy"],
+        Measure::Gap => vec!["gap"],
+        Measure::Overlap => vec!["overlap"],
+        Measure::Contacts => vec!["contacts"],
+        Measure::WallForce => vec!["wall_force_1", "wall_force_2"],
+        Measure::Body => vec!["body_x1", "body_x2", "body_angle", "body_velocity_1", "body_velocity_2", "body_spin"],
     }
 }
 
@@ -297,7 +307,7 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
     let named = |measure: Measure| {
         scene.outputs.iter().any(|output| match &output.what {
             What::Measures(measures) => measures.contains(&measure),
-            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
+            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
         })
     };
     let with_residual = [Measure::FreeEnergy, Measure::Overshoot, Measure::Asymmetry, Measure::EnergyBudget];

@@ -128,7 +128,7 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
     let streams = scene.outputs.iter().any(|output| match &output.what {
         What::Fields(fields) => fields.contains(&Field::StreamFunction),
         What::Maps(maps) => maps.iter().any(|map| map.streamlines),
-        What::Measures(_) | What::Cuts(_) | What::Checkpoint => false,
+        What::Measures(_) | What::Cuts(_) | What::Bodies { .. } | What::Checkpoint => false,
     });
     let stream = if streams { STREAM * r } else { 0.0 };
     let model = PROGRAM + STOKES * r + BLOCKS * cells * rows * rows;
@@ -198,7 +198,7 @@ fn pictures(scene: &Scene) -> f64 {
     let drawn = scene.outputs.iter().map(|output| match &output.what {
         What::Measures(_) | What::Cuts(_) => PICTURES[0],
         What::Maps(_) => PICTURES[1],
-        What::Fields(_) | What::Checkpoint => 0.0,
+        What::Fields(_) | What::Bodies { .. } | What::Checkpoint => 0.0,
     });
     drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max)
 }

@@ -74,6 +74,7 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
     let mesh = std::sync::Arc::new(build_mesh(scene)?);
     scene.check_tags(&mesh.tags)?;
+    scene.check_bodies(&mesh)?;
     setup::check_measures(scene, &mesh)?;
     check_exact(scene, &mesh)?;
     let description = describe(scene, &mesh);

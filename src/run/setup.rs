@@ -9,7 +9,7 @@ use super::exact::check_exact;
 use super::memory::{self, Unknowns};
 use crate::form::Faces;
 use crate::measure::{MeasureError, Strain};
-use crate::mesh::generate::Shape;
+use crate::mesh::generate::{MeshScene, Shape};
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Mesh, MeshError, Point, gmsh};
@@ -19,7 +19,7 @@ use crate::model::manufactured::Volume;
 use crate::model::momentum::MomentumError;
 use crate::model::{Expression, ModelKind, start};
 use crate::output::checkpoint::Saved;
-use crate::scene::{Initial, InitialDensity, Measure, Scene, What};
+use crate::scene::{Initial, InitialDensity, Measure, Scene, SceneSource, What};
 use crate::space::{Continuity, Field, Space, project};
 use crate::time::{Checkpoint, March, Sheet};
 
@@ -44,9 +44,17 @@ const ALIGNED_LENGTH: f64 = 1.0;
 /// # Errors
 /// Bad keys, an unreadable file, inverted cells.
 pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
-    let built = match &scene.mesh.file {
-        None => scene.mesh.build(),
-        Some(file) => gmsh::read(Path::new(file)).and_then(|mut mesh| match scene.mesh.curved {
+    mesh_of(&scene.mesh, scene.source())
+}
+
+/// Builds or reads the mesh of a scene of any kind.
+///
+/// # Errors
+/// As [`build_mesh`].
+pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError> {
+    let built = match &table.file {
+        None => table.build(),
+        Some(file) => gmsh::read(Path::new(file)).and_then(|mut mesh| match table.curved {
             None => Ok(mesh),
             Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
             Some(other) => Err(MeshError::BadKey {
@@ -68,14 +76,14 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     });
     few_tags.map_err(|error| {
         let origin = match &error {
-            MeshError::BadKey { key, .. } => scene.source().place(key).to_string(),
+            MeshError::BadKey { key, .. } => source.place(key).to_string(),
             MeshError::Inverted { .. }
             | MeshError::NonManifold { .. }
             | MeshError::Untagged { .. }
             | MeshError::NotOnBoundary { .. }
             | MeshError::BadVertex { .. }
             | MeshError::Empty
-            | MeshError::File { .. } => scene.source().place("mesh").to_string(),
+            | MeshError::File { .. } => source.place("mesh").to_string(),
         };
         RunError::Mesh { origin, error: Box::new(error) }
     })
@@ -106,6 +114,7 @@ impl Setup {
         let begin = std::time::Instant::now();
         let mesh = Arc::new(build_mesh(scene)?);
         scene.check_tags(&mesh.tags)?;
+        scene.check_bodies(&mesh)?;
         check_measures(scene, &mesh)?;
         check_exact(scene, &mesh)?;
         let description = describe(scene, &mesh);
@@ -253,7 +262,7 @@ pub fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
 pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let asked = scene.outputs.iter().any(|output| match &output.what {
         What::Measures(measures) => measures.contains(&Measure::Overshoot),
-        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
+        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
     });
     let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);

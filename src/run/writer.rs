@@ -95,7 +95,7 @@ impl Writer {
         };
         for (at, output) in scene.outputs.iter().enumerate() {
             match &output.what {
-                What::Measures(_) => {}
+                What::Measures(_) | What::Bodies { .. } => {}
                 What::Checkpoint => writer.checkpoints.push(output.schedule),
                 What::Maps(requests) => {
                     maps::check_windows(requests, &format!("output.{at}.maps"), scene, setup)?;

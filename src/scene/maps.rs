@@ -36,6 +36,8 @@ pub enum Quantity {
     /// `(κ²Δ_h p)_2`
     #[serde(rename = "polarity-laplacian-2")]
     PolarityLaplacian2,
+    /// No field: the rigid bodies alone, without tissue around them.
+    Bodies,
 }
 
 /// A vector that a map shows as arrows.
@@ -50,7 +52,7 @@ pub enum ArrowsOf {
 
 impl Quantity {
     /// Every quantity.
-    pub const ALL: [Quantity; 11] = [
+    pub const ALL: [Quantity; 12] = [
         Quantity::Speed,
         Quantity::Velocity1,
         Quantity::Velocity2,
@@ -62,6 +64,7 @@ impl Quantity {
         Quantity::PolarityLaplacian,
         Quantity::PolarityLaplacian1,
         Quantity::PolarityLaplacian2,
+        Quantity::Bodies,
     ];
 
     /// As in the scene file, and the default name of the picture.
@@ -78,6 +81,7 @@ impl Quantity {
             Quantity::PolarityLaplacian => "polarity-laplacian",
             Quantity::PolarityLaplacian1 => "polarity-laplacian-1",
             Quantity::PolarityLaplacian2 => "polarity-laplacian-2",
+            Quantity::Bodies => "bodies",
         }
     }
 }

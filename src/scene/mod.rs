@@ -2,34 +2,43 @@
 //!
 //! [`SceneSource`] is the text with its overrides, [`Scene`] what the solver reads. Every default is filled in.
 
+mod any;
+pub mod bodies;
 mod check;
 mod edit;
 mod error;
 mod locate;
 pub mod maps;
 pub mod output;
+pub mod particles;
 pub mod presets;
 mod resolve;
 mod source;
 pub mod start;
+pub mod stokes;
 pub mod tables;
 mod translate;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::expression::Expression;
-use crate::model::{Conditions, ModelKind, Parameters, Term, names};
+use crate::model::{Conditions, ModelKind, Parameters, Term};
 
 pub use crate::model::Sources;
 pub use crate::model::momentum::SlipTreatment;
 pub use crate::steady::{SteadySettings, Want};
 pub use crate::time::{ControlSettings, CouplingSettings, MarchSettings, Schedule};
+pub use any::AnyScene;
+pub use bodies::Bodies;
 pub use error::{Place, SceneError};
 pub use maps::{ArrowsOf, MapOptions, MapRequest, Quantity};
 pub use output::{Axis, AxisLine, Cut, Field, Measure, Output, What};
-pub use source::SceneSource;
+pub use particles::ParticlesScene;
+pub use source::{SceneKind, SceneSource};
+pub use stokes::StokesScene;
 
 /// One computation, checked as far as possible without its mesh.
 #[derive(Debug, Clone)]
@@ -51,6 +60,8 @@ pub struct Scene {
     pub coupling: CouplingSettings,
     /// Of the elastic strain, where the scene has one.
     pub strain: Option<StrainSettings>,
+    /// Rigid bodies that the tissue carries.
+    pub bodies: Option<Bodies>,
     pub outputs: Vec<Output>,
     /// Keys and values that `accuracy` has filled in.
     pub preset: presets::Filled,
@@ -181,7 +192,7 @@ impl Scene {
             What::Fields(fields) => fields.contains(&Field::ElasticStrain),
             What::Measures(measures) => measures.contains(&Measure::ElasticStrain),
             What::Cuts(_) => true,
-            What::Maps(_) | What::Checkpoint => false,
+            What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
         };
         self.strain.filter(|_| self.outputs.iter().any(needs))
     }
@@ -201,19 +212,15 @@ impl Scene {
     /// # Errors
     /// The first condition without a tag, else the first tag without a condition.
     pub fn check_tags(&self, tags: &[String]) -> Result<(), SceneError> {
-        let known: Vec<&str> = tags.iter().map(String::as_str).collect();
-        if let Some(tag) = self.boundary.keys().find(|tag| !tags.contains(tag)) {
-            return Err(SceneError::UnknownTag {
-                place: self.source.place(&format!("boundary.{tag}")),
-                tag: tag.clone(),
-                suggestion: names::did_you_mean(tag, &known),
-                known: known.join(", "),
-            });
-        }
-        let file = self.source.origin().to_owned();
-        tags.iter()
-            .find(|tag| !self.boundary.contains_key(*tag))
-            .map_or(Ok(()), |tag| Err(SceneError::TagWithoutCondition { file, tag: tag.clone() }))
+        stokes::check_tags(&self.source, self.boundary.keys(), tags)
+    }
+
+    /// Compares walls and bodies, if there are any, with the mesh.
+    ///
+    /// # Errors
+    /// As [`Bodies::check_mesh`].
+    pub fn check_bodies(&self, mesh: &Mesh) -> Result<(), SceneError> {
+        self.bodies.as_ref().map_or(Ok(()), |bodies| bodies.check_mesh(&self.source, mesh))
     }
 
     /// The preset that the scene names.

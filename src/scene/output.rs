@@ -56,6 +56,18 @@ pub enum Measure {
     Circulation,
     /// Largest elastic strain, and whether it is bounded.
     ElasticStrain,
+    /// `½ Σ m|V|² + ½ Σ I ω²` of the bodies.
+    KineticEnergy,
+    /// `min D` over all pairs of bodies, and of bodies and walls.
+    Gap,
+    /// Pairs with λ ≠ 0.
+    Contacts,
+    /// Force on all walls.
+    WallForce,
+    /// `max(0, −D)` over all pairs.
+    Overlap,
+    /// Place and motion of the first body.
+    Body,
 }
 
 /// The six axes of the strip, lengths in disc radii.
@@ -135,7 +147,7 @@ impl Field {
 
 impl Measure {
     /// In the order of their columns.
-    pub const ALL: [Measure; 10] = [
+    pub const ALL: [Measure; 16] = [
         Measure::FreeEnergy,
         Measure::Overshoot,
         Measure::Asymmetry,
@@ -146,7 +158,24 @@ impl Measure {
         Measure::Circulation,
         Measure::Defects,
         Measure::EnergyBudget,
+        Measure::KineticEnergy,
+        Measure::Gap,
+        Measure::Overlap,
+        Measure::Contacts,
+        Measure::WallForce,
+        Measure::Body,
     ];
+
+    /// Whether it is about rigid bodies.
+    pub fn is_of_bodies(self) -> bool {
+        match self {
+            Measure::KineticEnergy | Measure::Gap | Measure::Overlap => true,
+            Measure::Contacts | Measure::WallForce | Measure::Body => true,
+            Measure::Overshoot | Measure::Asymmetry | Measure::FreeEnergy | Measure::EnergyBudget => false,
+            Measure::Mass | Measure::DensityMin | Measure::LimitedCells => false,
+            Measure::Defects | Measure::Circulation | Measure::ElasticStrain => false,
+        }
+    }
 
     /// As in the scene file.
     pub fn name(self) -> &'static str {
@@ -161,6 +190,12 @@ impl Measure {
             Measure::Defects => "defects",
             Measure::Circulation => "circulation",
             Measure::ElasticStrain => "elastic-strain",
+            Measure::KineticEnergy => "kinetic-energy",
+            Measure::Gap => "gap",
+            Measure::Overlap => "overlap",
+            Measure::Contacts => "contacts",
+            Measure::WallForce => "wall-force",
+            Measure::Body => "body",
         }
     }
 }
@@ -202,6 +237,10 @@ pub enum What {
     Measures(Vec<Measure>),
     Cuts(Vec<Cut>),
     Maps(Vec<MapRequest>),
+    /// Polydata and a table of the bodies; and a table of their contacts.
+    Bodies {
+        contacts: bool,
+    },
     Checkpoint,
 }
 
@@ -214,7 +253,7 @@ pub struct Output {
     pub estimate: bool,
 }
 
-/// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `maps`, `checkpoint`.
+/// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `maps`, `bodies`, `checkpoint`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutputTable {
@@ -229,6 +268,11 @@ pub struct OutputTable {
     pub cuts: Option<Vec<CutTable>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub maps: Option<Vec<MapTable>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<bool>,
+    /// Beside `bodies`: a table of the contacts (default false).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contacts: Option<bool>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<bool>,
     /// Absent: only at the end.

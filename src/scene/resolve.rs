@@ -1,11 +1,10 @@
 //! The scene written back, as a person would lay it out.
 
+use serde::Serialize;
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
-use super::tables::SceneFile;
-
-/// TOML text of `file`: a table per section and boundary tag, values on one line.
-pub(super) fn to_toml(file: &SceneFile) -> String {
+/// TOML text of a scene's tables: a table per section and boundary tag, values on one line.
+pub(super) fn to_toml(file: &impl Serialize) -> String {
     let document = toml_edit::ser::to_document(file);
     let mut document: DocumentMut = document.unwrap_or_else(|error| panic!("scene tables are always TOML: {error}"));
     let root = document.as_table_mut();

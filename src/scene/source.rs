@@ -8,8 +8,43 @@ use toml_edit::{Document, DocumentMut, Item};
 use super::edit;
 use super::error::{Place, SceneError};
 use super::locate;
+use super::particles::ParticlesFile;
+use super::stokes::StokesFile;
 use super::tables::SceneFile;
 use super::translate;
+
+/// What a scene is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SceneKind {
+    /// `"incompressible"` and `"compressible"`, and whatever is no kind at all.
+    Tissue,
+    /// `"stokes"`
+    Stokes,
+    /// `"particles"`
+    Particles,
+}
+
+impl SceneKind {
+    pub const ALL: [SceneKind; 3] = [SceneKind::Tissue, SceneKind::Stokes, SceneKind::Particles];
+
+    /// By the text of `model.kind`.
+    pub fn of(kind: &str) -> Self {
+        match kind {
+            "stokes" => SceneKind::Stokes,
+            "particles" => SceneKind::Particles,
+            _ => SceneKind::Tissue,
+        }
+    }
+
+    /// As in messages.
+    pub fn shown(self) -> &'static str {
+        match self {
+            SceneKind::Tissue => "tissue (kind = \"incompressible\" or \"compressible\")",
+            SceneKind::Stokes => "a Stokes flow (kind = \"stokes\")",
+            SceneKind::Particles => "particles (kind = \"particles\")",
+        }
+    }
+}
 
 /// A scene that is well-formed TOML; nothing else is checked yet.
 #[derive(Debug, Clone)]
@@ -22,8 +57,8 @@ pub struct SceneSource {
     original: String,
     /// The text with the overrides.
     document: DocumentMut,
-    /// Paths that were set, in order.
-    set: Vec<String>,
+    /// Paths that were set, in order, with bodies by their numbers, and as they were given.
+    set: Vec<(String, String)>,
 }
 
 impl SceneSource {
@@ -68,14 +103,34 @@ impl SceneSource {
     /// # Errors
     /// A path that no scene has, with the keys that exist there; a value of the wrong type.
     pub fn set(&mut self, path: &str, value: &str) -> Result<(), SceneError> {
-        self.set_in::<SceneFile>(path, value)
+        let kind = match path.trim() {
+            "model.kind" => SceneKind::of(value.trim().trim_matches('"')),
+            _ => self.kind(),
+        };
+        match kind {
+            SceneKind::Tissue => self.set_in::<SceneFile>(path, value),
+            SceneKind::Stokes => self.set_in::<StokesFile>(path, value),
+            SceneKind::Particles => self.set_in::<ParticlesFile>(path, value),
+        }
+    }
+
+    /// What `model.kind` makes of the scene.
+    pub fn kind(&self) -> SceneKind {
+        let kind = self.value("model").and_then(|model| model.as_table_like()?.get("kind")?.as_str());
+        kind.map_or(SceneKind::Tissue, SceneKind::of)
+    }
+
+    /// Top-level keys.
+    pub(crate) fn names(&self) -> Vec<String> {
+        self.document.iter().map(|(name, _)| name.to_owned()).collect()
     }
 
     /// [`set`](Self::set) for a text that is to become `T`.
     pub(crate) fn set_in<T: DeserializeOwned>(&mut self, path: &str, value: &str) -> Result<(), SceneError> {
         let place = Box::new(Place::Set { file: self.origin.clone(), path: path.to_owned() });
         let mut next = self.clone();
-        let keys: Vec<&str> = path.split('.').map(str::trim).collect();
+        let keys = self.by_number(path.split('.').map(str::trim));
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         edit::set(next.document.as_item_mut(), &keys, value.trim()).map_err(|refusal| SceneError::Value {
             place,
             key: path.to_owned(),
@@ -83,7 +138,7 @@ impl SceneSource {
             rule: refusal.rule,
             hint: refusal.hint,
         })?;
-        next.set.push(keys.join("."));
+        next.set.push((keys.join("."), path.to_owned()));
         match next.tables::<T>() {
             // a preset may fill in what is taken away
             Err(found) if related(&found.0, &keys.join(".")) && !(value.trim().is_empty() && self.has("accuracy")) => {
@@ -95,6 +150,31 @@ impl SceneSource {
                 Ok(())
             }
         }
+    }
+
+    /// Keys of a path in which bodies may be named: `body.NAME.density` is `body.2.density` for the third `[[body]]` if that has
+    /// this name; and so are `bodies`.
+    fn by_number<'k>(&self, keys: impl Iterator<Item = &'k str>) -> Vec<String> {
+        let mut keys: Vec<String> = keys.map(str::to_owned).collect();
+        let number = |list: &str, name: &str| {
+            let tables = self.value(list)?.as_array_of_tables()?;
+            let default = |at: usize| match (list, at) {
+                ("body", at) => format!("body-{}", at + 1),
+                (_, 0) => "disc".to_owned(),
+                (_, at) => format!("disc{}", at + 1),
+            };
+            let named = |(at, table): (usize, &toml_edit::Table)| {
+                table.get("name").and_then(Item::as_str).map_or_else(|| default(at), str::to_owned) == name
+            };
+            tables.iter().enumerate().position(named)
+        };
+        if let [list, name, ..] = &mut keys[..]
+            && matches!(list.as_str(), "body" | "bodies")
+            && let Some(at) = number(list, name)
+        {
+            *name = at.to_string();
+        }
+        keys
     }
 
     /// Puts a value under a key, dots and all, into a top-level table, which is made where it is missing.
@@ -115,7 +195,7 @@ impl SceneSource {
     /// Where `key` was given: the override, the line, or the line of the nearest table around it.
     pub fn place(&self, key: &str) -> Box<Place> {
         let file = self.origin.clone();
-        if let Some(path) = self.set.iter().rev().find(|path| related(key, path)) {
+        if let Some((_, path)) = self.set.iter().rev().find(|(path, _)| related(key, path)) {
             return Box::new(Place::Set { file, path: path.clone() });
         }
         let line = Document::parse(self.original.as_str())

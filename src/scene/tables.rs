@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable};
 use super::output::OutputTable;
 use super::start::InitialTable;
 use crate::mesh::generate::MeshScene;
@@ -44,6 +45,17 @@ pub struct SceneFile {
     /// The elastic strain that the flow carries.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<StrainTable>,
+    /// How the tissue carries rigid bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rigid: Option<RigidTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub body: Vec<BodyTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodiesTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub wall: Vec<WallTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactTable>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<OutputTable>,
 }

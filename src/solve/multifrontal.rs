@@ -23,6 +23,8 @@ const PARALLEL_SOLVE: f64 = 1e8;
 pub struct Multifrontal {
     symbolic: Arc<Symbolic>,
     factors: Vec<Factors>,
+    /// The fronts' Schur complements, for those who change a few elements again and again.
+    kept: Option<Vec<Vec<f64>>>,
 }
 
 impl std::fmt::Debug for Multifrontal {
@@ -39,9 +41,54 @@ impl Multifrontal {
     /// A pivot is zero to rounding or not finite.
     pub fn new(symbolic: Arc<Symbolic>, fill: impl Fn(usize, &mut Element) + Sync) -> Result<Self, SolveError> {
         let factors = symbolic.fronts.iter().map(|f| Factors::new(f.pivots(), f.boundary.len())).collect();
-        let mut multifrontal = Self { symbolic, factors };
+        let mut multifrontal = Self { symbolic, factors, kept: None };
         multifrontal.refactor(fill)?;
         Ok(multifrontal)
+    }
+
+    /// As [`Multifrontal::new`], ready for [`Multifrontal::refactor_changed`]: the Schur complements of all fronts are kept too.
+    ///
+    /// # Errors
+    /// As [`Multifrontal::new`].
+    pub fn keeping(symbolic: Arc<Symbolic>, fill: impl Fn(usize, &mut Element) + Sync) -> Result<Self, SolveError> {
+        let factors = symbolic.fronts.iter().map(|f| Factors::new(f.pivots(), f.boundary.len())).collect();
+        let kept = symbolic.fronts.iter().map(|f| vec![0.0; f.boundary.len().pow(2)]).collect();
+        let mut multifrontal = Self { symbolic, factors, kept: Some(kept) };
+        let every: Vec<usize> = (0..multifrontal.symbolic.visits.len()).collect();
+        multifrontal.refactor_changed(fill, &every)?;
+        Ok(multifrontal)
+    }
+
+    /// Factorises anew the fronts that need one of the elements `changed`, and those above them; the others keep their factors and Schur
+    /// complements. The factors are those of [`Multifrontal::new`], bit by bit. Returns the share of the operations that was done.
+    ///
+    /// # Errors
+    /// As [`Multifrontal::new`].
+    ///
+    /// # Panics
+    /// When the factors were not made by [`Multifrontal::keeping`].
+    pub fn refactor_changed(
+        &mut self,
+        fill: impl Fn(usize, &mut Element) + Sync,
+        changed: &[usize],
+    ) -> Result<f64, SolveError> {
+        super::sparse::count(1, 0);
+        let symbolic = &*self.symbolic;
+        let kept = self.kept.as_mut().expect("the factors were made by `keeping`");
+        let mut touched = vec![false; symbolic.visits.len()];
+        changed.iter().for_each(|&e| touched[e] = true);
+        let (mut old, mut left, mut work) = (vec![true; symbolic.fronts.len()], vec![0; touched.len()], 0.0);
+        for (node, front) in symbolic.fronts.iter().enumerate() {
+            old[node] = front.children.iter().all(|&c| old[c]) && !front.elements.iter().any(|&e| touched[e as usize]);
+            if !old[node] {
+                front.elements.iter().for_each(|&e| left[e as usize] += 1);
+                work += front.flops();
+            }
+        }
+        let parked = left.into_iter().map(|left| Mutex::new(Parked { left, element: None })).collect();
+        let assembly = Assembly { symbolic, fill, parked };
+        assembly.renew(symbolic.fronts.len() - 1, &mut self.factors, kept, &old)?;
+        Ok(work / symbolic.flops().max(1.0))
     }
 
     /// Factorises new values in the memory of the old factors; after an error, the factors are of no use.
@@ -181,15 +228,50 @@ impl<F: Fn(usize, &mut Element) + Sync> Assembly<'_, F> {
             extend(own, &mut schur, &fronts[child].into_parent, &update?);
         }
         self.assemble(front, own);
-        own.eliminate(&mut schur).map_err(|pivot| {
+        self.eliminate(front, own, &mut schur)?;
+        Ok(schur)
+    }
+
+    /// Factorises the fronts of a subtree that are not `old`.
+    fn renew(
+        &self,
+        node: usize,
+        factors: &mut [Factors],
+        kept: &mut [Vec<f64>],
+        old: &[bool],
+    ) -> Result<(), SolveError> {
+        if old[node] {
+            return Ok(());
+        }
+        let fronts = &self.symbolic.fronts;
+        let front = &fronts[node];
+        let (own, below) = factors.split_last_mut().expect("a subtree holds its top");
+        let (schur, kept) = kept.split_last_mut().expect("a subtree holds its top");
+        let parts = split(fronts, front, below, |child| child.fronts_below());
+        let parts: Vec<_> = parts.into_iter().zip(split(fronts, front, kept, |child| child.fronts_below())).collect();
+        let parallel = front.work > PARALLEL_FACTORISATION;
+        let updates = each(parts, parallel, |((child, factors), (_, kept))| {
+            self.renew(child, factors, kept, old)?;
+            Ok(&kept[kept.len() - 1])
+        });
+        own.reset();
+        schur.fill(0.0);
+        for (&child, update) in front.children.iter().zip(updates) {
+            extend(own, schur, &fronts[child].into_parent, update?);
+        }
+        self.assemble(front, own);
+        self.eliminate(front, own, schur)
+    }
+
+    fn eliminate(&self, front: &Front, own: &mut Factors, schur: &mut [f64]) -> Result<(), SolveError> {
+        own.eliminate(schur).map_err(|pivot| {
             let unknown = self.symbolic.order[front.start + pivot];
             SolveError::Factorise {
                 system: self.symbolic.system.clone(),
                 reason: format!("the pivot of unknown {unknown} is zero to rounding or not finite"),
                 hint: "a boundary condition may be missing, or a parameter may be zero that must not be".into(),
             }
-        })?;
-        Ok(schur)
+        })
     }
 
     /// Adds the element entries in the rows and columns of the pivots.

@@ -57,7 +57,7 @@ impl Front {
     }
 
     /// `2 p³/3 + 2 p² b + 2 p b²`.
-    fn flops(&self) -> f64 {
+    pub fn flops(&self) -> f64 {
         let (p, b) = (self.pivots() as f64, self.boundary.len() as f64);
         2.0 * p * (p * p / 3.0 + p * b + b * b)
     }

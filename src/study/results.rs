@@ -213,7 +213,7 @@ pub(super) fn measures_of(scene: &Scene) -> Vec<&'static str> {
     let named = |measure| {
         scene.outputs.iter().any(|output| match &output.what {
             What::Measures(measures) => measures.contains(&measure),
-            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
+            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
         })
     };
     let mut names: Vec<&str> = columns(scene).into_iter().filter(|name| !name.starts_with("residual")).collect();

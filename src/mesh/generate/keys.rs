@@ -20,6 +20,7 @@ impl Shape {
     pub fn name(self) -> &'static str {
         match self {
             Shape::Square => "square",
+            Shape::SquareWithCircle => "square-with-circle",
             Shape::Strip => "strip",
             Shape::StripWithDisc => "strip-with-disc",
             Shape::Disc => "disc",
@@ -32,6 +33,7 @@ impl Shape {
     fn required(self) -> &'static [&'static str] {
         match self {
             Shape::Square => &["n"],
+            Shape::SquareWithCircle => &["n", "radius"],
             Shape::Strip | Shape::StripWithDisc => &["length", "width", "h"],
             Shape::Disc => &["h"],
             Shape::Annulus => &["inner_radius", "h"],
@@ -43,6 +45,7 @@ impl Shape {
     fn optional(self) -> &'static [&'static str] {
         match self {
             Shape::Square => &["length", "distortion", "seed"],
+            Shape::SquareWithCircle => &["length", "centre"],
             Shape::Strip => &["stretch", "symmetric"],
             Shape::StripWithDisc => &["radius", "centre", "h_disc", "grading", "stretch", "symmetric", "curved"],
             Shape::Disc | Shape::Annulus => &["radius", "centre", "symmetric", "curved"],
@@ -71,8 +74,11 @@ impl MeshScene {
         fill(&mut full.h_disc, "h_disc", self.h.unwrap_or(1.0));
         fill(&mut full.grading, "grading", GRADING);
         fill(&mut full.stretch, "stretch", 1.0);
-        if shape == Shape::Square {
+        if matches!(shape, Shape::Square | Shape::SquareWithCircle) {
             full.length.get_or_insert([0.0, 1.0]);
+        }
+        if let (Shape::SquareWithCircle, Some([x0, x1])) = (shape, full.length) {
+            full.centre.get_or_insert([0.5 * (x0 + x1); 2]);
         }
         if shape.allows("discs") {
             full.discs.get_or_insert(2);

@@ -1,5 +1,6 @@
 //! Meshes that a scene describes by shape and local size.
 
+mod fitted;
 mod front;
 mod keys;
 mod mirror;
@@ -23,6 +24,9 @@ pub use track::Track;
 pub enum Shape {
     /// Structured unit-cell square, `2 n²` cells; tags `left`, `right`, `bottom`, `top`.
     Square,
+    /// The square with a circle of radius `radius` about `centre` (its middle) in it, which edges follow: `4n` of them, about `14 n²` cells; tags of the
+    /// square.
+    SquareWithCircle,
     /// Rectangle `length × [−width/2, width/2]`; tags `inlet`, `outlet`, `walls`.
     Strip,
     /// The strip without the disc of radius `radius` about `centre`; tags of the strip and `disc`.
@@ -109,13 +113,16 @@ impl MeshScene {
     /// can be made; the errors of [`Mesh::build`] and [`Mesh::bend`].
     pub fn build(&self) -> Result<Mesh, MeshError> {
         let Some(shape) = self.shape else {
-            let hint = "name one of square, strip, strip-with-disc, disc, annulus, racetrack";
+            let hint = "name one of square, square-with-circle, strip, strip-with-disc, disc, annulus, racetrack";
             return Err(keys::bad("shape", "(missing)", "a mesh is generated from its shape", hint));
         };
         let scene = self.defaults_filled();
         scene.check(shape)?;
         if shape == Shape::Square {
             return square::build(&scene);
+        }
+        if shape == Shape::SquareWithCircle {
+            return fitted::build(&scene);
         }
         let outline = outline::Outline::new(&scene, shape);
         let size = size::Size::new(&scene, shape);

@@ -55,7 +55,7 @@ impl Outline {
             curves: Vec::new(),
         };
         match shape {
-            Shape::Square => unreachable!("the square is structured"),
+            Shape::Square | Shape::SquareWithCircle => unreachable!("squares are structured"),
             Shape::Strip => named(&["inlet", "outlet", "walls"]).with_strip(scene, half, None),
             Shape::StripWithDisc => {
                 let outline = named(&["inlet", "outlet", "walls", "disc"]);

@@ -24,6 +24,7 @@ impl MeshScene {
         self.check_ranges()?;
         match shape {
             Shape::Square => self.check_square(),
+            Shape::SquareWithCircle => self.check_circle_in_square(),
             Shape::Strip => self.check_strip(),
             Shape::StripWithDisc => self.check_strip().and_then(|()| self.check_disc_in_strip()),
             Shape::Disc => self.check_resolves("h", "radius", self.radius),
@@ -100,6 +101,24 @@ impl MeshScene {
             }
             Some(_) | None => Ok(()),
         }
+    }
+
+    fn check_circle_in_square(&self) -> Check {
+        if let Some(n) = self.n.filter(|n| 14.0 * (*n as f64).powi(2) > MOST_CELLS) {
+            return Err(bad("n", n, "14 n² must not exceed 5 million cells", "choose a smaller n"));
+        }
+        let ([x0, x1], [cx, cy]) = (self.length.unwrap_or_default(), self.centre.unwrap_or_default());
+        let radius = self.radius.unwrap_or(0.0);
+        let gap = [cx - x0, x1 - cx, cy - x0, x1 - cy].into_iter().fold(f64::INFINITY, f64::min) - radius;
+        if gap < 0.01 * (x1 - x0) {
+            let rule = format!("the circle must keep a hundredth of the side from the sides (gap {gap:.4})");
+            return Err(bad("radius", format!("{radius:?}"), rule, "shrink or move the circle"));
+        }
+        if radius < 0.01 * (x1 - x0) {
+            let rule = "it must be at least a hundredth of the side, or the cells about the circle are too thin";
+            return Err(bad("radius", format!("{radius:?}"), rule, "enlarge the circle"));
+        }
+        Ok(())
     }
 
     fn check_strip(&self) -> Check {
@@ -243,7 +262,7 @@ impl MeshScene {
         let (radius, width) = (self.radius.unwrap_or(1.0), self.width.unwrap_or(0.0));
         let [x0, x1] = self.length.unwrap_or_default();
         let area = match shape {
-            Shape::Square => 0.0,
+            Shape::Square | Shape::SquareWithCircle => 0.0,
             Shape::Strip => (x1 - x0) * width / self.stretch.unwrap_or(1.0),
             Shape::StripWithDisc => Stretch::new(self).image_length() * width,
             Shape::Disc => 0.5 * TAU * radius.powi(2),

@@ -19,7 +19,7 @@ impl Size {
         let h = scene.h.unwrap_or(1.0);
         let turn = scene.turn_radius.unwrap_or(0.0);
         let centres = match shape {
-            Shape::Square | Shape::Strip | Shape::Disc | Shape::Annulus => Vec::new(),
+            Shape::Square | Shape::SquareWithCircle | Shape::Strip | Shape::Disc | Shape::Annulus => Vec::new(),
             Shape::StripWithDisc => vec![Point::from(scene.centre.unwrap_or_default())],
             Shape::Racetrack => [turn, -turn][..scene.discs_on_track()].iter().map(|y| Point::new(0.0, *y)).collect(),
         };

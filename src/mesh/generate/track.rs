@@ -24,7 +24,7 @@ impl MeshScene {
     /// The way around the domain: of a racetrack along its arms and turns, of a disc and of a ring around the centre.
     pub fn track(&self) -> Option<Track> {
         match self.shape? {
-            Shape::Square | Shape::Strip | Shape::StripWithDisc => None,
+            Shape::Square | Shape::SquareWithCircle | Shape::Strip | Shape::StripWithDisc => None,
             Shape::Disc | Shape::Annulus => {
                 Some(Track { centre: Point::from(self.centre.unwrap_or_default()), half_arm: 0.0 })
             }

@@ -26,6 +26,14 @@ impl Formula {
     pub fn parse(&self, parameters: &[(&str, f64)]) -> Result<Expression, ExpressionError> {
         Expression::parse(&self.to_string(), parameters)
     }
+
+    /// The expression of a body.
+    ///
+    /// # Errors
+    /// As [`Expression::of_body`].
+    pub fn parse_of_body(&self, parameters: &[(&str, f64)]) -> Result<Expression, ExpressionError> {
+        Expression::of_body(&self.to_string(), parameters)
+    }
 }
 
 /// Both components of a vector as expressions.

@@ -47,7 +47,19 @@ impl Expression {
     /// # Errors
     /// A syntax error with its position, a name that does not exist, a constant formula that is not finite.
     pub fn parse(text: &str, parameters: &[(&str, f64)]) -> Result<Self, ExpressionError> {
-        let tree = Arc::new(parse::tree(text, parameters)?);
+        Self::parse_with(text, Variable::OF_FIELDS, parameters)
+    }
+
+    /// Reads a formula of a rigid body, which knows the angle `theta` as well; `x` and `y` are the body's position.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn of_body(text: &str, parameters: &[(&str, f64)]) -> Result<Self, ExpressionError> {
+        Self::parse_with(text, &Variable::ALL, parameters)
+    }
+
+    fn parse_with(text: &str, variables: &[Variable], parameters: &[(&str, f64)]) -> Result<Self, ExpressionError> {
+        let tree = Arc::new(parse::tree(text, variables, parameters)?);
         let expression = Self { text: text.to_owned(), tree };
         if expression.is_constant() {
             expression.try_eval(Point::zeros(), 0.0)?;
@@ -62,13 +74,18 @@ impl Expression {
 
     /// Value at the point `x` and the time `t`; NaN or infinity outside the formula's domain.
     pub fn eval(&self, x: Point, t: f64) -> f64 {
-        self.tree.eval([x.x, x.y, t])
+        self.tree.eval([x.x, x.y, t, 0.0])
+    }
+
+    /// Value for a body at `position` that is turned by `angle`, at the time `t`.
+    pub fn eval_at(&self, position: Point, angle: f64, t: f64) -> f64 {
+        self.tree.eval([position.x, position.y, t, angle])
     }
 
     /// The formula's Taylor series in `(x, y)` about the point `x` at the time `t`, up to degree 3. Its value is that of
     /// [`eval`](Self::eval), bit for bit; a function with a corner or a jump counts as the branch taken at the point.
     pub fn taylor(&self, x: Point, t: f64) -> Taylor {
-        self.tree.eval::<Series>([x.x, x.y, t]).into()
+        self.tree.eval::<Series>([x.x, x.y, t, 0.0]).into()
     }
 
     /// Like [`eval`](Self::eval).
@@ -118,6 +135,11 @@ impl Expression {
     /// Whether the value is zero everywhere, as far as constants show.
     pub fn is_zero(&self) -> bool {
         self.is_constant() && self.eval(Point::zeros(), 0.0) == 0.0
+    }
+
+    /// Whether no place and no angle occurs.
+    pub fn depends_on_time_alone(&self) -> bool {
+        [Variable::X, Variable::Y, Variable::Theta].iter().all(|&v| !self.tree.depends_on(v))
     }
 
     /// Whether `t` occurs.

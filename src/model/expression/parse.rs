@@ -42,10 +42,10 @@ fn operator(symbol: &str) -> Option<(Binary, u8)> {
     }
 }
 
-/// The tree of `text`, with parameters and constants as numbers.
-pub(super) fn tree(text: &str, parameters: &[(&str, f64)]) -> Result<Tree, ExpressionError> {
+/// The tree of `text`, which may depend on `variables`, with parameters and constants as numbers.
+pub(super) fn tree(text: &str, variables: &[Variable], parameters: &[(&str, f64)]) -> Result<Tree, ExpressionError> {
     let tokens = scan(text)?;
-    let mut parser = Parser { text, parameters, tokens, next: 0, depth: 0 };
+    let mut parser = Parser { text, variables, parameters, tokens, next: 0, depth: 0 };
     let tree = parser.sum(0)?;
     match parser.peek() {
         Token::End => Ok(tree),
@@ -117,6 +117,7 @@ fn syntax(text: &str, at: usize, what: String, hint: &str) -> ExpressionError {
 
 struct Parser<'a> {
     text: &'a str,
+    variables: &'a [Variable],
     parameters: &'a [(&'a str, f64)],
     tokens: Vec<(Token, usize)>,
     next: usize,
@@ -207,11 +208,11 @@ impl Parser<'_> {
         if self.tokens[self.next + 1].0 == Token::Symbol("(") {
             return self.call(name);
         }
-        let variable = Variable::ALL.iter().find(|v| v.name() == name).map(|&v| Tree::Variable(v));
+        let variable = self.variables.iter().find(|v| v.name() == name).map(|&v| Tree::Variable(v));
         let numbers = self.parameters.iter().chain(&CONSTANTS);
         let number = || numbers.clone().find(|(known, _)| *known == name).map(|&(_, value)| Tree::Number(value));
         let Some(found) = variable.or_else(number) else {
-            let known = Variable::ALL.iter().map(|v| v.name()).chain(self.parameters.iter().map(|(n, _)| *n));
+            let known = self.variables.iter().map(|v| v.name()).chain(self.parameters.iter().map(|(n, _)| *n));
             let known: Vec<&str> = known.chain(["pi", "tau", "e"]).collect();
             return Err(self.unknown(name, "variables", &known));
         };

@@ -41,7 +41,7 @@ impl Arithmetic for Series {
         match variable {
             Variable::X => Self::Varying(Taylor::x(value)),
             Variable::Y => Self::Varying(Taylor::y(value)),
-            Variable::T => Self::Number(value),
+            Variable::T | Variable::Theta => Self::Number(value),
         }
     }
 

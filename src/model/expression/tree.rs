@@ -6,16 +6,22 @@ pub(super) enum Variable {
     X,
     Y,
     T,
+    /// Angle of a body; only formulas of bodies know it.
+    Theta,
 }
 
 impl Variable {
-    pub(super) const ALL: [Variable; 3] = [Variable::X, Variable::Y, Variable::T];
+    pub(super) const ALL: [Variable; 4] = [Variable::X, Variable::Y, Variable::T, Variable::Theta];
+
+    /// What formulas of fields may depend on.
+    pub(super) const OF_FIELDS: &'static [Variable] = &[Variable::X, Variable::Y, Variable::T];
 
     pub(super) fn name(self) -> &'static str {
         match self {
             Variable::X => "x",
             Variable::Y => "y",
             Variable::T => "t",
+            Variable::Theta => "theta",
         }
     }
 }
@@ -196,8 +202,8 @@ fn diff_power(a: Tree, b: Tree, da: Tree, db: Tree) -> Tree {
 }
 
 impl Tree {
-    /// The value at `x, y, t = at`.
-    pub(super) fn eval<A: Arithmetic>(&self, at: [f64; 3]) -> A {
+    /// The value at `x, y, t, theta = at`.
+    pub(super) fn eval<A: Arithmetic>(&self, at: [f64; 4]) -> A {
         match self {
             Tree::Number(value) => A::number(*value),
             Tree::Variable(v) => A::variable(*v, at[*v as usize]),

@@ -17,7 +17,7 @@ const WIDEST: f64 = 290.0;
 const LONGEST: usize = 15;
 
 // The colours of Okabe and Ito without yellow, which is too light for thin lines on white, then darker ones.
-const COLOURS: [Rgb; 12] = [
+pub(super) const COLOURS: [Rgb; 12] = [
     [0x00, 0x72, 0xb2],
     [0xd5, 0x5e, 0x00],
     [0x00, 0x9e, 0x73],

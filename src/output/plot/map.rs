@@ -26,12 +26,14 @@
 
 mod arrange;
 mod arrows;
+mod bodies;
 mod contour;
 mod palette;
 mod pixels;
 
 use std::path::Path;
 
+pub use bodies::{Fill, Link, Placed};
 pub use contour::{contours, nice_levels};
 pub use palette::Palette;
 
@@ -162,6 +164,18 @@ pub enum Layer<'a> {
         /// The vector.
         of: Vector<'a>,
     },
+    /// Rigid bodies, cut off at the edges of the window.
+    Bodies(Vec<Placed>),
+    /// Straight lines as wide as the size of their values, full ones for values above zero and hollow ones below; the largest values
+    /// are told below the map.
+    Links {
+        /// Name of the values, such as `λ`.
+        name: String,
+        /// Those of value zero are left out.
+        links: Vec<Link>,
+    },
+    /// Polylines that are hatched on their right.
+    Walls(Vec<Vec<Point>>),
 }
 
 /// Look of polylines.
@@ -203,7 +217,7 @@ impl<'a> Map<'a> {
     /// As [`Map::draw`].
     pub fn extent(&self) -> Result<[f64; 2], PlotError> {
         let font = Font::load()?;
-        Ok(arrange::Arranged::new(self, &font)?.pixels.extent)
+        Ok(arrange::Arranged::new(self, &font)?.extent())
     }
 
     /// Samples the scalar and places everything.
@@ -213,13 +227,25 @@ impl<'a> Map<'a> {
     pub fn draw(&self) -> Result<Picture, PlotError> {
         let font = Font::load()?;
         let arranged = arrange::Arranged::new(self, &font)?;
-        let (extent, range) = (arranged.pixels.extent, arranged.range);
+        let (extent, range) = (arranged.extent(), arranged.range);
+        Ok(Picture { scene: arranged.scene(), font, extent, range })
+    }
+
+    /// Places the layers on white: the scalar counts for nothing, and the colour bar shows the values of the bodies; without such values there
+    /// is none.
+    ///
+    /// # Errors
+    /// [`PlotError::Font`]
+    pub fn draw_layers(&self) -> Result<Picture, PlotError> {
+        let font = Font::load()?;
+        let arranged = arrange::Arranged::plain(self, &font);
+        let (extent, range) = (arranged.extent(), arranged.range);
         Ok(Picture { scene: arranged.scene(), font, extent, range })
     }
 }
 
 impl Picture {
-    /// Smallest and largest value that is shown.
+    /// Smallest and largest value that is shown; NaN where a picture without a scalar shows none.
     pub fn extent(&self) -> [f64; 2] {
         self.extent
     }

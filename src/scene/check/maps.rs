@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::model::{ModelKind, Parameters};
 use crate::output::plot::map::{LONGEST, Window};
+use crate::scene::SceneKind;
 use crate::scene::error::SceneError;
 use crate::scene::maps::{MapOptions, MapRequest, MapTable, Quantity};
 use crate::scene::output::{Output, What};
@@ -31,13 +32,33 @@ impl Checker<'_> {
         Ok(MapRequest { name, of, arrows, streamlines, mesh, window, range })
     }
 
+    /// A picture of the bodies alone, the only one of a scene that is no tissue.
+    pub(super) fn map_of_bodies(
+        &self,
+        key: &str,
+        options: MapOptions,
+        kind: SceneKind,
+    ) -> Result<MapRequest, SceneError> {
+        let rule = format!("{} has no map of it", kind.shown());
+        let shown = format!("\"{}\"", options.of.name());
+        self.require(options.of == Quantity::Bodies, key, shown, &rule, "take maps = [\"bodies\"]")?;
+        let field = options.arrows.is_some() || options.streamlines || options.mesh || options.range.is_some();
+        let rule = "a picture of the bodies has no field for `arrows`, `streamlines`, `mesh` and `range`";
+        self.require(!field, key, "(a table)", rule, "only `name` and `window` have a meaning")?;
+        options.check_frame().map_err(|b| self.error(&format!("{key}.{}", b.key), b.value, &b.rule, &b.hint))?;
+        let MapOptions { of, name, arrows, streamlines, mesh, window, range } = options;
+        let name = name.unwrap_or_else(|| of.name().to_owned());
+        self.file_name(&format!("{key}.name"), &name, "such as \"wake\"")?;
+        Ok(MapRequest { name, of, arrows, streamlines, mesh, window, range })
+    }
+
     /// Maps of one name would overwrite each other's pictures.
     pub(super) fn one_picture_each(&self, outputs: &[Output]) -> Result<(), SceneError> {
         let mut names = BTreeSet::new();
         for (at, output) in outputs.iter().enumerate() {
             let maps = match &output.what {
                 What::Maps(maps) => maps.as_slice(),
-                What::Fields(_) | What::Measures(_) | What::Cuts(_) | What::Checkpoint => &[],
+                What::Fields(_) | What::Measures(_) | What::Cuts(_) | What::Bodies { .. } | What::Checkpoint => &[],
             };
             for map in maps {
                 let rule = "two maps have this name, and would write the same file";
@@ -70,6 +91,11 @@ impl MapOptions {
             Err(MapRule { key, value, rule: rule.to_owned(), hint: hint.to_owned() })
         };
         let incompressible = p.kind() == ModelKind::Incompressible;
+        self.check_frame()?;
+        if self.of == Quantity::Bodies {
+            let rule = "the rigid bodies of a tissue are drawn on the maps of its fields";
+            return broken("of", "\"bodies\"".into(), rule, "take a map of a field, such as \"speed\"");
+        }
         if self.of == Quantity::Density && incompressible {
             return broken("of", "\"density\"".into(), CONSTANT_DENSITY, WRONG_KIND);
         }
@@ -77,6 +103,17 @@ impl MapOptions {
             let rule = "the flow of a compressible sheet has no stream function whose contours are streamlines";
             return broken("streamlines", "true".into(), rule, "remove it; arrows = \"velocity\" shows the flow");
         }
+        Ok(())
+    }
+
+    /// Whether window and range can be drawn.
+    ///
+    /// # Errors
+    /// The first rule that is broken.
+    pub fn check_frame(&self) -> Result<(), MapRule> {
+        let broken = |key: &'static str, value: String, rule: &str, hint: &str| {
+            Err(MapRule { key, value, rule: rule.to_owned(), hint: hint.to_owned() })
+        };
         if let Some([low, high]) = self.window
             && Window::new(low, high).is_err()
         {

@@ -1,6 +1,8 @@
 //! Every rule of a scene that does not need its mesh.
 
+mod bodies;
 mod fields;
+mod kinds;
 mod maps;
 mod outputs;
 mod strain;
@@ -13,13 +15,15 @@ use super::error::SceneError;
 use super::presets;
 use super::tables::{CouplingName, DensityScheme, SceneFile, SlipName, SpaceTable, TimeStart};
 use super::{
-    ControlSettings, CouplingSettings, Scene, SceneSource, SlipTreatment, Sources, Space, SteadySettings, Time,
+    ControlSettings, CouplingSettings, Scene, SceneKind, SceneSource, SlipTreatment, Sources, Space, SteadySettings,
+    Time,
 };
 use crate::element::MAX_DEGREE;
 use crate::mesh::generate::MeshScene;
 use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
 use crate::time::CouplingKind;
+use outputs::Scope;
 
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
@@ -40,12 +44,14 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         let (file, scene) = (source.origin().to_owned(), "that of its run".to_owned());
         return Err(SceneError::Study { file, command: "compare", scene });
     }
+    let checker = Checker { source: &source };
+    checker.of_kind(SceneKind::Tissue)?;
+    checker.keys_of_kind()?;
     let (full, preset) = presets::fill(&source).map_err(|error| *error)?;
     let mut file = full.tables::<SceneFile>().map_err(|found| found.1)?;
-    let checker = Checker { source: &source };
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
-    checker.mesh(&mut file)?;
+    checker.mesh(&mut file.mesh)?;
     let space = checker.space(&mut file.space, parameters.kind())?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
@@ -55,7 +61,9 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let time = checker.time(&mut file, &parameters)?;
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
-    let outputs = checker.outputs(&file.output, &parameters)?;
+    let bodies = checker.bodies_of_tissue(&mut file, parameters.kind(), &parameters.symbols())?;
+    let scope = Scope { tissue: Some(&parameters), kind: SceneKind::Tissue, bodies: bodies.is_some() };
+    let outputs = checker.outputs(&file.output, scope)?;
     checker.on_a_track(&file.mesh, &initial, &outputs)?;
     let strain = checker.strain(&mut file.strain, &space, &outputs)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
@@ -72,6 +80,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         steady,
         coupling,
         strain,
+        bodies,
         outputs,
         preset,
         resolved: file,
@@ -96,6 +105,8 @@ fn exact_hint(kind: ModelKind) -> &'static str {
         ModelKind::Compressible => "add a table [exact] with velocity, density and polarity",
     }
 }
+
+pub(super) use kinds::{particles, stokes};
 
 struct Checker<'a> {
     source: &'a SceneSource,
@@ -129,7 +140,16 @@ impl Checker<'_> {
     }
 
     fn vector(&self, key: &str, formulas: &VectorFormula, p: &Parameters) -> Result<[Expression; 2], SceneError> {
-        let parsed = parse_vector(formulas, &p.symbols());
+        self.pair(key, formulas, &p.symbols())
+    }
+
+    fn pair(
+        &self,
+        key: &str,
+        formulas: &VectorFormula,
+        symbols: &[(&str, f64)],
+    ) -> Result<[Expression; 2], SceneError> {
+        let parsed = parse_vector(formulas, symbols);
         parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
@@ -151,18 +171,18 @@ impl Checker<'_> {
         std::path::absolute(&path).map_err(|error| self.error(key, given, &error.to_string(), &hint))
     }
 
-    fn mesh(&self, file: &mut SceneFile) -> Result<(), SceneError> {
+    fn mesh(&self, mesh: &mut MeshScene) -> Result<(), SceneError> {
         let rule = "exactly one of `shape` and `file` is needed";
         let hint = "add shape = \"strip-with-disc\" or file = \"name.msh\"";
-        match (&file.mesh.shape, &file.mesh.file) {
+        match (&mesh.shape, &mesh.file) {
             (Some(_), None) => {
-                file.mesh = file.mesh.defaults_filled();
+                *mesh = mesh.defaults_filled();
                 Ok(())
             }
             (None, Some(name)) => {
                 let path = self.existing_file("mesh.file", name)?;
-                self.keys_beside_a_file(&file.mesh)?;
-                file.mesh.file = Some(path.to_string_lossy().into_owned());
+                self.keys_beside_a_file(mesh)?;
+                mesh.file = Some(path.to_string_lossy().into_owned());
                 Ok(())
             }
             (None, None) => Err(self.error("mesh.shape", "(missing)", rule, hint)),

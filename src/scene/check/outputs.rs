@@ -6,16 +6,27 @@ use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::mesh::Point;
 use crate::mesh::generate::MeshScene;
 use crate::model::{ModelKind, Parameters};
-use crate::scene::Initial;
 use crate::scene::error::SceneError;
+use crate::scene::maps::{MapRequest, MapTable};
 use crate::scene::output::{Cut, CutTable, EveryTable, Field, Measure, Output, OutputTable, SectionTable, What};
+use crate::scene::{Initial, SceneKind};
 use crate::time::Schedule;
 
+/// What there is to be written.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scope<'a> {
+    /// Of a tissue.
+    pub tissue: Option<&'a Parameters>,
+    pub kind: SceneKind,
+    /// Whether there are rigid bodies.
+    pub bodies: bool,
+}
+
 impl Checker<'_> {
-    pub(super) fn outputs(&self, tables: &[OutputTable], p: &Parameters) -> Result<Vec<Output>, SceneError> {
+    pub(super) fn outputs(&self, tables: &[OutputTable], scope: Scope) -> Result<Vec<Output>, SceneError> {
         let numbered = tables.iter().enumerate();
         let outputs: Vec<Output> =
-            numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, p)).collect::<Result<_, _>>()?;
+            numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, scope)).collect::<Result<_, _>>()?;
         self.one_name_each(&outputs)?;
         self.one_picture_each(&outputs)?;
         Ok(outputs)
@@ -31,7 +42,7 @@ impl Checker<'_> {
         for (at, output) in outputs.iter().enumerate() {
             let asked = match &output.what {
                 What::Measures(measures) => measures.contains(&Measure::Circulation),
-                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
+                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
             };
             let key = format!("output.{at}.measures");
             self.require(closed || !asked, &key, "\"circulation\"", rule, "take one of these shapes, or remove it")?;
@@ -45,7 +56,7 @@ impl Checker<'_> {
         for (at, output) in outputs.iter().enumerate() {
             let cuts = match &output.what {
                 What::Cuts(cuts) => cuts.as_slice(),
-                What::Fields(_) | What::Measures(_) | What::Maps(_) | What::Checkpoint => &[],
+                What::Fields(_) | What::Measures(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => &[],
             };
             for cut in cuts {
                 let name = cut.name();
@@ -57,23 +68,35 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn output(&self, key: &str, table: &OutputTable, p: &Parameters) -> Result<Output, SceneError> {
-        let one = "exactly one of `fields`, `measures`, `cuts`, `maps` and `checkpoint = true` is needed";
+    fn output(&self, key: &str, table: &OutputTable, scope: Scope) -> Result<Output, SceneError> {
+        let one =
+            "exactly one of `fields`, `measures`, `cuts`, `maps`, `bodies = true` and `checkpoint = true` is needed";
         let split = "write one [[output]] for each";
-        let what = match (&table.fields, &table.measures, &table.cuts, &table.maps, table.checkpoint) {
-            (Some(fields), None, None, None, None) => What::Fields(self.fields(key, fields, p)?),
-            (None, Some(measures), None, None, None) => What::Measures(self.measures(key, measures, p)?),
-            (None, None, Some(cuts), None, None) => What::Cuts(self.cuts(key, cuts)?),
-            (None, None, None, Some(maps), None) => What::Maps(self.maps(key, maps, p)?),
-            (None, None, None, None, Some(true)) => What::Checkpoint,
+        let flags = (table.bodies, table.checkpoint);
+        let what = match (&table.fields, &table.measures, &table.cuts, &table.maps, flags) {
+            (Some(fields), None, None, None, (None, None)) => What::Fields(self.fields_of(key, fields, scope)?),
+            (None, Some(measures), None, None, (None, None)) => What::Measures(self.measures(key, measures, scope)?),
+            (None, None, Some(cuts), None, (None, None)) => What::Cuts(self.cuts_of(key, cuts, scope)?),
+            (None, None, None, Some(maps), (None, None)) => What::Maps(self.maps_of(key, maps, scope)?),
+            (None, None, None, None, (Some(true), None)) => self.bodies_of(key, table, scope)?,
+            (None, None, None, None, (None, Some(true))) => What::Checkpoint,
             (_, _, _, _, _) => return Err(self.error(key, "(a table)", one, split)),
         };
+        let rule = "only an output of `bodies` has a table of contacts";
+        let beside = table.contacts.is_none() || table.bodies.is_some();
+        self.require(
+            beside,
+            &format!("{key}.contacts"),
+            "(given)",
+            rule,
+            "put it beside `bodies = true`, or remove it",
+        )?;
         let empty = match &what {
             What::Fields(list) => list.is_empty().then_some("fields"),
             What::Measures(list) => list.is_empty().then_some("measures"),
             What::Cuts(list) => list.is_empty().then_some("cuts"),
             What::Maps(list) => list.is_empty().then_some("maps"),
-            What::Checkpoint => None,
+            What::Bodies { .. } | What::Checkpoint => None,
         };
         if let Some(list) = empty {
             let hint = "name something or remove the [[output]]";
@@ -87,6 +110,9 @@ impl Checker<'_> {
         let Some(asked) = table.estimate else { return Ok(false) };
         let (rule, hint) = ("only measures have estimates", "put it beside `measures`, or remove it");
         self.require(table.measures.is_some(), key, asked, rule, hint)?;
+        let rule = "errors are estimated of scenes of tissue alone";
+        let tissue = self.source.kind() == SceneKind::Tissue;
+        self.require(tissue, key, asked, rule, "remove it, and compare runs with smaller steps and cells")?;
         let rule = "the errors are estimated on coarser meshes, and a mesh from a file has none";
         let hint = "give `mesh.shape` instead of `mesh.file`, or remove it and compare with a finer file";
         let mesh = self.source.value("mesh").and_then(toml_edit::Item::as_table_like);
@@ -116,9 +142,30 @@ impl Checker<'_> {
         Ok(fields.to_vec())
     }
 
-    fn measures(&self, key: &str, measures: &[Measure], p: &Parameters) -> Result<Vec<Measure>, SceneError> {
+    fn measures(&self, key: &str, measures: &[Measure], scope: Scope) -> Result<Vec<Measure>, SceneError> {
         let key = &format!("{key}.measures");
         for measure in measures {
+            let shown = || format!("\"{}\"", measure.name());
+            if measure.is_of_bodies() {
+                self.require(
+                    scope.bodies,
+                    key,
+                    shown(),
+                    "the scene has no rigid body",
+                    "add a [[body]], or remove it",
+                )?;
+                continue;
+            }
+            let Some(p) = scope.tissue else {
+                let rule = format!("{} has no such measure", scope.kind.shown());
+                let known: Vec<&str> = Measure::ALL.iter().filter(|m| m.is_of_bodies()).map(|m| m.name()).collect();
+                return Err(self.error(
+                    key,
+                    shown(),
+                    &rule,
+                    &format!("the measures that it has are {}", known.join(", ")),
+                ));
+            };
             let (holds, rule) = match measure {
                 Measure::Mass | Measure::DensityMin | Measure::LimitedCells => {
                     (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY)
@@ -130,10 +177,54 @@ impl Checker<'_> {
                 | Measure::Defects
                 | Measure::Circulation
                 | Measure::ElasticStrain => (true, ""),
+                Measure::KineticEnergy | Measure::Gap | Measure::Overlap => (true, ""),
+                Measure::Contacts | Measure::WallForce | Measure::Body => (true, ""),
             };
-            self.require(holds, key, format!("\"{}\"", measure.name()), rule, WRONG_KIND)?;
+            self.require(holds, key, shown(), rule, WRONG_KIND)?;
         }
         Ok(measures.to_vec())
+    }
+
+    fn fields_of(&self, key: &str, fields: &[Field], scope: Scope) -> Result<Vec<Field>, SceneError> {
+        if let Some(p) = scope.tissue {
+            return self.fields(key, fields, p);
+        }
+        let key = format!("{key}.fields");
+        let flow = scope.kind == SceneKind::Stokes;
+        self.require(flow, &key, "(given)", "particles have no fields", "write `bodies = true` instead")?;
+        for field in fields {
+            let holds = matches!(field, Field::Velocity | Field::Pressure);
+            let rule = format!("{} has no such field", scope.kind.shown());
+            let hint = "the fields that it has are velocity, pressure";
+            self.require(holds, &key, format!("\"{}\"", field.name()), &rule, hint)?;
+        }
+        Ok(fields.to_vec())
+    }
+
+    fn cuts_of(&self, key: &str, cuts: &[CutTable], scope: Scope) -> Result<Vec<Cut>, SceneError> {
+        let rule = format!("{} has no sections", scope.kind.shown());
+        let tissue = scope.tissue.is_some();
+        self.require(tissue, &format!("{key}.cuts"), "(given)", &rule, "remove it; only scenes of tissue have them")?;
+        self.cuts(key, cuts)
+    }
+
+    fn maps_of(&self, key: &str, maps: &[MapTable], scope: Scope) -> Result<Vec<MapRequest>, SceneError> {
+        if let Some(p) = scope.tissue {
+            return self.maps(key, maps, p);
+        }
+        let maps: Vec<MapRequest> = maps
+            .iter()
+            .enumerate()
+            .map(|(at, map)| self.map_of_bodies(&format!("{key}.maps.{at}"), map.options(), scope.kind))
+            .collect::<Result<_, _>>()?;
+        self.require(scope.bodies, &format!("{key}.maps"), "(given)", "the scene has no rigid body", "add a [[body]]")?;
+        Ok(maps)
+    }
+
+    fn bodies_of(&self, key: &str, table: &OutputTable, scope: Scope) -> Result<What, SceneError> {
+        let rule = "the scene has no rigid body";
+        self.require(scope.bodies, &format!("{key}.bodies"), true, rule, "add a [[body]], or remove it")?;
+        Ok(What::Bodies { contacts: table.contacts.unwrap_or(false) })
     }
 
     fn cuts(&self, key: &str, cuts: &[CutTable]) -> Result<Vec<Cut>, SceneError> {

@@ -37,6 +37,6 @@ fn asks_for_strain(what: &What) -> bool {
     match what {
         What::Fields(fields) => fields.contains(&Field::ElasticStrain),
         What::Measures(measures) => measures.contains(&Measure::ElasticStrain),
-        What::Cuts(_) | What::Maps(_) | What::Checkpoint => false,
+        What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::arrows::Arrows;
 use super::pixels::Pixels;
-use super::{Layer, Look, Map, Palette, contour};
+use super::{Layer, Look, Map, Palette, bodies, contour};
 use crate::mesh::Point;
 use crate::output::plot::axis::{self, Range, Tick};
 use crate::output::plot::header::Header;
@@ -38,13 +38,16 @@ pub(super) struct Arranged<'m> {
     frame: Frame,
     ticks: [Vec<Tick>; 2],
     wide: bool,
-    pub pixels: Pixels,
+    /// None in a picture of layers alone.
+    pixels: Option<Pixels>,
+    /// Smallest and largest value that has a colour; none without values, and then there is no colour bar.
+    extent: Option<[f64; 2]>,
     pub range: [f64; 2],
 }
 
 /// Something to read below the map: a drawing at a point, which takes so much width, and a text.
 struct Note {
-    key: Option<(Shape, f64)>,
+    key: Option<(Vec<Shape>, f64)>,
     text: String,
 }
 
@@ -54,9 +57,28 @@ impl<'m> Arranged<'m> {
     /// # Errors
     /// [`PlotError::Blank`]
     pub fn new(map: &'m Map<'m>, font: &'m Font) -> Result<Self, PlotError> {
+        let (mut arranged, [width, height]) = Self::place_axes(map, font, true);
+        let pixels = Pixels::sample(map.scalar, &map.name, &map.window, width, height)?;
+        arranged.range = Palette::widen(map.range.unwrap_or(pixels.extent));
+        arranged.extent = Some(pixels.extent);
+        arranged.pixels = Some(pixels);
+        Ok(arranged)
+    }
+
+    /// Places the axes for the layers alone.
+    pub fn plain(map: &'m Map<'m>, font: &'m Font) -> Self {
+        let extent = bodies::extent(&map.layers);
+        let (mut arranged, _) = Self::place_axes(map, font, extent.is_some());
+        arranged.range = Palette::widen(map.range.or(extent).unwrap_or([0.0, 1.0]));
+        arranged.extent = extent;
+        arranged
+    }
+
+    /// The axes, and their width and height in pixels of a PNG.
+    fn place_axes(map: &'m Map<'m>, font: &'m Font, with_bar: bool) -> (Self, [usize; 2]) {
         let size = map.window.size();
         let wide = size.x > WIDE * size.y;
-        let right = WIDTH - if wide { EDGE + 14.0 } else { BAR_ROOM };
+        let right = WIDTH - if wide || !with_bar { EDGE + 14.0 } else { BAR_ROOM };
         let header = Header::new([&map.title, &map.subtitle], HEADER_SIZES, &[], font, WIDTH - 2.0 * EDGE);
         let [x, y] = [0, 1].map(|c| Range::exact(map.window.low()[c], map.window.high()[c]));
         // the room for the numbers at the ticks depends on their number, which depends on the height
@@ -69,29 +91,40 @@ impl<'m> Arranged<'m> {
         let top = (header.height() + EDGE).ceil();
         let frame = Frame::new(Rect { x0: left, y0: top, x1: left + width, y1: top + height }, x, y);
         let ticks = [x.ticks(((width / 110.0) as usize).clamp(2, 7)), ticks_of(height)];
-        let pixels = Pixels::sample(map.scalar, &map.name, &map.window, pixels[0], pixels[1])?;
-        let range = Palette::widen(map.range.unwrap_or(pixels.extent));
-        Ok(Self { map, font, header, frame, ticks, wide, pixels, range })
+        (Self { map, font, header, frame, ticks, wide, pixels: None, extent: None, range: [0.0, 1.0] }, pixels)
+    }
+
+    /// Smallest and largest value that is shown, NaN without one.
+    pub fn extent(&self) -> [f64; 2] {
+        self.extent.unwrap_or([f64::NAN; 2])
     }
 
     /// Everything on paper.
     pub fn scene(self) -> Scene {
         let map = self.map;
-        let image = self.pixels.image(map.palette, self.range, self.frame.rect);
-        let mut groups = vec![Group { name: Some(map.name.clone()), shapes: vec![Shape::Image(image)] }];
-        let mut notes = vec![Note { key: None, text: self.told() }];
+        let image = self.pixels.as_ref().map(|pixels| pixels.image(map.palette, self.range, self.frame.rect));
+        let below = image.map(|image| Group { name: Some(map.name.clone()), shapes: vec![Shape::Image(image)] });
+        let mut groups: Vec<Group> = below.into_iter().collect();
+        let mut notes: Vec<Note> = self.extent.map(|extent| self.told(extent)).into_iter().collect();
         for layer in &map.layers {
-            let (group, note) = self.layer(layer);
+            let (group, told) = self.layer(layer);
             groups.push(group);
-            notes.extend(note);
+            notes.extend(told);
         }
         let names = [map.axes[0].as_str(), map.axes[1].as_str()];
         // a grid would cover the colours
         let [_, axes] = draw_axes(names, &self.frame, [&self.ticks[0], &self.ticks[1]], SIZES, self.font);
         groups.push(axes);
         let bottom = self.frame.rect.y1 + SIZES.below();
-        let (bar, below) = if self.wide { self.bar_below(bottom) } else { (self.bar_beside(), bottom) };
-        groups.push(bar);
+        let (bar, below) = match (self.extent, self.wide) {
+            (None, _) => (None, bottom),
+            (Some(_), true) => {
+                let (bar, end) = self.bar_below(bottom);
+                (Some(bar), end)
+            }
+            (Some(_), false) => (Some(self.bar_beside()), bottom),
+        };
+        groups.extend(bar);
         let (notes, end) = self.place(notes, below);
         groups.push(notes);
         let height = (end + EDGE).ceil();
@@ -100,16 +133,15 @@ impl<'m> Arranged<'m> {
     }
 
     /// The values that are shown, and whether the bar has them all.
-    fn told(&self) -> String {
-        let [low, high] = self.pixels.extent;
+    fn told(&self, [low, high]: [f64; 2]) -> Note {
         let largest = low.abs().max(high.abs());
         let number = |v: f64| axis::significant(v, largest);
         let cut = low < self.range[0] || high > self.range[1];
         let note = if cut { " (clipped)" } else { "" };
-        format!("{} from {} to {}{note}", self.map.name, number(low), number(high))
+        Note { key: None, text: format!("{} from {} to {}{note}", self.map.name, number(low), number(high)) }
     }
 
-    fn layer(&self, layer: &Layer) -> (Group, Option<Note>) {
+    fn layer(&self, layer: &Layer) -> (Group, Vec<Note>) {
         match layer {
             Layer::Lines { lines, look } => {
                 let paint = match look {
@@ -118,7 +150,7 @@ impl<'m> Arranged<'m> {
                 };
                 let pieces = lines.iter().flat_map(|line| self.cut(line));
                 let shapes = pieces.map(|points| Shape::Poly { points, closed: false, paint }).collect();
-                (Group { name: None, shapes }, None)
+                (Group { name: None, shapes }, Vec::new())
             }
             Layer::Contours { name, of } => {
                 let rect = &self.frame.rect;
@@ -134,19 +166,44 @@ impl<'m> Arranged<'m> {
                 let key = Shape::line((0.0, 0.0), (34.0, 0.0), INK, 1.4);
                 let note = match step {
                     0.0 => Note { key: None, text: format!("{name}: constant") },
-                    step => Note { key: Some((key, 34.0)), text: format!("{name} = {}", axis::round(step)) },
+                    step => Note { key: Some((vec![key], 34.0)), text: format!("{name} = {}", axis::round(step)) },
                 };
-                (Group { name: Some(name.clone()), shapes }, Some(note))
+                (Group { name: Some(name.clone()), shapes }, vec![note])
             }
             Layer::Arrows { name, of } => {
                 let arrows = Arrows::sample(*of, &self.map.window, &self.frame);
                 let note = match arrows.key((0.0, 0.0)) {
                     Some((value, length, shape)) => {
-                        Note { key: Some((shape, length)), text: format!("{name} = {}", axis::round(value)) }
+                        Note { key: Some((vec![shape], length)), text: format!("{name} = {}", axis::round(value)) }
                     }
                     None => Note { key: None, text: format!("{name} = 0 everywhere") },
                 };
-                (Group { name: Some(name.clone()), shapes: arrows.shapes() }, Some(note))
+                (Group { name: Some(name.clone()), shapes: arrows.shapes() }, vec![note])
+            }
+            Layer::Bodies(placed) => {
+                let paper =
+                    bodies::Paper { frame: &self.frame, palette: self.map.palette, range: self.range, font: self.font };
+                let (shapes, away) = paper.bodies(placed);
+                let note = match away {
+                    0 => None,
+                    1 => Some("1 body is out of view".to_owned()),
+                    more => Some(format!("{more} bodies are out of view")),
+                };
+                let notes = note.into_iter().map(|text| Note { key: None, text }).collect();
+                (Group { name: Some("bodies".to_owned()), shapes }, notes)
+            }
+            Layer::Links { name, links } => {
+                let cut = |line: &[Point]| self.cut(line);
+                let (shapes, keys) = bodies::links(links, cut);
+                let note = |(sample, value): (Vec<Shape>, f64)| {
+                    let text = format!("{name} = {}", axis::significant(value, value.abs()));
+                    Note { key: Some((sample, bodies::KEY)), text }
+                };
+                (Group { name: Some(name.clone()), shapes }, keys.into_iter().map(note).collect())
+            }
+            Layer::Walls(lines) => {
+                let pieces = lines.iter().flat_map(|line| self.cut(line));
+                (Group { name: Some("walls".to_owned()), shapes: bodies::walls(pieces, &self.frame.rect) }, Vec::new())
             }
         }
     }
@@ -236,8 +293,8 @@ impl<'m> Arranged<'m> {
             if x > left && x + width > right {
                 (x, y) = (left, y + 1.35 * NOTE);
             }
-            if let Some((shape, _)) = note.key {
-                group.shapes.push(moved(shape, (x, y - 0.34 * NOTE)));
+            if let Some((shapes, _)) = note.key {
+                group.shapes.extend(shapes.into_iter().map(|shape| moved(shape, (x, y - 0.34 * NOTE))));
             }
             group.shapes.push(Shape::Text(Text::new(label, (x + before, y), size, Anchor::Start, INK)));
             x += width + 36.0;

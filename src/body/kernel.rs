@@ -1,0 +1,292 @@
+//! The velocities on which the penalty vanishes: rigid motions of bodies, as unknowns of their own.
+//!
+//! On a cell that meets a body, a polynomial without strain in the body has none in the whole cell. So the penalty vanishes exactly for nodal fields that
+//! are rigid on all cells of a body's patch. Where patches share nodes the motions agree there; where conditions prescribe a velocity, they follow it. With
+//! these fields as unknowns in exchange for as many nodal ones (the hosts), 1/ε multiplies what is small of order ε alone, and rounding of 1/ε never meets
+//! the balance of forces.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{DMatrix, DVector, Matrix2, SVD};
+
+use super::penalty::{BodyError, Immersion, rigid_motion};
+use crate::mesh::Point;
+use crate::model::frames::Frames;
+
+/// Singular values below this, relative to the largest one, are zero.
+const RANK: f64 = 1e-9;
+/// Largest misfit of prescribed velocities, relative to the largest one, that counts as rounding.
+const MISFIT: f64 = 1e-7;
+/// Cells with this share of the area of a body's best cell can have hosts.
+const STRONG: f64 = 0.3;
+
+/// A nodal field in terms of free unknowns.
+pub type Sparse = Vec<(usize, f64)>;
+
+/// Bodies that share nodes, and the conditions on their rigid motions.
+#[derive(Debug, Clone)]
+struct Cluster {
+    bodies: Vec<usize>,
+    /// Node, body (by its place in the cluster) and the directions in which the node is prescribed; `None` for a node of two bodies, whose row holds 0.
+    rows: Vec<Option<(usize, Point)>>,
+    /// Of the conditions, one per row, on the coefficients of the bodies' motions.
+    conditions: Option<SVD<f64, nalgebra::Dyn, nalgebra::Dyn>>,
+    matrix: DMatrix<f64>,
+}
+
+/// Rigid motions that the conditions leave free.
+#[derive(Debug, Clone)]
+pub struct Kernel {
+    /// Fields of the free motions, by free unknown, ascending.
+    pub fields: Vec<Sparse>,
+    /// As many free unknowns, ascending, whose nodal functions the fields replace.
+    pub hosts: Vec<usize>,
+    /// Nodes of every body's patch, ascending.
+    pub patches: Vec<Vec<usize>>,
+    clusters: Vec<Cluster>,
+    reaches: Vec<f64>,
+}
+
+impl Kernel {
+    /// The motions of bodies; hosts of `old` are kept where they serve as well as others.
+    ///
+    /// # Errors
+    /// Nodes that have no components of their own.
+    pub fn new(immersion: &Immersion, frames: &Frames, old: Option<&Kernel>) -> Result<Self, BodyError> {
+        let patches: Vec<Vec<usize>> = (0..immersion.parts.len()).map(|body| patch(immersion, body)).collect();
+        let distance = |body: usize, node: usize| (immersion.positions()[node] - immersion.poses[body].position).norm();
+        let reach = |(body, nodes): (usize, &Vec<usize>)| nodes.iter().map(|&n| distance(body, n)).fold(0.0, f64::max);
+        let reaches: Vec<f64> = patches.iter().enumerate().map(reach).collect();
+        let mut kernel = Self { fields: Vec::new(), hosts: Vec::new(), patches, clusters: Vec::new(), reaches };
+        let owners = kernel.owners();
+        for bodies in clusters(kernel.patches.len(), &owners) {
+            let cluster = kernel.cluster(immersion, frames, bodies, &owners)?;
+            let fields: Vec<Sparse> =
+                cluster.free_motions().iter().map(|c| kernel.field(immersion, frames, &cluster.bodies, c)).collect();
+            let hosts = hosts(immersion, frames, &cluster.bodies, &fields, old);
+            kernel.fields.extend(fields);
+            kernel.hosts.extend(hosts);
+            kernel.clusters.push(cluster);
+        }
+        kernel.hosts.sort_unstable();
+        Ok(kernel)
+    }
+
+    /// The rigid motion `k` of a body at a node; rotations have the size of translations at the patch's rim.
+    fn motion(&self, immersion: &Immersion, body: usize, k: usize, node: usize) -> Point {
+        let scale = if k == 2 { 1.0 / self.reaches[body] } else { 1.0 };
+        rigid_motion(k, immersion.poses[body].position, immersion.positions()[node]) * scale
+    }
+
+    /// The bodies whose patch holds a node.
+    fn owners(&self) -> BTreeMap<usize, Vec<usize>> {
+        let mut owners: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (body, nodes) in self.patches.iter().enumerate() {
+            nodes.iter().for_each(|&node| owners.entry(node).or_default().push(body));
+        }
+        owners
+    }
+
+    fn cluster(
+        &self,
+        immersion: &Immersion,
+        frames: &Frames,
+        bodies: Vec<usize>,
+        owners: &BTreeMap<usize, Vec<usize>>,
+    ) -> Result<Cluster, BodyError> {
+        let (mut rows, mut entries) = (Vec::new(), Vec::new());
+        let column = |body: usize| 3 * bodies.iter().position(|&b| b == body).expect("a body of the cluster");
+        let nodes: BTreeSet<usize> = bodies.iter().flat_map(|&b| &self.patches[b]).copied().collect();
+        for node in nodes {
+            let here = &owners[&node];
+            for pair in here.windows(2) {
+                for c in 0..2 {
+                    let row = pair.iter().zip([1.0, -1.0]).flat_map(|(&body, sign)| {
+                        (0..3).map(move |k| (column(body) + k, sign * self.motion(immersion, body, k, node)[c]))
+                    });
+                    entries.push(row.collect::<Vec<_>>());
+                    rows.push(None);
+                }
+            }
+            let body = here[0];
+            let bent = || BodyError::Bent { body: immersion.names[body].clone() };
+            for direction in prescribed_directions(frames, node).ok_or_else(bent)? {
+                let row = (0..3).map(|k| (column(body) + k, self.motion(immersion, body, k, node).dot(&direction)));
+                entries.push(row.collect());
+                rows.push(Some((node, direction)));
+            }
+        }
+        let columns = 3 * bodies.len();
+        // as many rows as columns at least, so that the decomposition has all right singular vectors
+        let mut matrix = DMatrix::zeros(rows.len().max(columns), columns);
+        entries.iter().enumerate().for_each(|(i, row)| row.iter().for_each(|&(j, value)| matrix[(i, j)] += value));
+        let conditions = (!rows.is_empty()).then(|| matrix.clone().svd(true, true));
+        Ok(Cluster { bodies, rows, conditions, matrix })
+    }
+
+    /// A nodal field that is rigid on the patches, in terms of the free unknowns: `Tᵀ r`.
+    fn field(&self, immersion: &Immersion, frames: &Frames, bodies: &[usize], coefficients: &DVector<f64>) -> Sparse {
+        let mut field = BTreeMap::new();
+        for (&body, c) in bodies.iter().zip(coefficients.as_slice().chunks_exact(3)) {
+            if c.iter().all(|c| *c == 0.0) {
+                continue;
+            }
+            for &node in &self.patches[body] {
+                let r: Point = (0..3).map(|k| self.motion(immersion, body, k, node) * c[k]).sum();
+                frames.owned(node).for_each(|unknown| drop(field.insert(unknown, 0.0)));
+                for component in 0..2 {
+                    for (unknown, a) in frames.of(2 * node + component) {
+                        *field.get_mut(&unknown).expect("nodes of patches own their unknowns") += a * r[component];
+                    }
+                }
+            }
+        }
+        field.into_iter().filter(|(_, value)| *value != 0.0).collect()
+    }
+
+    /// A field that is rigid on the patches and follows the prescribed velocities `v_D` of nodes there, by free unknown.
+    ///
+    /// # Errors
+    /// Prescribed velocities that no rigid motion has.
+    pub fn lift(&self, immersion: &Immersion, frames: &Frames, prescribed: &[f64]) -> Result<Sparse, BodyError> {
+        let mut lift = Vec::new();
+        for cluster in &self.clusters {
+            let Some(svd) = &cluster.conditions else { continue };
+            let value = |row: &Option<(usize, Point)>| {
+                row.map_or(0.0, |(node, d)| d.dot(&Point::new(prescribed[2 * node], prescribed[2 * node + 1])))
+            };
+            let mut right = DVector::zeros(cluster.matrix.nrows());
+            right.iter_mut().zip(&cluster.rows).for_each(|(g, row)| *g = value(row));
+            let largest = right.amax();
+            if largest == 0.0 {
+                continue;
+            }
+            let c = svd.solve(&right, RANK * svd.singular_values.max()).expect("both factors were asked for");
+            let misfit = (&cluster.matrix * &c - right).amax() / largest;
+            if misfit > MISFIT {
+                let body = immersion.names[cluster.bodies[0]].clone();
+                return Err(BodyError::Wall { body, misfit });
+            }
+            lift.extend(self.field(immersion, frames, &cluster.bodies, &c));
+        }
+        Ok(lift)
+    }
+}
+
+impl Cluster {
+    /// Coefficients of motions that meet the conditions.
+    fn free_motions(&self) -> Vec<DVector<f64>> {
+        let columns = 3 * self.bodies.len();
+        let Some(svd) = &self.conditions else {
+            return (0..columns).map(|k| DVector::from_fn(columns, |i, _| f64::from(u8::from(i == k)))).collect();
+        };
+        let right = svd.v_t.as_ref().expect("it was asked for");
+        let bound = RANK * svd.singular_values.max();
+        (0..columns).filter(|&k| svd.singular_values[k] <= bound).map(|k| right.row(k).transpose()).collect()
+    }
+}
+
+/// Nodes of the cells that a body makes rigid.
+fn patch(immersion: &Immersion, body: usize) -> Vec<usize> {
+    let cells = immersion.parts[body].iter().filter(|(_, part)| part.viscosity.is_some());
+    let nodes: BTreeSet<usize> =
+        cells.flat_map(|(&cell, _)| immersion.velocity.cell_nodes(cell)).map(|&node| node as usize).collect();
+    nodes.into_iter().collect()
+}
+
+/// Groups of bodies that are linked by shared nodes, each ascending.
+fn clusters(bodies: usize, owners: &BTreeMap<usize, Vec<usize>>) -> Vec<Vec<usize>> {
+    let mut parent: Vec<usize> = (0..bodies).collect();
+    fn root(parent: &[usize], mut body: usize) -> usize {
+        while parent[body] != body {
+            body = parent[body];
+        }
+        body
+    }
+    for here in owners.values() {
+        for pair in here.windows(2) {
+            let (a, b) = (root(&parent, pair[0]), root(&parent, pair[1]));
+            parent[a.max(b)] = a.min(b);
+        }
+    }
+    let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    (0..bodies).for_each(|body| groups.entry(root(&parent, body)).or_default().push(body));
+    groups.into_values().collect()
+}
+
+/// Unit vectors along which the velocity of a node is prescribed; `None` for a node whose components are not its own.
+fn prescribed_directions(frames: &Frames, node: usize) -> Option<Vec<Point>> {
+    let owned = frames.owned(node);
+    let mut free = Matrix2::zeros();
+    for component in 0..2 {
+        for (unknown, a) in frames.of(2 * node + component) {
+            if !owned.contains(&unknown) {
+                return None;
+            }
+            free[(component, unknown - owned.start)] = a;
+        }
+    }
+    Some(match owned.len() {
+        0 => vec![Point::x(), Point::y()],
+        1 => vec![Point::new(-free[(1, 0)], free[(0, 0)])],
+        _ => Vec::new(),
+    })
+}
+
+/// Free unknowns on which the fields are independent, by elimination with the largest pivots, from cells that the bodies fill well.
+fn hosts(
+    immersion: &Immersion,
+    frames: &Frames,
+    bodies: &[usize],
+    fields: &[Sparse],
+    old: Option<&Kernel>,
+) -> Vec<usize> {
+    let mut candidates = BTreeSet::new();
+    for &body in bodies {
+        let parts = immersion.parts[body].iter().filter(|(_, part)| part.viscosity.is_some());
+        let best = parts.clone().map(|(_, part)| part.area).fold(0.0, f64::max);
+        for (&cell, _) in parts.filter(|(_, part)| part.area >= STRONG * best) {
+            let nodes = immersion.velocity.cell_nodes(cell);
+            candidates.extend(nodes.iter().flat_map(|&node| frames.owned(node as usize)));
+        }
+    }
+    let values = |unknown: usize| -> Vec<f64> {
+        let at = |field: &Sparse| field.binary_search_by_key(&unknown, |(u, _)| *u).map_or(0.0, |i| field[i].1);
+        fields.iter().map(at).collect()
+    };
+    let rows: Vec<(usize, Vec<f64>)> = candidates.iter().map(|&u| (u, values(u))).collect();
+    let (fresh, pivot) = eliminate(rows, fields.len());
+    let kept: Vec<(usize, Vec<f64>)> = old
+        .iter()
+        .flat_map(|kernel| &kernel.hosts)
+        .filter(|u| candidates.contains(u))
+        .map(|&u| (u, values(u)))
+        .collect();
+    let (kept, kept_pivot) = eliminate(kept, fields.len());
+    if kept.len() == fields.len() && kept_pivot > 0.3 * pivot { kept } else { fresh }
+}
+
+/// The rows of a Gauss elimination with the largest pivots, and the smallest of these.
+fn eliminate(mut rows: Vec<(usize, Vec<f64>)>, columns: usize) -> (Vec<usize>, f64) {
+    let (mut taken, mut smallest) = (Vec::new(), f64::INFINITY);
+    for _ in 0..columns.min(rows.len()) {
+        let (mut best, mut at) = (0.0, (0, 0));
+        for (i, (_, row)) in rows.iter().enumerate() {
+            for (j, value) in row.iter().enumerate().filter(|(_, value)| value.abs() > best) {
+                (best, at) = (value.abs(), (i, j));
+            }
+        }
+        if best == 0.0 {
+            return (taken, 0.0);
+        }
+        smallest = smallest.min(best);
+        let (unknown, pivot) = rows.swap_remove(at.0);
+        for (_, row) in &mut rows {
+            let factor = row[at.1] / pivot[at.1];
+            row.iter_mut().zip(&pivot).for_each(|(value, p)| *value -= factor * p);
+            row[at.1] = 0.0;
+        }
+        taken.push(unknown);
+    }
+    (taken, smallest)
+}

@@ -1,0 +1,218 @@
+//! What bodies add to the momentum balance, cell by cell: `(2/ε) ∫_B D(v):D(w)` [L1.13], their friction, and the means that tell how they move.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::cut::Cover;
+use super::{Pose, Twist, perpendicular};
+use crate::form::{Integrator, mass, stokes};
+use crate::mesh::Point;
+use crate::space::Space;
+
+/// A part of a cell or of a body that is smaller than this, relative to the smaller of both, does not make the cell rigid: its corner is within
+/// rounding of the body's outline.
+const SLIVER: f64 = 1e-10;
+
+/// Why bodies cannot be put into a flow.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum BodyError {
+    #[error(
+        "no part of the body `{body}` lies inside the mesh; hint: move it, or end the run before it leaves the domain"
+    )]
+    Outside { body: String },
+    #[error("the body `{body}` covers the whole domain: no flow is left; hint: make it smaller")]
+    Everything { body: String },
+    #[error(
+        "the body `{body}` lies over a boundary whose prescribed velocities no rigid motion has (they differ from one by {misfit:.1e}); hint: keep the \
+         body a cell away from this boundary, or let the velocity be rigid there"
+    )]
+    Wall { body: String, misfit: f64 },
+    #[error(
+        "the motion that is prescribed for the body `{body}` contradicts the boundary or another body, with which it shares cells (by {misfit:.1e}); \
+         hint: keep a cell between them, or give them the same motion"
+    )]
+    Contradiction { body: String, misfit: f64 },
+    #[error(
+        "the body `{body}` touches cells of a curved wall with slip, whose velocities are no nodal ones from degree 3 on; hint: set \
+         `space.slip = \"penalty\"`, a lower degree, or keep the body away from the wall"
+    )]
+    Bent { body: String },
+}
+
+/// What a body and a cell have in common.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// `∫ 2 D(v):D(w)` over the part; `None` where the part is too small to count.
+    pub viscosity: Option<Vec<f64>>,
+    /// `∫ v·w` over the part.
+    pub mass: Vec<f64>,
+    pub area: f64,
+}
+
+/// Means over a body: `twist = G⁻¹ Rᵀ M v`, R the three rigid motions, M the mass over the body, `G = RᵀMR`. For a body that lies inside the mesh these are
+/// `V = (1/|B|) ∫_B v` and `ω = ∫_B (x−x_B)^⊥·v / ∫_B |x−x_B|²` by the quadrature in use; of a body that leaves it, the rigid motion nearest to the flow in
+/// the part that is left. A rigid flow has exactly its own twist.
+#[derive(Debug, Clone)]
+pub struct Means {
+    /// Velocity dofs and their row of `G⁻¹ Rᵀ M`.
+    pub rows: Vec<(usize, Vector3<f64>)>,
+    /// Area, by the same quadrature.
+    pub area: f64,
+}
+
+impl Means {
+    /// The body's velocity and spin in a flow.
+    pub fn twist(&self, v: &[f64]) -> Twist {
+        let sum: Vector3<f64> = self.rows.iter().map(|(dof, row)| row * v[*dof]).sum();
+        Twist { velocity: Point::new(sum.x, sum.y), spin: sum.z }
+    }
+
+    /// Adds the functional whose work is `F·V + τω`.
+    pub fn add_load(&self, load: Wrench, f: &mut [f64]) {
+        let load = Vector3::new(load.force.x, load.force.y, load.torque);
+        self.rows.iter().for_each(|(dof, row)| f[*dof] += row.dot(&load));
+    }
+}
+
+/// Force and torque about the centre.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Wrench {
+    pub force: Point,
+    pub torque: f64,
+}
+
+impl Wrench {
+    pub const ZERO: Wrench = Wrench { force: Point::new(0.0, 0.0), torque: 0.0 };
+}
+
+/// The rigid motion `k` (two translations and the rotation about `centre`) at `x`.
+pub fn rigid_motion(k: usize, centre: Point, x: Point) -> Point {
+    match k {
+        0 => Point::x(),
+        1 => Point::y(),
+        2 => perpendicular(x - centre),
+        other => unreachable!("the plane has three rigid motions, not {other}"),
+    }
+}
+
+/// Bodies in a velocity space.
+#[derive(Debug, Clone)]
+pub struct Immersion {
+    pub names: Arc<[String]>,
+    pub velocity: Arc<Space>,
+    pub cover: Arc<Cover>,
+    pub poses: Vec<Pose>,
+    /// The cells of every body.
+    pub parts: Vec<BTreeMap<usize, Part>>,
+    pub means: Vec<Means>,
+    positions: Arc<[Point]>,
+}
+
+impl Immersion {
+    /// Integrates over the bodies of `cover`.
+    ///
+    /// # Errors
+    /// A body outside of the mesh, or all over it.
+    pub fn new(
+        loops: &Integrator,
+        velocity: &Arc<Space>,
+        cover: Arc<Cover>,
+        names: &[String],
+        poses: &[Pose],
+    ) -> Result<Self, BodyError> {
+        let cells = cover.touched().to_vec();
+        let mut new = Self {
+            names: names.into(),
+            velocity: velocity.clone(),
+            cover,
+            poses: poses.to_vec(),
+            parts: vec![BTreeMap::new(); names.len()],
+            means: Vec::new(),
+            positions: velocity.node_positions().into(),
+        };
+        new.integrate(loops, &cells)?;
+        Ok(new)
+    }
+
+    /// The bodies at other places, and the cells where something changed.
+    ///
+    /// # Errors
+    /// As [`Immersion::new`].
+    pub fn moved(&self, loops: &Integrator, poses: &[Pose]) -> Result<(Self, Vec<usize>), BodyError> {
+        let (cover, changed) = self.cover.moved(poses);
+        let mut new = Self { cover: Arc::new(cover), poses: poses.to_vec(), ..self.clone() };
+        new.parts.iter_mut().for_each(|parts| changed.iter().for_each(|cell| drop(parts.remove(cell))));
+        new.integrate(loops, &changed)?;
+        Ok((new, changed))
+    }
+
+    /// Positions of the velocity nodes.
+    pub fn positions(&self) -> &[Point] {
+        &self.positions
+    }
+
+    fn integrate(&mut self, loops: &Integrator, cells: &[usize]) -> Result<(), BodyError> {
+        let space = &*self.velocity;
+        let (viscosity, mass) = (stokes::viscosity(space), mass::vector_mass(space));
+        for body in 0..self.parts.len() {
+            let own: Vec<usize> =
+                cells.iter().copied().filter(|&cell| self.cover.bodies_of_cell(cell).contains(&body)).collect();
+            let inside = loops.inside(&self.cover, Some(body));
+            let stiff = inside.blocks_of(&viscosity, (space, space), &own);
+            let masses = inside.blocks_of(&mass, (space, space), &own);
+            for ((&cell, viscosity), mass) in own.iter().zip(stiff).zip(masses) {
+                let n = space.n;
+                let area = mass.chunks_exact(2 * n).take(n).flat_map(|row| &row[..n]).sum();
+                self.parts[body].insert(cell, Part { viscosity: Some(viscosity), mass, area });
+            }
+        }
+        self.means = (0..self.parts.len()).map(|body| self.mean(body)).collect::<Result<_, _>>()?;
+        for (parts, means) in self.parts.iter_mut().zip(&self.means) {
+            for (&cell, part) in parts.iter_mut() {
+                if part.area < SLIVER * means.area.min(loops.mesh.cell_area(cell)) {
+                    part.viscosity = None;
+                }
+            }
+        }
+        let domain = loops.mesh.area();
+        match self.means.iter().position(|m| m.area > (1.0 - 1e-9) * domain) {
+            Some(body) => Err(BodyError::Everything { body: self.names[body].clone() }),
+            None => Ok(()),
+        }
+    }
+
+    fn mean(&self, body: usize) -> Result<Means, BodyError> {
+        let (space, centre) = (&*self.velocity, self.poses[body].position);
+        let outside = || BodyError::Outside { body: self.names[body].clone() };
+        let mut rows: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
+        let (mut area, mut gram) = (0.0, Matrix3::zeros());
+        for (&cell, part) in &self.parts[body] {
+            let m = space.cell_dof_count();
+            area += part.area;
+            let motions: Vec<Vector3<f64>> = (0..m).map(|k| self.motions_of_dof(centre, cell, k)).collect();
+            for (k, row) in part.mass.chunks_exact(m).enumerate() {
+                let moment: Vector3<f64> = row.iter().zip(&motions).map(|(a, motion)| motion * *a).sum();
+                *rows.entry(space.dof(cell, k / space.n, k % space.n)).or_default() += moment;
+                gram += motions[k] * moment.transpose();
+            }
+        }
+        if area <= 0.0 || area.is_nan() {
+            return Err(outside());
+        }
+        // lengths in the body's own size
+        let reach = (gram[(2, 2)] / area).sqrt();
+        let scale = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / reach));
+        let inverse = (scale * gram * scale / area).try_inverse().ok_or_else(outside)?;
+        let inverse = scale * inverse * scale / area;
+        Ok(Means { rows: rows.into_iter().map(|(dof, row)| (dof, inverse * row)).collect(), area })
+    }
+
+    /// The three rigid motions at dof `k` of a cell.
+    fn motions_of_dof(&self, centre: Point, cell: usize, k: usize) -> Vector3<f64> {
+        let space = &*self.velocity;
+        let x = self.positions[space.node(cell, k % space.n)];
+        Vector3::from_fn(|i, _| rigid_motion(i, centre, x)[k / space.n])
+    }
+}

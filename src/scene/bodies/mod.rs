@@ -1,0 +1,157 @@
+//! Rigid bodies, walls and contact of a scene, checked.
+
+pub mod place;
+pub mod tables;
+
+use std::collections::BTreeMap;
+
+use super::error::SceneError;
+use super::source::SceneSource;
+use crate::body::Body;
+use crate::contact::{Law, Wall};
+use crate::mesh::locate::Locator;
+use crate::mesh::{Mesh, Point};
+use crate::model::names;
+
+pub use tables::ContactSolver;
+
+/// The bodies of a scene and what they meet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bodies {
+    /// Those of `[[body]]`, then those of `[[bodies]]`.
+    pub bodies: Vec<Body>,
+    /// Walls that need no mesh.
+    pub walls: Vec<Wall>,
+    /// Numbers of `[[wall]]`s that are boundary tags, see [`Bodies::walls_on`].
+    pub wall_tags: Vec<(usize, String)>,
+    /// `None` where nothing can touch.
+    pub contact: Option<ContactSettings>,
+    /// How a flow carries them; without a meaning for particles.
+    pub rigid: Rigid,
+    /// For messages: the table that each body is of, as in `body.0`.
+    pub keys: Vec<String>,
+}
+
+/// How a flow carries bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rigid {
+    /// `ε` of the penalty [L1.13].
+    pub epsilon: f64,
+    /// Order of the motion, 1 or 2.
+    pub order: usize,
+}
+
+/// How contact is resolved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactSettings {
+    pub law: Law,
+    /// `η`: `D + Δt G·V ≥ η`.
+    pub margin: f64,
+    pub tolerance: f64,
+    pub solver: ContactSolver,
+}
+
+impl Bodies {
+    /// All walls, those of boundary tags on a mesh last.
+    pub fn walls_on(&self, mesh: &Mesh) -> Vec<Wall> {
+        let of_tags = self.wall_tags.iter().flat_map(|(_, tag)| segments(mesh, tag));
+        self.walls.iter().copied().chain(of_tags).collect()
+    }
+}
+
+impl Bodies {
+    /// Whether walls name tags of a mesh, and every body has its place in it.
+    ///
+    /// # Errors
+    /// An unknown tag; a body that is larger than the domain, or wholly outside of it; one that overlaps a wall of the boundary.
+    pub fn check_mesh(&self, source: &SceneSource, mesh: &Mesh) -> Result<(), SceneError> {
+        let error = |key: &str, value: String, rule: String, hint: &str| {
+            let (place, key) = (source.place(key), key.to_owned());
+            Err(SceneError::Value { place, key, value, rule, hint: hint.to_owned() })
+        };
+        for (number, tag) in &self.wall_tags {
+            if mesh.tag(tag).is_none() {
+                let known: Vec<&str> = mesh.tags.iter().map(String::as_str).collect();
+                let rule = format!("names no part of the mesh's boundary{}", names::did_you_mean(tag, &known));
+                let hint = format!("the mesh's tags are {}", known.join(", "));
+                return error(&format!("wall.{number}.tag"), format!("\"{tag}\""), rule, &hint);
+            }
+        }
+        let (low, high) =
+            mesh.vertices.iter().fold((mesh.vertices[0], mesh.vertices[0]), |(a, b), x| (a.inf(x), b.sup(x)));
+        let extent = high - low;
+        let area = (0..mesh.cells.len()).map(|cell| mesh.cell_area(cell)).sum::<f64>();
+        let locator = Locator::new(mesh);
+        for (body, key) in self.bodies.iter().zip(&self.keys) {
+            let outline = place::outline(&body.shape, &body.start);
+            let (a, b) = outline.iter().fold((outline[0], outline[0]), |(a, b), x| (a.inf(x), b.sup(x)));
+            let size = b - a;
+            let value = format!("`{}`", body.name);
+            if size.x >= extent.x || size.y >= extent.y || body.shape.area() >= area {
+                let rule = format!(
+                    "the body, {:.4} by {:.4}, is larger than the domain, {:.4} by {:.4}",
+                    size.x, size.y, extent.x, extent.y
+                );
+                return error(key, value, rule, "take a smaller body, or a larger mesh");
+            }
+            if !outline.iter().any(|x| locator.locate(mesh, *x).is_some()) {
+                let rule = format!("the body at {} lies wholly outside of the mesh", shown(body.start.position));
+                return error(key, value, rule, "move it into the domain, or remove it");
+            }
+        }
+        let of_tags: Vec<(usize, Wall)> = self
+            .wall_tags
+            .iter()
+            .flat_map(|(number, tag)| segments(mesh, tag).into_iter().map(|wall| (*number, wall)))
+            .collect();
+        let walls: Vec<Wall> = of_tags.iter().map(|(_, wall)| *wall).collect();
+        let Some((i, wall, depth)) = place::first_in_wall(&self.bodies, &walls, &|_| false) else { return Ok(()) };
+        let (number, body) = (of_tags[wall].0, &self.bodies[i]);
+        let rule = format!("overlaps the wall `wall.{number}`, a part of the boundary, by {depth:.3e}");
+        let at = format!("{} (`{}`)", shown(body.start.position), body.name);
+        error(&self.keys[i], at, rule, "move the body away from it, or take the wall off")
+    }
+}
+
+fn shown(x: Point) -> String {
+    format!("[{}, {}]", x.x, x.y)
+}
+
+/// The boundary faces of a tag as walls with the mesh on their left; straight runs of faces make one wall.
+fn segments(mesh: &Mesh, tag: &str) -> Vec<Wall> {
+    let Some(tag) = mesh.tag(tag) else { return Vec::new() };
+    let next: BTreeMap<usize, usize> = mesh
+        .faces
+        .iter()
+        .filter(|face| face.tag == Some(tag))
+        .map(|face| {
+            let cell = mesh.cells[face.minus.cell];
+            (cell[(face.minus.face + 1) % 3], cell[(face.minus.face + 2) % 3])
+        })
+        .collect();
+    let ends: std::collections::BTreeSet<usize> = next.values().copied().collect();
+    let straight =
+        |a: Point, b: Point, c: Point| (b - a).perp(&(c - b)).abs() <= 1e-9 * (b - a).norm() * (c - b).norm();
+    let mut left = next.clone();
+    let mut walls = Vec::new();
+    // chains that have a first face, then closed ones
+    let firsts: Vec<usize> = next.keys().copied().filter(|v| !ends.contains(v)).chain(next.keys().copied()).collect();
+    for first in firsts {
+        let mut at = first;
+        let mut run: Option<[Point; 2]> = None;
+        while let Some(to) = left.remove(&at) {
+            let [a, b] = [mesh.vertices[at], mesh.vertices[to]];
+            run = match run {
+                Some([start, end]) if straight(start, end, b) => Some([start, b]),
+                Some(done) => {
+                    walls.push(Wall::Segment(done));
+                    Some([a, b])
+                }
+                None => Some([a, b]),
+            };
+            at = to;
+        }
+        walls.extend(run.map(Wall::Segment));
+    }
+    walls
+}

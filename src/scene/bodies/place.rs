@@ -1,0 +1,246 @@
+//! Discs at random without overlap, and what overlaps at the start.
+
+use std::collections::HashMap;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::body::{Body, Pose, Shape};
+use crate::contact::Wall;
+use crate::mesh::Point;
+
+/// Where discs are placed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Region {
+    /// Lower left and upper right corner; the discs lie within.
+    Box([Point; 2]),
+    /// The discs lie within.
+    Disc { centre: Point, radius: f64 },
+}
+
+impl Region {
+    /// Area.
+    pub fn area(&self) -> f64 {
+        match self {
+            Region::Box([low, high]) => (high.x - low.x) * (high.y - low.y),
+            Region::Disc { radius, .. } => std::f64::consts::PI * radius * radius,
+        }
+    }
+
+    /// The largest disc that fits.
+    pub fn inradius(&self) -> f64 {
+        match self {
+            Region::Box([low, high]) => 0.5 * (high.x - low.x).min(high.y - low.y),
+            Region::Disc { radius, .. } => *radius,
+        }
+    }
+
+    /// A uniform centre for a disc of this radius.
+    fn draw(&self, radius: f64, random: &mut ChaCha8Rng) -> Point {
+        match self {
+            Region::Box([low, high]) => {
+                let mut along = |a: f64, b: f64| a + radius + (b - a - 2.0 * radius) * random.random::<f64>();
+                let x = along(low.x, high.x);
+                Point::new(x, along(low.y, high.y))
+            }
+            Region::Disc { centre, radius: whole } => {
+                let r = (whole - radius) * random.random::<f64>().sqrt();
+                let (s, c) = (std::f64::consts::TAU * random.random::<f64>()).sin_cos();
+                centre + r * Point::new(c, s)
+            }
+        }
+    }
+}
+
+/// Tries per disc before the region counts as full.
+const TRIES: usize = 20_000;
+
+/// The radii in the order of their discs, from the same seed always the same.
+pub fn radii(count: usize, [low, high]: [f64; 2], seed: u64) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    (0..count).map(|_| low + (high - low) * random.random::<f64>()).collect()
+}
+
+/// Centres of discs at random, no two of which overlap each other, the `others` or a wall; the largest are placed first.
+///
+/// # Errors
+/// The share of the region that could be filled.
+pub fn scatter(
+    region: &Region,
+    radii: &[f64],
+    seed: u64,
+    others: &[(Shape, Pose)],
+    walls: &[Wall],
+) -> Result<Vec<Point>, f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    // the radii have the numbers of this seed already
+    random.set_stream(1);
+    let mut order: Vec<usize> = (0..radii.len()).collect();
+    order.sort_by(|&a, &b| radii[b].total_cmp(&radii[a]));
+    let widest = radii.iter().copied().fold(0.0, f64::max);
+    let mut grid = Grid::new(2.0 * widest);
+    let mut large = Vec::new();
+    for (shape, pose) in others {
+        match shape.circumradius() {
+            radius if radius <= widest => grid.add(pose.position, radius),
+            _ => large.push((shape, pose)),
+        }
+    }
+    let mut centres = vec![Point::zeros(); radii.len()];
+    let mut filled = 0.0;
+    for at in order {
+        let radius = radii[at];
+        let free = |x: &Point| {
+            !grid.meets(*x, radius)
+                && walls.iter().all(|wall| disc_to_wall(*x, radius, wall) >= 0.0)
+                && large.iter().all(|(shape, pose)| (x - pose.position).norm() >= radius + shape.circumradius())
+        };
+        let mut tries = (0..TRIES).map(|_| region.draw(radius, &mut random));
+        let Some(centre) = tries.find(free) else { return Err(filled / region.area()) };
+        grid.add(centre, radius);
+        filled += std::f64::consts::PI * radius * radius;
+        centres[at] = centre;
+    }
+    Ok(centres)
+}
+
+/// Discs in square cells at least as wide as the widest of them.
+#[derive(Debug)]
+struct Grid {
+    width: f64,
+    cells: HashMap<(i64, i64), Vec<(Point, f64)>>,
+}
+
+impl Grid {
+    fn new(width: f64) -> Self {
+        Self { width, cells: HashMap::new() }
+    }
+
+    fn cell(&self, x: Point) -> (i64, i64) {
+        ((x.x / self.width).floor() as i64, (x.y / self.width).floor() as i64)
+    }
+
+    fn add(&mut self, x: Point, radius: f64) {
+        self.cells.entry(self.cell(x)).or_default().push((x, radius));
+    }
+
+    fn meets(&self, x: Point, radius: f64) -> bool {
+        let (i, j) = self.cell(x);
+        (-1..=1)
+            .flat_map(|a| (-1..=1).map(move |b| (i + a, j + b)))
+            .any(|cell| self.cells.get(&cell).into_iter().flatten().any(|(y, other)| (x - y).norm() < radius + other))
+    }
+}
+
+/// Gap between a disc and a wall.
+fn disc_to_wall(x: Point, radius: f64, wall: &Wall) -> f64 {
+    match wall {
+        Wall::Segment([a, b]) => {
+            let along = b - a;
+            let share = (x - a).dot(&along) / along.norm_squared();
+            match share {
+                s if s < 0.0 => (x - a).norm() - radius,
+                s if s > 1.0 => (x - b).norm() - radius,
+                _ => along.perp(&(x - a)) / along.norm() - radius,
+            }
+        }
+        Wall::Disc { centre, radius: other } => (x - centre).norm() - other - radius,
+        Wall::Hollow { centre, radius: other } => other - (x - centre).norm() - radius,
+    }
+}
+
+/// Radius of the largest disc about the centre.
+pub fn inradius(shape: &Shape) -> f64 {
+    match shape {
+        Shape::Disc { radius } | Shape::Capsule { radius, .. } => *radius,
+        Shape::Ellipse { semi_axes: [a, b] } => a.min(*b),
+        Shape::Polygon { vertices } => {
+            let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
+            edges.map(|(p, q)| p.perp(q) / (q - p).norm()).fold(f64::INFINITY, f64::min)
+        }
+    }
+}
+
+/// What overlaps at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Overlap {
+    /// Two bodies, and how deep.
+    Bodies(usize, usize, f64),
+    /// Two bodies about one point.
+    Coincident(usize, usize),
+    /// A body and a wall, and how deep.
+    Wall(usize, usize, f64),
+}
+
+/// Deeper than this share of a body's size is an overlap.
+const TOUCHING: f64 = 1e-9;
+
+/// The first overlap of bodies with each other or with walls. `ignore` tells pairs and bodies that nothing moves.
+pub fn first_overlap(bodies: &[Body], walls: &[Wall], immobile: &dyn Fn(&Body) -> bool) -> Option<Overlap> {
+    if let Some((at, number, depth)) = first_in_wall(bodies, walls, immobile) {
+        return Some(Overlap::Wall(at, number, depth));
+    }
+    let mut by_x: Vec<usize> = (0..bodies.len()).collect();
+    let left = |at: &usize| bodies[*at].start.position.x - bodies[*at].shape.circumradius();
+    by_x.sort_by(|a, b| left(a).total_cmp(&left(b)).then(a.cmp(b)));
+    let mut found: Vec<Overlap> = Vec::new();
+    for (k, &i) in by_x.iter().enumerate() {
+        let right = bodies[i].start.position.x + bodies[i].shape.circumradius();
+        for &j in by_x[k + 1..].iter().take_while(|j| left(j) <= right) {
+            let (a, b) = (i.min(j), i.max(j));
+            found.extend(overlap(bodies, a, b, immobile));
+        }
+    }
+    let names = |overlap: &Overlap| match *overlap {
+        Overlap::Bodies(a, b, _) | Overlap::Coincident(a, b) | Overlap::Wall(a, b, _) => (a, b),
+    };
+    found.into_iter().min_by_key(names)
+}
+
+/// The first body that overlaps a wall, the wall, and how deep.
+pub fn first_in_wall(bodies: &[Body], walls: &[Wall], immobile: &dyn Fn(&Body) -> bool) -> Option<(usize, usize, f64)> {
+    for (at, body) in bodies.iter().enumerate().filter(|(_, body)| !immobile(body)) {
+        for (number, wall) in walls.iter().enumerate() {
+            let depth = -disc_to_wall(body.start.position, inradius(&body.shape), wall);
+            if depth > TOUCHING * body.shape.circumradius() {
+                return Some((at, number, depth));
+            }
+        }
+    }
+    None
+}
+
+/// Points all around a body.
+pub fn outline(shape: &Shape, pose: &Pose) -> Vec<Point> {
+    const POINTS: usize = 64;
+    let directions = (0..POINTS).map(|k| {
+        let (s, c) = (std::f64::consts::TAU * k as f64 / POINTS as f64).sin_cos();
+        Point::new(c, s)
+    });
+    let local: Vec<Point> = match shape {
+        Shape::Disc { radius } => directions.map(|d| *radius * d).collect(),
+        Shape::Ellipse { semi_axes: [a, b] } => directions.map(|d| Point::new(a * d.x, b * d.y)).collect(),
+        Shape::Capsule { half_length, radius } => {
+            directions.map(|d| *radius * d + Point::new(half_length.copysign(d.x), 0.0)).collect()
+        }
+        Shape::Polygon { vertices } => {
+            let next = vertices.iter().cycle().skip(1);
+            let along =
+                |(p, q): (&Point, &Point)| (0..16).map(|k| p + f64::from(k) / 16.0 * (q - p)).collect::<Vec<_>>();
+            vertices.iter().zip(next).flat_map(along).collect()
+        }
+    };
+    local.into_iter().map(|x| pose.to_space(x)).chain([pose.position]).collect()
+}
+
+fn overlap(bodies: &[Body], i: usize, j: usize, immobile: &dyn Fn(&Body) -> bool) -> Option<Overlap> {
+    let (a, b) = (&bodies[i], &bodies[j]);
+    let apart = (a.start.position - b.start.position).norm();
+    let size = a.shape.circumradius().min(b.shape.circumradius());
+    if apart <= TOUCHING * size {
+        return Some(Overlap::Coincident(i, j));
+    }
+    let depth = inradius(&a.shape) + inradius(&b.shape) - apart;
+    let deep = depth > TOUCHING * size && !(immobile(a) && immobile(b));
+    deep.then_some(Overlap::Bodies(i, j, depth))
+}

@@ -1,0 +1,717 @@
+//! The rules of `[[body]]`, `[[bodies]]`, `[[wall]]`, `[contact]` and `[rigid]`.
+
+use super::{Checker, shown};
+use crate::body::{Body, Hold, Pose, Shape, Twist};
+use crate::contact::{Law, Wall};
+use crate::mesh::Point;
+use crate::model::ModelError;
+use crate::model::expression::{Expression, Formula, VectorFormula};
+use crate::scene::bodies::place::{Overlap, Region, first_overlap, radii, scatter};
+use crate::scene::bodies::tables::{
+    BodiesTable, BodyTable, BodyTables, CircleTable, ContactTable, GroupMotion, LawName, MotionTable, Radii, RingTable,
+    ShapeTable, WallTable, zero,
+};
+use crate::scene::bodies::{Bodies, ContactSettings, Rigid};
+use crate::scene::error::SceneError;
+
+/// What surrounds the bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Around {
+    /// Nothing: forces and contact alone move them, with their inertia or without.
+    Nothing { inertia: bool },
+    /// A fluid or a tissue.
+    Flow,
+}
+
+/// Names and values that formulas may use.
+type Symbols<'a> = &'a [(&'static str, f64)];
+
+/// Walls, and those that are boundary tags, with their numbers.
+type Walls = (Vec<Wall>, Vec<(usize, String)>);
+
+/// At most so many bodies.
+const MOST: usize = 1_000_000;
+
+impl Checker<'_> {
+    /// The bodies of a scene, with every default filled in the tables; `None` where nothing is said.
+    pub(super) fn bodies(
+        &self,
+        tables: &mut BodyTables,
+        around: Around,
+        symbols: Symbols,
+    ) -> Result<Option<Bodies>, SceneError> {
+        if tables.is_empty() {
+            return Ok(None);
+        }
+        self.some_body(tables)?;
+        let rigid = self.rigid(tables, around)?;
+        let (walls, wall_tags) = self.walls(&mut tables.wall, around)?;
+        let mut bodies: Vec<Body> = Vec::new();
+        let mut keys = Vec::new();
+        for (at, table) in tables.body.iter_mut().enumerate() {
+            table.name.get_or_insert_with(|| format!("body-{}", at + 1));
+            bodies.push(self.body(&format!("body.{at}"), table, around, symbols)?);
+            keys.push(format!("body.{at}"));
+        }
+        for (at, table) in tables.bodies.iter_mut().enumerate() {
+            let name = || if at == 0 { "disc".to_owned() } else { format!("disc{}", at + 1) };
+            table.name.get_or_insert_with(name);
+            let key = format!("bodies.{at}");
+            let group = self.group(&key, table, around, symbols, &bodies, &walls)?;
+            keys.extend(std::iter::repeat_n(key, group.len()));
+            bodies.extend(group);
+            let rule = format!("there are more than {MOST} bodies");
+            self.require(bodies.len() <= MOST, &format!("bodies.{at}.count"), bodies.len(), &rule, "take fewer")?;
+        }
+        self.names_differ(&bodies, &keys)?;
+        let numbers: Vec<usize> = (0..tables.wall.len()).filter(|at| tables.wall[*at].tag.is_none()).collect();
+        self.apart(&bodies, &walls, &numbers, &keys, around)?;
+        let touch = bodies.len() > 1 || !(walls.is_empty() && wall_tags.is_empty());
+        let contact = self.contact(&mut tables.contact, touch)?;
+        Ok(Some(Bodies { bodies, walls, wall_tags, contact, rigid, keys }))
+    }
+
+    /// Walls and settings without a body are a mistake.
+    fn some_body(&self, tables: &BodyTables) -> Result<(), SceneError> {
+        if !(tables.body.is_empty() && tables.bodies.is_empty()) {
+            return Ok(());
+        }
+        let key = match tables {
+            BodyTables { wall, .. } if !wall.is_empty() => "wall",
+            BodyTables { contact: Some(_), .. } => "contact",
+            BodyTables { .. } => "rigid",
+        };
+        let hint = "add [[body]] with `shape` and `position`, or remove it";
+        Err(self.error(key, "(given)", "there is no body that it could act on", hint))
+    }
+
+    fn rigid(&self, tables: &mut BodyTables, around: Around) -> Result<Rigid, SceneError> {
+        let given = tables.rigid.is_some();
+        match around {
+            Around::Nothing { .. } => {
+                let rule = "it tells how a flow carries bodies, and particles have no flow";
+                self.require(!given, "rigid", "(given)", rule, "remove it, or take kind = \"stokes\"")?;
+                Ok(Rigid { epsilon: 1.0, order: 1 })
+            }
+            Around::Flow => {
+                let table = tables.rigid.get_or_insert_default();
+                let (epsilon, order) = (table.epsilon, table.order);
+                let rule = "must lie between 0 and 1, both excluded";
+                let hint = "1/ε is how much more viscous a body is than what surrounds it; 1e-8 is usual";
+                let holds = epsilon > 0.0 && epsilon < 1.0;
+                self.require(holds, "rigid.epsilon", shown(epsilon), rule, hint)?;
+                let hint = "2 matches bdf2, 1 is explicit Euler";
+                self.require((1..=2).contains(&order), "rigid.order", order, "must be 1 or 2", hint)?;
+                Ok(Rigid { epsilon, order })
+            }
+        }
+    }
+
+    fn body(&self, key: &str, table: &mut BodyTable, around: Around, symbols: Symbols) -> Result<Body, SceneError> {
+        let at = |name: &str| format!("{key}.{name}");
+        let name = table.name.clone().unwrap_or_default();
+        self.body_name(&at("name"), &name)?;
+        let (shape, centre) = self.shape(&at("shape"), &table.shape)?;
+        let density = *table.density.get_or_insert(1.0);
+        self.positive(&at("density"), density, "mass per area; 1 is that of the medium")?;
+        let known = numbers(&shape, density, symbols);
+        let motion = table.motion.get_or_insert(MotionTable::Free).clone();
+        let start = self.start(key, table, &motion, centre, &known)?;
+        let hold = self.hold(&at("motion"), &motion, &shape, &start, &known)?;
+        let force = self.force(&at("force"), &mut table.force, &known, &start)?;
+        let torque = self.torque(&at("torque"), &mut table.torque, &known, &start)?;
+        let friction = self.body_friction(&at("friction"), &mut table.friction, around)?;
+        let start_twist = self.start_twist(key, table, &hold, around)?;
+        Ok(Body { name, shape, hold, density, force, torque, friction, start, start_twist })
+    }
+
+    /// A name that tables, messages and `--set` can use.
+    fn body_name(&self, key: &str, name: &str) -> Result<(), SceneError> {
+        let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_');
+        let holds = !name.is_empty() && name.chars().all(plain) && name.parse::<usize>().is_err();
+        let rule = "must be a name of letters, digits, `-`, `_`, and no number";
+        self.require(holds, key, format!("\"{name}\""), rule, "such as \"disc\" or \"obstacle-1\"")
+    }
+
+    /// The shape about its centre of area, and where that is in the coordinates of a polygon's vertices.
+    fn shape(&self, key: &str, table: &ShapeTable) -> Result<(Shape, Option<Point>), SceneError> {
+        let size = |name: &str, value: f64| self.positive(&format!("{key}.{name}"), value, "a length, such as 0.1");
+        match table {
+            ShapeTable::Disc(disc) => Ok((Shape::Disc { radius: size("disc.radius", disc.radius)? }, None)),
+            ShapeTable::Ellipse(ellipse) => {
+                let semi_axes = ellipse.semi_axes;
+                semi_axes.iter().try_for_each(|a| size("ellipse.semi_axes", *a).map(|_| ()))?;
+                Ok((Shape::Ellipse { semi_axes }, None))
+            }
+            ShapeTable::Capsule(capsule) => {
+                let half_length = 0.5 * size("capsule.length", capsule.length)?;
+                Ok((Shape::Capsule { half_length, radius: size("capsule.radius", capsule.radius)? }, None))
+            }
+            ShapeTable::Polygon(polygon) => {
+                let key = format!("{key}.polygon.vertices");
+                let (vertices, centre) = self.polygon(&key, &polygon.vertices)?;
+                Ok((Shape::Polygon { vertices }, Some(centre)))
+            }
+        }
+    }
+
+    /// The vertices counterclockwise about the centre of their area, and that centre.
+    fn polygon(&self, key: &str, given: &[[f64; 2]]) -> Result<(Vec<Point>, Point), SceneError> {
+        let count = format!("{} vertices", given.len());
+        let hint = "such as [[0, 0], [1, 0], [0, 1]]";
+        self.require(given.len() >= 3, key, &count, "a polygon has at least three", hint)?;
+        let finite = given.iter().flatten().all(|x| x.is_finite());
+        self.require(finite, key, &count, "must be finite", hint)?;
+        let mut vertices: Vec<Point> = given.iter().map(|x| Point::from(*x)).collect();
+        let next = |k: usize| (k + 1) % given.len();
+        let first = vertices[0];
+        let parts = |vertices: &[Point]| -> Vec<(f64, Point)> {
+            let part = |k: usize| {
+                let (p, q) = (vertices[k] - first, vertices[next(k)] - first);
+                (0.5 * p.perp(&q), (p + q) / 3.0)
+            };
+            (0..vertices.len()).map(part).collect()
+        };
+        let area: f64 = parts(&vertices).iter().map(|(area, _)| area).sum();
+        if area < 0.0 {
+            vertices.reverse();
+        }
+        let around = (0..vertices.len()).map(|k| (vertices[next(k)] - vertices[k]).norm()).sum::<f64>();
+        let flat = area.abs() <= 1e-12 * around * around;
+        self.require(!flat, key, &count, "the polygon has no area", hint)?;
+        let corner = |k: usize| {
+            let [a, b, c] = [k, next(k), next(next(k))].map(|k| vertices[k]);
+            ((b - a).perp(&(c - b)) > 1e-12 * (b - a).norm() * (c - b).norm()).then_some(b)
+        };
+        let bad = (0..vertices.len()).find(|k| corner(*k).is_none()).map(|k| vertices[next(k)]);
+        if let Some(at) = bad {
+            let rule = format!("must be convex, with a true corner at every vertex; at ({}, {}) it is not", at.x, at.y);
+            let hint = "leave vertices on straight edges out; make a shape that is not convex of several bodies";
+            return Err(self.error(key, count, &rule, hint));
+        }
+        // a star winds around more than once
+        let turn: f64 = (0..vertices.len())
+            .map(|k| {
+                let [a, b, c] = [k, next(k), next(next(k))].map(|k| vertices[k]);
+                (b - a).perp(&(c - b)).atan2((b - a).dot(&(c - b)))
+            })
+            .sum();
+        let once = (turn - std::f64::consts::TAU).abs() < 1.0;
+        self.require(once, key, count, "the edges must not cross each other", "give the vertices in order")?;
+        let area = area.abs();
+        let centre = first + parts(&vertices).iter().map(|(a, x)| x * (a / area)).sum::<Point>();
+        Ok((vertices.iter().map(|x| x - centre).collect(), centre))
+    }
+
+    fn start(
+        &self,
+        key: &str,
+        table: &mut BodyTable,
+        motion: &MotionTable,
+        centre: Option<Point>,
+        known: &[(&str, f64)],
+    ) -> Result<Pose, SceneError> {
+        let at = |name: &str| format!("{key}.{name}");
+        if let MotionTable::Path(path) = motion {
+            let hint = "remove it, or take another motion";
+            for (name, given) in [("position", table.position.is_some()), ("angle", table.angle.is_some())] {
+                self.require(!given, &at(name), "(given)", "the path of the motion gives it", hint)?;
+            }
+            let formulas = self.of_body_pair(&at("motion.path.position"), &path.position, known)?;
+            let angle = self.of_body(&at("motion.path.angle"), &path.angle, known)?;
+            let value = |f: &Expression| f.eval_at(Point::zeros(), 0.0, 0.0);
+            let position = Point::new(value(&formulas[0]), value(&formulas[1]));
+            let pose = Pose { position, angle: value(&angle) };
+            let finite = [pose.position.x, pose.position.y, pose.angle].iter().all(|x| x.is_finite());
+            let rule = "must be finite at t = 0";
+            self.require(finite, &at("motion.path"), "(formulas)", rule, "the path is a formula of t alone")?;
+            return Ok(pose);
+        }
+        let angle = *table.angle.get_or_insert(0.0);
+        self.require(angle.is_finite(), &at("angle"), angle, "must be finite", "an angle in radians")?;
+        if table.position.is_none() {
+            table.position = centre.map(|x| [x.x, x.y]);
+        }
+        let position = table.position.ok_or_else(|| self.missing(key, "position", "add `position = [x, y]`"))?;
+        let finite = position.iter().all(|x| x.is_finite());
+        self.require(finite, &at("position"), point(position), "must be finite", "such as [0.5, 0.5]")?;
+        Ok(Pose { position: position.into(), angle })
+    }
+
+    fn hold(
+        &self,
+        key: &str,
+        motion: &MotionTable,
+        shape: &Shape,
+        start: &Pose,
+        known: &[(&str, f64)],
+    ) -> Result<Hold, SceneError> {
+        Ok(match motion {
+            MotionTable::Free => Hold::Free,
+            MotionTable::Fixed => Hold::Fixed,
+            MotionTable::Pinned(pin) => {
+                let key = format!("{key}.pinned");
+                let away = (Point::from(*pin) - start.position).norm();
+                let rule =
+                    format!("must be finite, and no farther than {} from the body's centre", shape.circumradius());
+                let holds = away.is_finite() && away <= shape.circumradius() * (1.0 + 1e-9);
+                self.require(holds, &key, point(*pin), &rule, "a point of the body, in the coordinates of the scene")?;
+                Hold::Pinned(start.to_body((*pin).into()))
+            }
+            MotionTable::Held(held) => Hold::Held {
+                velocity: self.of_body_pair(&format!("{key}.held.velocity"), &held.velocity, known)?,
+                spin: self.of_body(&format!("{key}.held.spin"), &held.spin, known)?,
+            },
+            MotionTable::Path(path) => {
+                let position = self.of_body_pair(&format!("{key}.path.position"), &path.position, known)?;
+                let angle = self.of_body(&format!("{key}.path.angle"), &path.angle, known)?;
+                let alone = position.iter().chain([&angle]).all(Expression::depends_on_time_alone);
+                let (rule, hint) =
+                    ("must be formulas of t alone", "held = { velocity, spin } may depend on x, y, theta");
+                self.require(alone, &format!("{key}.path"), "(formulas)", rule, hint)?;
+                Hold::Path { position, angle }
+            }
+        })
+    }
+
+    fn start_twist(&self, key: &str, table: &mut BodyTable, hold: &Hold, around: Around) -> Result<Twist, SceneError> {
+        let moves = match (around, hold) {
+            (Around::Nothing { inertia: true }, Hold::Free | Hold::Pinned(_)) => true,
+            (Around::Nothing { .. } | Around::Flow, _) => false,
+        };
+        if moves {
+            let velocity = *table.velocity.get_or_insert([0.0, 0.0]);
+            let spin = *table.spin.get_or_insert(0.0);
+            let finite = velocity.iter().all(|v| v.is_finite());
+            self.require(finite, &format!("{key}.velocity"), point(velocity), "must be finite", "such as [1, 0]")?;
+            self.require(spin.is_finite(), &format!("{key}.spin"), spin, "must be finite", "such as 0")?;
+            return Ok(Twist { velocity: velocity.into(), spin });
+        }
+        let rule = match around {
+            Around::Flow => "the flow gives the velocity of a body at every time",
+            Around::Nothing { inertia: true } => "the motion gives the velocity of this body at every time",
+            Around::Nothing { inertia: false } => "without inertia, forces give the velocity at every time",
+        };
+        let hint = "remove it; only free and pinned bodies of inertial particles have a velocity to start with";
+        for (name, given) in [("velocity", table.velocity.is_some()), ("spin", table.spin.is_some())] {
+            self.require(!given, &format!("{key}.{name}"), "(given)", rule, hint)?;
+        }
+        Ok(Twist::ZERO)
+    }
+
+    fn of_body(&self, key: &str, formula: &Formula, known: &[(&str, f64)]) -> Result<Expression, SceneError> {
+        formula.parse_of_body(known).map_err(|error| {
+            let error = ModelError::of_expression(key, &error);
+            self.error(key, error.value, &error.rule, &error.hint)
+        })
+    }
+
+    fn of_body_pair(
+        &self,
+        key: &str,
+        formulas: &VectorFormula,
+        known: &[(&str, f64)],
+    ) -> Result<[Expression; 2], SceneError> {
+        let [f, g] = formulas;
+        Ok([self.of_body(key, f, known)?, self.of_body(key, g, known)?])
+    }
+
+    fn force(
+        &self,
+        key: &str,
+        given: &mut Option<VectorFormula>,
+        known: &[(&str, f64)],
+        start: &Pose,
+    ) -> Result<[Expression; 2], SceneError> {
+        let force = self.of_body_pair(key, given.get_or_insert_with(|| [zero(), zero()]), known)?;
+        force.iter().try_for_each(|f| self.finite_at_start(key, f, start))?;
+        Ok(force)
+    }
+
+    fn torque(
+        &self,
+        key: &str,
+        given: &mut Option<Formula>,
+        known: &[(&str, f64)],
+        start: &Pose,
+    ) -> Result<Expression, SceneError> {
+        let torque = self.of_body(key, given.get_or_insert_with(zero), known)?;
+        self.finite_at_start(key, &torque, start)?;
+        Ok(torque)
+    }
+
+    fn finite_at_start(&self, key: &str, formula: &Expression, start: &Pose) -> Result<(), SceneError> {
+        let value = formula.eval_at(start.position, start.angle, 0.0);
+        let rule = format!("is {value} for the body at the start");
+        let hint = "a formula must be finite wherever it is used";
+        self.require(value.is_finite(), key, format!("\"{}\"", formula.text()), &rule, hint)
+    }
+
+    fn body_friction(&self, key: &str, given: &mut Option<f64>, around: Around) -> Result<f64, SceneError> {
+        match around {
+            Around::Flow => {
+                let friction = *given.get_or_insert(0.0);
+                let holds = friction.is_finite() && friction >= 0.0;
+                let hint = "friction of the body with the substrate, per area; 0 is none";
+                self.require(holds, key, shown(friction), "must be finite and not negative", hint)?;
+                Ok(friction)
+            }
+            Around::Nothing { .. } => {
+                let hint = "remove it; `model.drag` slows particles down";
+                let rule = "particles have no friction with a substrate";
+                self.require(given.is_none(), key, given.map(shown).unwrap_or_default(), rule, hint)?;
+                Ok(0.0)
+            }
+        }
+    }
+
+    fn names_differ(&self, bodies: &[Body], keys: &[String]) -> Result<(), SceneError> {
+        let mut seen = std::collections::BTreeSet::new();
+        for (body, key) in bodies.iter().zip(keys) {
+            let value = format!("\"{}\"", body.name);
+            let rule = "two bodies have this name";
+            let hint = "names tell bodies apart in tables: give each one of its own";
+            self.require(seen.insert(&body.name), &format!("{key}.name"), value, rule, hint)?;
+        }
+        Ok(())
+    }
+
+    /// Nothing overlaps at the start; what nothing moves may in the absence of a flow.
+    fn apart(
+        &self,
+        bodies: &[Body],
+        walls: &[Wall],
+        numbers: &[usize],
+        keys: &[String],
+        around: Around,
+    ) -> Result<(), SceneError> {
+        let immobile = |body: &Body| match (around, &body.hold) {
+            (Around::Nothing { .. }, Hold::Fixed | Hold::Held { .. } | Hold::Path { .. }) => true,
+            (Around::Nothing { .. } | Around::Flow, _) => false,
+        };
+        let place = |i: usize| {
+            let key = if keys[i].starts_with("body.") { format!("{}.position", keys[i]) } else { keys[i].clone() };
+            let at = bodies[i].start.position;
+            (key, format!("[{}, {}] (`{}`)", at.x, at.y, bodies[i].name))
+        };
+        match first_overlap(bodies, walls, &immobile) {
+            None => Ok(()),
+            Some(Overlap::Coincident(i, j)) => {
+                let (key, value) = place(j);
+                let rule =
+                    format!("has its centre where `{}` has, so nothing tells which way to part them", bodies[i].name);
+                Err(self.error(&key, value, &rule, "move one of the two"))
+            }
+            Some(Overlap::Bodies(i, j, depth)) => {
+                let (key, value) = place(j);
+                let rule = format!("overlaps `{}` by {depth:.3e}", bodies[i].name);
+                Err(self.error(&key, value, &rule, "move one of the two apart, or make it smaller"))
+            }
+            Some(Overlap::Wall(i, wall, depth)) => {
+                let (key, value) = place(i);
+                let inside = match walls[wall] {
+                    Wall::Hollow { radius, .. } => format!(", a hollow of radius {radius}"),
+                    Wall::Segment(_) => ", which it has to stay on the left of".to_owned(),
+                    Wall::Disc { radius, .. } => format!(", a disc of radius {radius}"),
+                };
+                let rule = format!("overlaps the wall `wall.{}`{inside}, by {depth:.3e}", numbers[wall]);
+                Err(self.error(&key, value, &rule, "move the body away from it, or make it smaller"))
+            }
+        }
+    }
+
+    fn group(
+        &self,
+        key: &str,
+        table: &mut BodiesTable,
+        around: Around,
+        symbols: Symbols,
+        before: &[Body],
+        walls: &[Wall],
+    ) -> Result<Vec<Body>, SceneError> {
+        let at = |name: &str| format!("{key}.{name}");
+        let name = table.name.clone().unwrap_or_default();
+        self.body_name(&at("name"), &name)?;
+        let density = *table.density.get_or_insert(1.0);
+        self.positive(&at("density"), density, "mass per area; 1 is that of the medium")?;
+        let count = self.group_count(key, table)?;
+        let seed = *table.seed.get_or_insert(1);
+        let radii = radii(count, self.group_radii(&at("radius"), table.radius)?, seed);
+        let centres = self.group_centres(key, table, &radii, seed, before, walls)?;
+        let friction = self.body_friction(&at("friction"), &mut table.friction, around)?;
+        let motion = *table.motion.get_or_insert(GroupMotion::Free);
+        let turning =
+            table.ring.as_ref().and_then(|ring| ring.angle.as_ref().map(|angle| (ring.clone(), angle.clone())));
+        let moves = turning.is_some() && motion == GroupMotion::Fixed;
+        self.require(!moves, &at("motion"), "\"fixed\"", "a ring with an `angle` moves", "remove one of the two")?;
+        let mut bodies = Vec::new();
+        for (k, (&radius, centre)) in radii.iter().zip(&centres).enumerate() {
+            let shape = Shape::Disc { radius };
+            let known = numbers(&shape, density, symbols);
+            let start = Pose { position: *centre, angle: 0.0 };
+            let hold = match (motion, &turning) {
+                (_, Some((ring, angle))) => self.turning(&at("ring.angle"), ring, angle, k, count, &known)?,
+                (GroupMotion::Free, None) => Hold::Free,
+                (GroupMotion::Fixed, None) => Hold::Fixed,
+            };
+            let start = match &hold {
+                Hold::Path { position, angle } => {
+                    let value = |f: &Expression| f.eval_at(Point::zeros(), 0.0, 0.0);
+                    Pose { position: Point::new(value(&position[0]), value(&position[1])), angle: value(angle) }
+                }
+                Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => start,
+            };
+            bodies.push(Body {
+                name: format!("{name}-{}", k + 1),
+                force: self.force(&at("force"), &mut table.force, &known, &start)?,
+                torque: self.torque(&at("torque"), &mut table.torque, &known, &start)?,
+                shape,
+                hold,
+                density,
+                friction,
+                start,
+                start_twist: Twist::ZERO,
+            });
+        }
+        Ok(bodies)
+    }
+
+    fn group_count(&self, key: &str, table: &BodiesTable) -> Result<usize, SceneError> {
+        let places = [table.in_box.is_some(), table.in_disc.is_some(), table.ring.is_some(), table.at.is_some()];
+        let one = places.iter().filter(|given| **given).count() == 1;
+        let rule = "exactly one of `box`, `disc`, `ring` and `at` is needed: where the bodies are";
+        self.require(one, key, "(a table)", rule, "such as box = [[0, 0], [1, 1]]")?;
+        let count = format!("{key}.count");
+        match (&table.at, table.count) {
+            (Some(at), None) => {
+                self.require(!at.is_empty(), &format!("{key}.at"), "[]", "the list is empty", "list the centres")?;
+                Ok(at.len())
+            }
+            (Some(_), Some(given)) => {
+                Err(self.error(&count, given, "`at` tells how many there are", "remove one of the two"))
+            }
+            (None, Some(given)) => {
+                let rule = format!("must lie between 1 and {MOST}");
+                self.require((1..=MOST).contains(&given), &count, given, &rule, "how many bodies to place")?;
+                Ok(given)
+            }
+            (None, None) => Err(self.missing(key, "count", "add `count = 100`, the number of bodies")),
+        }
+    }
+
+    fn group_radii(&self, key: &str, given: Radii) -> Result<[f64; 2], SceneError> {
+        match given {
+            Radii::Equal(radius) => self.positive(key, radius, "a length, or a range [0.01, 0.02]").map(|r| [r, r]),
+            Radii::Between([low, high]) => {
+                let holds = low > 0.0 && low <= high && high.is_finite();
+                let rule = "must be two lengths greater than 0, the smaller one first";
+                self.require(holds, key, point([low, high]), rule, "such as [0.015, 0.025]")?;
+                Ok([low, high])
+            }
+        }
+    }
+
+    fn group_centres(
+        &self,
+        key: &str,
+        table: &BodiesTable,
+        radii: &[f64],
+        seed: u64,
+        before: &[Body],
+        walls: &[Wall],
+    ) -> Result<Vec<Point>, SceneError> {
+        let at = |name: &str| format!("{key}.{name}");
+        let finite = |name: &str, x: [f64; 2]| {
+            self.require(x.iter().all(|x| x.is_finite()), &at(name), point(x), "must be finite", "such as [0, 0]")
+        };
+        if let Some(centres) = &table.at {
+            centres.iter().enumerate().try_for_each(|(k, x)| finite(&format!("at.{k}"), *x))?;
+            return Ok(centres.iter().map(|x| Point::from(*x)).collect());
+        }
+        if let Some(RingTable { centre, radius, .. }) = &table.ring {
+            finite("ring.centre", *centre)?;
+            self.positive(&at("ring.radius"), *radius, "of the circle on which the centres lie")?;
+            let angle = |k: usize| std::f64::consts::TAU * k as f64 / radii.len() as f64;
+            let on = |k: usize| Point::from(*centre) + *radius * Point::new(angle(k).cos(), angle(k).sin());
+            return Ok((0..radii.len()).map(on).collect());
+        }
+        let (region, name) = match (table.in_box, table.in_disc) {
+            (Some([low, high]), _) => {
+                let holds = low.iter().chain(&high).all(|x| x.is_finite()) && low[0] < high[0] && low[1] < high[1];
+                let shown = format!("[{}, {}]", point(low), point(high));
+                let rule = "must be the lower left and the upper right corner";
+                self.require(holds, &at("box"), shown, rule, "such as [[0, 0], [1, 1]]")?;
+                (Region::Box([low.into(), high.into()]), "box")
+            }
+            (None, Some(CircleTable { centre, radius })) => {
+                finite("disc.centre", centre)?;
+                self.positive(&at("disc.radius"), radius, "of the disc in which the bodies lie")?;
+                (Region::Disc { centre: centre.into(), radius }, "disc")
+            }
+            (None, None) => unreachable!("one of four places was given"),
+        };
+        let widest = radii.iter().copied().fold(0.0, f64::max);
+        let rule = format!("must be at most {}: a larger body does not fit into the `{name}`", region.inradius());
+        self.require(
+            widest <= region.inradius(),
+            &at("radius"),
+            widest,
+            &rule,
+            "take smaller bodies or a larger place",
+        )?;
+        let others: Vec<(Shape, Pose)> = before.iter().map(|body| (body.shape.clone(), body.start)).collect();
+        scatter(&region, radii, seed, &others, walls).map_err(|filled| {
+            let rule = format!(
+                "there is no room: with {:.1} % of the `{name}` filled, the next one finds no place",
+                100.0 * filled
+            );
+            let hint = "random places fill at most about half: take fewer or smaller bodies, or a larger place";
+            self.error(&at("count"), radii.len(), &rule, hint)
+        })
+    }
+
+    /// The path of the k-th body of a ring that turns.
+    fn turning(
+        &self,
+        key: &str,
+        ring: &RingTable,
+        angle: &Formula,
+        k: usize,
+        count: usize,
+        known: &[(&str, f64)],
+    ) -> Result<Hold, SceneError> {
+        let turned = self.of_body(key, angle, known)?;
+        let rule = "must be a formula of t alone";
+        let alone = turned.depends_on_time_alone();
+        self.require(alone, key, format!("\"{angle}\""), rule, "such as \"0.5*t\"")?;
+        let first = std::f64::consts::TAU * k as f64 / count as f64;
+        let [x, y] = ring.centre;
+        let along = |centre: f64, function: &str| {
+            Formula::Text(format!("{centre:?} + {:?}*{function}({first:?} + ({angle}))", ring.radius))
+        };
+        let position = self.of_body_pair(key, &[along(x, "cos"), along(y, "sin")], known)?;
+        Ok(Hold::Path { position, angle: turned })
+    }
+
+    fn walls(&self, tables: &mut [WallTable], around: Around) -> Result<Walls, SceneError> {
+        let (mut walls, mut tags) = (Vec::new(), Vec::new());
+        for (at, table) in tables.iter().enumerate() {
+            let key = format!("wall.{at}");
+            let one = "exactly one of `segment`, `disc`, `hollow` and `tag` is needed";
+            match (table.segment, table.disc, table.hollow, &table.tag) {
+                (Some([a, b]), None, None, None) => {
+                    let (a, b) = (Point::from(a), Point::from(b));
+                    let length = (b - a).norm();
+                    let shown = format!("[{}, {}]", point(a.into()), point(b.into()));
+                    let rule = "must be two finite points that differ";
+                    let holds = length.is_finite() && length > 0.0;
+                    self.require(holds, &format!("{key}.segment"), shown, rule, "such as [[0, 0], [1, 0]]")?;
+                    walls.push(Wall::Segment([a, b]));
+                }
+                (None, Some(circle), None, None) => {
+                    let (centre, radius) = self.circle_of_wall(&format!("{key}.disc"), circle)?;
+                    walls.push(Wall::Disc { centre, radius });
+                }
+                (None, None, Some(circle), None) => {
+                    let (centre, radius) = self.circle_of_wall(&format!("{key}.hollow"), circle)?;
+                    walls.push(Wall::Hollow { centre, radius });
+                }
+                (None, None, None, Some(tag)) => {
+                    let key = format!("{key}.tag");
+                    let hint = "give a `segment`, a `disc` or a `hollow`";
+                    let rule = "particles have no mesh whose boundary could have a tag";
+                    self.require(around == Around::Flow, &key, format!("\"{tag}\""), rule, hint)?;
+                    let rule = "another wall has this tag";
+                    self.require(
+                        !tags.iter().any(|(_, other)| other == tag),
+                        &key,
+                        format!("\"{tag}\""),
+                        rule,
+                        "remove one of the two",
+                    )?;
+                    tags.push((at, tag.clone()));
+                }
+                (_, _, _, _) => {
+                    return Err(self.error(&key, "(a table)", one, "write one [[wall]] for each"));
+                }
+            }
+        }
+        Ok((walls, tags))
+    }
+
+    fn circle_of_wall(&self, key: &str, circle: CircleTable) -> Result<(Point, f64), SceneError> {
+        let finite = circle.centre.iter().all(|x| x.is_finite());
+        self.require(finite, &format!("{key}.centre"), point(circle.centre), "must be finite", "such as [0, 0]")?;
+        let radius = self.positive(&format!("{key}.radius"), circle.radius, "such as 1")?;
+        Ok((circle.centre.into(), radius))
+    }
+
+    fn contact(&self, given: &mut Option<ContactTable>, touch: bool) -> Result<Option<ContactSettings>, SceneError> {
+        if !touch {
+            let hint = "remove it, or add another body or a [[wall]]";
+            self.require(
+                given.is_none(),
+                "contact",
+                "(given)",
+                "there is nothing that a single body could meet",
+                hint,
+            )?;
+            return Ok(None);
+        }
+        let table = given.get_or_insert_default();
+        let law = match (table.law, table.gamma_min) {
+            (LawName::Inelastic, None) => Law::Inelastic,
+            (LawName::Inelastic, Some(value)) => {
+                let rule = "bodies do not stick in inelastic contact, so there is no threshold of roughness";
+                let hint = "remove it, or take law = \"gluey\"";
+                return Err(self.error("contact.gamma_min", value, rule, hint));
+            }
+            (LawName::Gluey, given) => {
+                let gamma_min = given.unwrap_or(f64::NEG_INFINITY);
+                let hint = "-inf, the default, is smooth glue; -1 lets go earlier; 0 is inelastic contact";
+                self.require(gamma_min <= 0.0, "contact.gamma_min", gamma_min, "must not be above 0", hint)?;
+                table.gamma_min = Some(gamma_min);
+                Law::Gluey { gamma_min }
+            }
+        };
+        let (margin, tolerance) = (table.margin, table.tolerance);
+        let holds = margin.is_finite() && margin >= 0.0;
+        let hint = "0 lets bodies touch; about one cell keeps a layer of fluid between them";
+        self.require(holds, "contact.margin", margin, "must be finite and not negative", hint)?;
+        let holds = tolerance > 0.0 && tolerance < 1.0;
+        let hint = "1e-12 is the usual value";
+        self.require(holds, "contact.tolerance", shown(tolerance), "must lie between 0 and 1", hint)?;
+        Ok(Some(ContactSettings { law, margin, tolerance, solver: table.solver }))
+    }
+
+    /// Refuses bodies in a scene whose kind has none.
+    pub(super) fn no_bodies(&self, tables: &BodyTables) -> Result<(), SceneError> {
+        let given = [
+            ("body", !tables.body.is_empty()),
+            ("bodies", !tables.bodies.is_empty()),
+            ("wall", !tables.wall.is_empty()),
+            ("contact", tables.contact.is_some()),
+            ("rigid", tables.rigid.is_some()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map_or(Ok(()), |(key, _)| {
+            let rule = "a sheet that can be squeezed carries no rigid bodies";
+            Err(self.error(key, "(given)", rule, "remove it, or take kind = \"incompressible\" or \"stokes\""))
+        })
+    }
+}
+
+/// Names that the formulas of a body may use.
+fn numbers<'a>(shape: &Shape, density: f64, symbols: &'a [(&'static str, f64)]) -> Vec<(&'a str, f64)> {
+    let area = shape.area();
+    let mut all = vec![("area", area), ("mass", density * area), ("inertia", density * shape.second_moment())];
+    match shape {
+        Shape::Disc { radius } => all.push(("radius", *radius)),
+        Shape::Ellipse { .. } | Shape::Capsule { .. } | Shape::Polygon { .. } => {}
+    }
+    all.extend(symbols);
+    all
+}
+
+fn point([x, y]: [f64; 2]) -> String {
+    format!("[{x}, {y}]")
+}

@@ -1,0 +1,279 @@
+//! The rules of scenes that are no tissue, and of keys that belong to another kind.
+
+use toml_edit::Item;
+
+use super::bodies::Around;
+use super::outputs::Scope;
+use super::{Checker, shown};
+use crate::model::boundary::BoundaryScene;
+use crate::model::expression::Expression;
+use crate::model::{ModelError, ModelKind, VelocityCondition};
+use crate::scene::bodies::tables::BodyTables;
+use crate::scene::error::SceneError;
+use crate::scene::particles::{Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesScene};
+use crate::scene::stokes::{StokesFile, StokesScene};
+use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
+use crate::scene::{SceneKind, SceneSource};
+
+/// Top-level keys, and keys of `[model]` and `[time]`, that scenes of a kind may have.
+fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
+    match kind {
+        SceneKind::Tissue => [
+            &[
+                "title", "accuracy", "model", "mesh", "space", "boundary", "initial", "source", "exact", "time",
+                "steady", "coupling", "strain", "rigid", "body", "bodies", "wall", "contact", "output",
+            ],
+            &[
+                "kind",
+                "friction",
+                "beta",
+                "traction",
+                "active_stress",
+                "peclet",
+                "coherence",
+                "elasticity",
+                "slip",
+                "elastic_force",
+                "active_stress_iso",
+                "density",
+            ],
+            &[
+                "scheme",
+                "density_scheme",
+                "step",
+                "step_min",
+                "end",
+                "start",
+                "alternate",
+                "max_steps",
+                "growth",
+                "growth_wait",
+                "growth_rate",
+                "stop",
+            ],
+            &["k", "degree", "slip", "penalty"],
+        ],
+        SceneKind::Stokes => [
+            &[
+                "title", "model", "mesh", "space", "boundary", "source", "time", "rigid", "body", "bodies", "wall",
+                "contact", "output",
+            ],
+            &["kind", "friction"],
+            &["step", "end", "max_steps"],
+            &["k", "slip", "penalty"],
+        ],
+        SceneKind::Particles => [
+            &["title", "model", "time", "body", "bodies", "wall", "contact", "output"],
+            &["kind", "dynamics", "gravity", "drag"],
+            &["step", "end", "max_steps"],
+            &[],
+        ],
+    }
+}
+
+impl Checker<'_> {
+    /// Refuses keys that only scenes of other kinds have; a key that no scene has is left to the tables.
+    pub(super) fn keys_of_kind(&self) -> Result<(), SceneError> {
+        let kind = self.source.kind();
+        for (at, table) in ["", "model", "time", "space"].into_iter().enumerate() {
+            let own = keys(kind)[at];
+            let names: Vec<String> = match table {
+                "" => self.source.names(),
+                table => {
+                    let table = self.source.value(table).and_then(Item::as_table_like);
+                    table.map(|table| table.iter().map(|(name, _)| name.to_owned()).collect()).unwrap_or_default()
+                }
+            };
+            let foreign = |name: &&String| {
+                let others = SceneKind::ALL.into_iter().filter(|other| *other != kind);
+                !own.contains(&name.as_str()) && others.clone().any(|other| keys(other)[at].contains(&name.as_str()))
+            };
+            // a whole table that does not belong is told by its name
+            if own.is_empty() && !keys(kind)[0].contains(&table) {
+                continue;
+            }
+            if let Some(name) = names.iter().find(foreign) {
+                let key = if table.is_empty() { name.clone() } else { format!("{table}.{name}") };
+                let owners = SceneKind::ALL.into_iter().filter(|other| keys(*other)[at].contains(&name.as_str()));
+                let owners: Vec<&str> = owners.map(SceneKind::shown).collect();
+                let rule = format!("{} has no such key; it belongs to {}", kind.shown(), owners.join(" and "));
+                let hint = format!("remove it; the keys that exist there are {}", own.join(", "));
+                return Err(self.error(&key, "(given)", &rule, &hint));
+            }
+        }
+        Ok(())
+    }
+
+    fn motion_time(&self, table: &MotionTimeTable) -> Result<MotionTime, SceneError> {
+        let step = self.positive("time.step", table.step, "the time step, such as 0.01")?;
+        let end = self.positive("time.end", table.end, "runs start at t = 0")?;
+        let rule = format!("must not be longer than the run, time.end = {end}");
+        self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
+        let none = "leave it out for no limit";
+        self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
+        Ok(MotionTime { step, end, max_steps: table.max_steps })
+    }
+}
+
+/// As [`super::check`] for particles.
+pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene, SceneError> {
+    let checker = Checker { source: &source };
+    checker.of_kind(SceneKind::Particles)?;
+    checker.keys_of_kind()?;
+    let mut file = source.tables::<ParticlesFile>().map_err(|found| found.1)?;
+    let drag = file.model.drag;
+    let hint = "force −drag·m·V, torque −drag·I·ω; 0 is none";
+    let holds = drag.is_finite() && drag >= 0.0;
+    checker.require(holds, "model.drag", shown(drag), "must be finite and not negative", hint)?;
+    let dynamics = file.model.dynamics;
+    let rule = "without inertia a body moves as its drag lets it, so there must be some";
+    let determined = dynamics == Dynamics::Inertial || drag > 0.0;
+    checker.require(determined, "model.drag", shown(drag), rule, "give `drag > 0`, or take dynamics = \"inertial\"")?;
+    let symbols = [("drag", drag)];
+    let gravity = checker.pair("model.gravity", &file.model.gravity, &symbols)?;
+    let alone = gravity.iter().all(Expression::depends_on_time_alone);
+    let (rule, hint) = ("must be formulas of t alone", "`force` of a body may depend on x, y, theta");
+    checker.require(alone, "model.gravity", "(formulas)", rule, hint)?;
+    let around = Around::Nothing { inertia: dynamics == Dynamics::Inertial };
+    let mut tables = BodyTables {
+        rigid: file.rigid.take(),
+        body: std::mem::take(&mut file.body),
+        bodies: std::mem::take(&mut file.bodies),
+        wall: std::mem::take(&mut file.wall),
+        contact: file.contact.take(),
+    };
+    let bodies = checker.bodies(&mut tables, around, &symbols)?;
+    let hint = "add [[body]] with `shape` and `position`, or [[bodies]] with `count`, `radius` and `box`";
+    let missing = || SceneError::Missing { place: source.place("body"), key: "body".to_owned(), hint: hint.to_owned() };
+    let bodies = bodies.ok_or_else(missing)?;
+    BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
+        tables;
+    let time = checker.motion_time(&file.time)?;
+    let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Particles, bodies: true })?;
+    let title = file.title.clone();
+    Ok(ParticlesScene { title, dynamics, gravity, drag, bodies, time, outputs, resolved: file, source })
+}
+
+/// As [`super::check`] for a Stokes flow.
+pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, SceneError> {
+    let checker = Checker { source: &source };
+    checker.of_kind(SceneKind::Stokes)?;
+    checker.keys_of_kind()?;
+    let mut file = source.tables::<StokesFile>().map_err(|found| found.1)?;
+    let friction = file.model.friction;
+    let holds = friction.is_finite() && friction >= 0.0;
+    let hint = "friction of the fluid with the substrate; 0 is none";
+    checker.require(holds, "model.friction", shown(friction), "must be finite and not negative", hint)?;
+    let symbols = [("friction", friction)];
+    checker.mesh(&mut file.mesh)?;
+    let table = &file.space;
+    let mut space = SpaceTable { k: table.k, degree: DegreeTable::default(), slip: table.slip, penalty: table.penalty };
+    let space = checker.space(&mut space, ModelKind::Incompressible)?;
+    let boundary = checker.flow_boundary(&mut file, &symbols)?;
+    let force = file.source.as_ref().map(|table| checker.pair("source.force", &table.force, &symbols)).transpose()?;
+    let mut tables = BodyTables {
+        rigid: file.rigid.take(),
+        body: std::mem::take(&mut file.body),
+        bodies: std::mem::take(&mut file.bodies),
+        wall: std::mem::take(&mut file.wall),
+        contact: file.contact.take(),
+    };
+    let bodies = checker.bodies(&mut tables, Around::Flow, &symbols)?;
+    BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
+        tables;
+    let time = checker.motion_time(&file.time)?;
+    let outputs =
+        checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Stokes, bodies: bodies.is_some() })?;
+    let (title, mesh) = (file.title.clone(), file.mesh.clone());
+    Ok(StokesScene {
+        title,
+        friction,
+        mesh,
+        degrees: [space.velocity, space.pressure],
+        slip: space.slip,
+        boundary,
+        force,
+        bodies,
+        time,
+        outputs,
+        resolved: file,
+        source,
+    })
+}
+
+impl Checker<'_> {
+    /// Refuses scenes of another kind, and kinds that do not exist.
+    pub(super) fn of_kind(&self, kind: SceneKind) -> Result<(), SceneError> {
+        let found = self.source.kind();
+        if found == kind {
+            return Ok(());
+        }
+        let rule = format!("this needs {}, and the scene is of {}", kind.shown(), found.shown());
+        let hint = match kind {
+            SceneKind::Tissue => {
+                "`run`, `check` and `study` take scenes of every kind; orders, trade-offs, branches, comparisons, steady states and \
+                 estimates are those of tissue"
+            }
+            SceneKind::Stokes | SceneKind::Particles => "take the scene of another kind",
+        };
+        let value = self.source.value("model").and_then(|model| model.get("kind")).map(|kind| kind.to_string());
+        Err(self.error("model.kind", value.unwrap_or_default().trim(), &rule, hint))
+    }
+
+    fn flow_boundary(
+        &self,
+        file: &mut StokesFile,
+        symbols: &[(&str, f64)],
+    ) -> Result<std::collections::BTreeMap<String, crate::model::Conditions>, SceneError> {
+        let mut checked = std::collections::BTreeMap::new();
+        for (tag, table) in &mut file.boundary {
+            let neumann = crate::model::boundary::NamedCondition { name: "neumann".to_owned(), values: None };
+            let full = BoundaryScene { velocity: table.velocity.clone(), polarity: neumann, density: None };
+            let conditions = full
+                .check(ModelKind::Incompressible, symbols, None)
+                .map_err(|error: ModelError| self.model(&format!("boundary.{tag}"), error))?;
+            table.velocity = full.resolved().velocity;
+            checked.insert(tag.clone(), conditions);
+        }
+        let stress_only = checked.values().all(|c| match c.velocity {
+            VelocityCondition::Traction(_) => true,
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
+        });
+        let rule = "without friction and with `traction` on every tag the velocity is undetermined";
+        let hint = "give friction > 0, or a velocity condition on some tag";
+        let determined = checked.is_empty() || file.model.friction > 0.0 || !stress_only;
+        self.require(determined, "model.friction", file.model.friction, rule, hint)?;
+        Ok(checked)
+    }
+
+    /// The bodies of a tissue, which only an incompressible one carries.
+    pub(super) fn bodies_of_tissue(
+        &self,
+        file: &mut SceneFile,
+        kind: ModelKind,
+        symbols: &[(&'static str, f64)],
+    ) -> Result<Option<crate::scene::bodies::Bodies>, SceneError> {
+        let mut tables = BodyTables {
+            rigid: file.rigid.take(),
+            body: std::mem::take(&mut file.body),
+            bodies: std::mem::take(&mut file.bodies),
+            wall: std::mem::take(&mut file.wall),
+            contact: file.contact.take(),
+        };
+        let bodies = match kind {
+            ModelKind::Incompressible => self.bodies(&mut tables, Around::Flow, symbols)?,
+            ModelKind::Compressible => {
+                self.no_bodies(&tables)?;
+                None
+            }
+        };
+        BodyTables {
+            rigid: file.rigid,
+            body: file.body,
+            bodies: file.bodies,
+            wall: file.wall,
+            contact: file.contact,
+        } = tables;
+        Ok(bodies)
+    }
+}

@@ -1,0 +1,137 @@
+//! `kind = "particles"`: rigid bodies with forces and contact, and nothing between them.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::bodies::Bodies;
+use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable, zero};
+use super::error::SceneError;
+use super::output::{Output, OutputTable};
+use super::resolve;
+use super::source::SceneSource;
+use crate::model::expression::{Expression, VectorFormula};
+
+/// A computation with particles, checked.
+#[derive(Debug, Clone)]
+pub struct ParticlesScene {
+    pub title: Option<String>,
+    pub dynamics: Dynamics,
+    /// Acceleration of every body, formulas of t.
+    pub gravity: [Expression; 2],
+    /// Per mass: force `−drag m V`, torque `−drag I ω`.
+    pub drag: f64,
+    /// At least one; its contact settings are there unless nothing can touch.
+    pub bodies: Bodies,
+    pub time: MotionTime,
+    pub outputs: Vec<Output>,
+    pub(super) resolved: ParticlesFile,
+    pub(super) source: SceneSource,
+}
+
+/// What forces change.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Dynamics {
+    /// `m a = F − drag m V`
+    #[default]
+    Inertial,
+    /// `drag m V = F`
+    Overdamped,
+}
+
+/// Equal steps, but for those that land on an output.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionTime {
+    pub step: f64,
+    pub end: f64,
+    /// Most steps.
+    pub max_steps: Option<usize>,
+}
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParticlesFile {
+    /// One line for reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    pub model: ParticlesModel,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rigid: Option<RigidTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub body: Vec<BodyTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodiesTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub wall: Vec<WallTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactTable>,
+    pub time: MotionTimeTable,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub output: Vec<OutputTable>,
+}
+
+/// `[model]` of particles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParticlesModel {
+    pub kind: String,
+    #[serde(default)]
+    pub dynamics: Dynamics,
+    /// Default 0.
+    #[serde(default = "nothing")]
+    pub gravity: VectorFormula,
+    #[serde(default)]
+    pub drag: f64,
+}
+
+fn nothing() -> VectorFormula {
+    [zero(), zero()]
+}
+
+/// `[time]` of particles and of Stokes flow.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionTimeTable {
+    pub step: f64,
+    pub end: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_steps: Option<usize>,
+}
+
+impl ParticlesScene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// Whatever is wrong with it, see [`SceneError`].
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        Self::check(SceneSource::read(path)?)
+    }
+
+    /// Checks a text; `origin` is its file, for messages.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(text: &str, origin: &Path) -> Result<Self, SceneError> {
+        Self::check(SceneSource::parse(text, origin)?)
+    }
+
+    /// Checks a scene with its overrides.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn check(source: SceneSource) -> Result<Self, SceneError> {
+        super::check::particles(source)
+    }
+
+    /// The text that the scene was checked from, for further overrides.
+    pub fn source(&self) -> &SceneSource {
+        &self.source
+    }
+
+    /// The scene as TOML with every default and override filled in; it parses back to the same scene.
+    pub fn resolved_toml(&self) -> String {
+        resolve::to_toml(&self.resolved)
+    }
+}

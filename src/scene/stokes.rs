@@ -1,0 +1,192 @@
+//! `kind = "stokes"`: a Stokes flow with friction, and the rigid bodies that it carries.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::bodies::Bodies;
+use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable};
+use super::error::{Place, SceneError};
+use super::output::{Output, OutputTable};
+use super::particles::{MotionTime, MotionTimeTable};
+use super::resolve;
+use super::source::SceneSource;
+use super::tables::SlipName;
+use crate::mesh::Mesh;
+use crate::mesh::generate::MeshScene;
+use crate::model::boundary::NamedCondition;
+use crate::model::expression::{Expression, VectorFormula};
+use crate::model::momentum::SlipTreatment;
+use crate::model::{Conditions, names};
+
+/// A Stokes flow, checked as far as possible without its mesh.
+#[derive(Debug, Clone)]
+pub struct StokesScene {
+    pub title: Option<String>,
+    /// `C_F ≥ 0`, with the substrate.
+    pub friction: f64,
+    /// `mesh.file` is absolute.
+    pub mesh: MeshScene,
+    /// Degrees of velocity and pressure, `k + 1` and `k`.
+    pub degrees: [usize; 2],
+    pub slip: SlipTreatment,
+    /// By boundary tag; only the velocity has a meaning.
+    pub boundary: BTreeMap<String, Conditions>,
+    /// `f_v`
+    pub force: Option<[Expression; 2]>,
+    pub bodies: Option<Bodies>,
+    pub time: MotionTime,
+    pub outputs: Vec<Output>,
+    pub(super) resolved: StokesFile,
+    pub(super) source: SceneSource,
+}
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StokesFile {
+    /// One line for reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    pub model: StokesModel,
+    pub mesh: MeshScene,
+    #[serde(default)]
+    pub space: StokesSpace,
+    #[serde(default)]
+    pub boundary: BTreeMap<String, StokesBoundary>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<StokesSource>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rigid: Option<RigidTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub body: Vec<BodyTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodiesTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub wall: Vec<WallTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactTable>,
+    pub time: MotionTimeTable,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub output: Vec<OutputTable>,
+}
+
+/// `[model]` of a Stokes flow, whose viscosity is 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StokesModel {
+    pub kind: String,
+    /// Default 0.
+    #[serde(default)]
+    pub friction: f64,
+}
+
+/// `[space]` of a Stokes flow.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StokesSpace {
+    /// Velocity k+1, pressure k; 1 to 3 (default 1).
+    pub k: usize,
+    pub slip: SlipName,
+    /// `ε_r` of slip by penalty (default 1e-8).
+    pub penalty: f64,
+}
+
+impl Default for StokesSpace {
+    fn default() -> Self {
+        Self { k: 1, slip: SlipName::Rotated, penalty: 1e-8 }
+    }
+}
+
+/// `[boundary.TAG]` of a Stokes flow.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StokesBoundary {
+    pub velocity: NamedCondition,
+}
+
+/// `[source]` of a Stokes flow.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StokesSource {
+    /// `f_v`
+    pub force: VectorFormula,
+}
+
+impl StokesScene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// Whatever is wrong with it, see [`SceneError`].
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        Self::check(SceneSource::read(path)?)
+    }
+
+    /// Checks a text; `origin` is its file, for messages and relative paths.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(text: &str, origin: &Path) -> Result<Self, SceneError> {
+        Self::check(SceneSource::parse(text, origin)?)
+    }
+
+    /// Checks a scene with its overrides: every rule that does not need the mesh.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn check(source: SceneSource) -> Result<Self, SceneError> {
+        super::check::stokes(source)
+    }
+
+    /// The text that the scene was checked from, for further overrides.
+    pub fn source(&self) -> &SceneSource {
+        &self.source
+    }
+
+    /// The scene as TOML with every default and override filled in; it parses back to the same scene.
+    pub fn resolved_toml(&self) -> String {
+        resolve::to_toml(&self.resolved)
+    }
+
+    /// Compares boundary conditions, walls and bodies with the mesh: each tag has a condition, each condition a tag, each body
+    /// has its place.
+    ///
+    /// # Errors
+    /// The first of them that does not fit.
+    pub fn check_mesh(&self, mesh: &Mesh) -> Result<(), SceneError> {
+        check_tags(&self.source, self.boundary.keys(), &mesh.tags)?;
+        self.bodies.as_ref().map_or(Ok(()), |bodies| bodies.check_mesh(&self.source, mesh))
+    }
+
+    /// The conditions in the order of the mesh's tags.
+    pub fn conditions(&self, mesh: &Mesh) -> Vec<Conditions> {
+        mesh.tags.iter().map(|tag| self.boundary[tag].clone()).collect()
+    }
+
+    /// Whether the pressure takes zero mean: no tag prescribes a normal stress.
+    pub fn pressure_is_free(&self) -> bool {
+        !self.boundary.values().any(|c| c.velocity.fixes_pressure())
+    }
+}
+
+/// Compares boundary conditions with the tags of the mesh: each tag has one, each one has a tag.
+///
+/// # Errors
+/// The first condition without a tag, else the first tag without a condition.
+pub(super) fn check_tags<'a>(
+    source: &SceneSource,
+    mut given: impl Iterator<Item = &'a String> + Clone,
+    tags: &[String],
+) -> Result<(), SceneError> {
+    let known: Vec<&str> = tags.iter().map(String::as_str).collect();
+    let mut all = given.clone();
+    if let Some(tag) = given.find(|tag| !tags.contains(tag)) {
+        let suggestion = names::did_you_mean(tag, &known);
+        let place: Box<Place> = source.place(&format!("boundary.{tag}"));
+        return Err(SceneError::UnknownTag { place, tag: tag.clone(), suggestion, known: known.join(", ") });
+    }
+    let file = source.origin().to_owned();
+    let bare = tags.iter().find(|tag| !all.any(|other| other == *tag));
+    bare.map_or(Ok(()), |tag| Err(SceneError::TagWithoutCondition { file, tag: tag.clone() }))
+}
