@@ -19,7 +19,7 @@ use monolayer::mesh::gmsh::{self, Encoding};
 use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::run::{self, Ending, Options};
-use monolayer::scene::{Scene, SceneSource};
+use monolayer::scene::{AnyScene, Scene, SceneKind, SceneSource};
 use monolayer::study::{self, BranchStudy, OrderStudy};
 
 /// Set by Ctrl-C.
@@ -170,11 +170,11 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             if *leash {
                 end_with_input();
             }
-            run_scene(cli, &scene.read(*steady)?, scene, out.as_deref(), *resume)
+            run_scene(cli, &scene.any(*steady)?, scene, out.as_deref(), *resume)
         }
         Command::Check { scene, json, steady } => {
-            let report = run::report::report(&scene.read(*steady)?)?;
-            let text = if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() };
+            let (text, value) = run::any::check(&scene.any(*steady)?)?;
+            let text = if *json { serde_json::to_string_pretty(&value)? } else { text };
             say(&text)?;
             Ok(ExitCode::SUCCESS)
         }
@@ -205,18 +205,22 @@ impl Cli {
 }
 
 impl SceneArgs {
-    fn read(&self, steady: bool) -> Result<Scene, Failure> {
+    fn any(&self, steady: bool) -> Result<AnyScene, Failure> {
         let mut source = self.sets.source(&self.scene)?;
+        if steady && source.kind() != SceneKind::Tissue {
+            // refuses the kind
+            Scene::check(source.clone())?;
+        }
         if steady && !source.has("steady") {
             source.set("steady", "{}")?;
         }
-        Ok(Scene::check(source)?)
+        Ok(AnyScene::check(source)?)
     }
 }
 
 impl Sets {
-    fn apply(&self, file: &Path) -> Result<Scene, Failure> {
-        Ok(Scene::check(self.source(file)?)?)
+    fn apply(&self, file: &Path) -> Result<AnyScene, Failure> {
+        Ok(AnyScene::check(self.source(file)?)?)
     }
 
     fn source(&self, file: &Path) -> Result<SceneSource, Failure> {
@@ -255,7 +259,7 @@ fn say(text: &str) -> std::io::Result<()> {
 
 fn run_scene(
     cli: &Cli,
-    scene: &Scene,
+    scene: &AnyScene,
     args: &SceneArgs,
     out: Option<&Path>,
     resume: bool,
@@ -267,15 +271,15 @@ fn run_scene(
     catch_interrupts("finishing this step and writing a checkpoint")?;
     let verbosity = cli.verbosity();
     let options = Options { out: out.clone(), resume, verbosity, interrupt: &INTERRUPT };
-    let summary = run::run(scene, &options)?;
+    let summary = run::any::run(scene, &options)?;
     if verbosity > Verbosity::Quiet {
         say(&format!("{summary}\nresults in {}", out.display()))?;
     }
-    if summary.estimates_pending {
+    if summary.estimates_pending() {
         // interrupted, if only while it made its estimates
         return Ok(ExitCode::from(130));
     }
-    Ok(match &summary.ending {
+    Ok(match summary.ending() {
         Ending::Failed { reason } => {
             eprintln!("error: {reason}; the last good state is in {}", out.display());
             ExitCode::FAILURE
@@ -371,7 +375,7 @@ fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<Ex
     let mesh = if input.extension().is_some_and(|e| e == "msh") {
         gmsh::read(input)?
     } else {
-        run::setup::build_mesh(&sets.apply(input)?)?
+        run::any::mesh(&sets.apply(input)?)?
     };
     say(&mesh.quality().to_string())?;
     if let Some(out) = out {

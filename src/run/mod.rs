@@ -1,5 +1,6 @@
 //! One scene from its description to its folder of results.
 
+pub mod any;
 pub mod available;
 pub mod defects;
 pub mod estimate;
@@ -8,9 +9,12 @@ pub mod finished;
 pub mod maps;
 pub mod measures;
 pub mod memory;
+pub mod motion;
+pub mod particles;
 pub mod report;
 pub mod setup;
 pub mod steady;
+pub mod stokes;
 mod strain;
 pub mod summary;
 pub mod writer;
@@ -27,6 +31,7 @@ use crate::model::Residuals;
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;
 use crate::output::checkpoint::Saved;
+use crate::contact::ContactError;
 use crate::output::plot::PlotError;
 use crate::output::progress::{Progress, Status, Verbosity};
 use crate::scene::{Scene, SceneError};
@@ -51,6 +56,8 @@ pub enum RunError {
     Begin { origin: String, error: Box<StepFailure> },
     #[error("{origin}: {error}")]
     Formula { origin: String, error: Box<ExpressionError> },
+    #[error("{origin}: {error}")]
+    Contact { origin: String, error: Box<ContactError> },
     #[error(transparent)]
     Measure(#[from] MeasureError),
     #[error(transparent)]
@@ -360,13 +367,19 @@ fn prepare_folder(scene: &Scene, options: &Options) -> Result<Option<Saved>, Run
         }
         Some(saved)
     } else {
-        if ["history.csv", "summary.json", "checkpoint.bin"].iter().any(|name| out.join(name).exists()) {
-            return Err(RunError::Occupied { folder: out.display().to_string() });
-        }
+        refuse_occupied(out)?;
         None
     };
     std::fs::create_dir_all(out).map_err(|e| io(out, e))?;
     Ok(saved)
+}
+
+/// Refuses a folder that holds the results of an earlier run.
+fn refuse_occupied(out: &Path) -> Result<(), RunError> {
+    if ["history.csv", "summary.json", "checkpoint.bin"].iter().any(|name| out.join(name).exists()) {
+        return Err(RunError::Occupied { folder: out.display().to_string() });
+    }
+    Ok(())
 }
 
 impl Ending {

@@ -62,7 +62,7 @@ impl Ending {
         }
     }
 
-    fn status(&self) -> &'static str {
+    pub(super) fn status(&self) -> &'static str {
         match self {
             Ending::EndTime | Ending::MaxSteps | Ending::Stationary | Ending::EnergyAtRest => "finished",
             Ending::Steady | Ending::Oscillating => "finished",
@@ -225,7 +225,7 @@ impl Summary {
 }
 
 /// Peak resident memory as Linux reports it.
-fn peak_memory_mib() -> Option<f64> {
+pub(super) fn peak_memory_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kib| kib / 1024.0)

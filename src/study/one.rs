@@ -10,10 +10,10 @@ use super::lock::LOCK;
 use super::pool::{self, Gate};
 use super::results::Found;
 use crate::output::OutputError;
-use crate::output::checkpoint::Saved;
 use crate::output::progress::Verbosity;
-use crate::run::{Options, estimate, run};
-use crate::scene::Scene;
+use crate::run::motion::saved::scene_of;
+use crate::run::{Options, any, estimate};
+use crate::scene::AnyScene;
 
 /// How runs are done.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Workshop<'_> {
     ///
     /// # Errors
     /// A folder that cannot be written, a program that cannot be started.
-    pub fn ensure(&self, folder: &Path, scene: &Scene, lock: &File) -> Result<Option<(Found, f64)>, OutputError> {
+    pub fn ensure(&self, folder: &Path, scene: &AnyScene, lock: &File) -> Result<Option<(Found, f64)>, OutputError> {
         let text = scene.resolved_toml();
         let same = std::fs::read_to_string(folder.join("scene.toml")).is_ok_and(|old| old == text);
         let summary = RunSummary::read(folder).filter(|_| same);
@@ -46,8 +46,8 @@ impl Workshop<'_> {
             return Ok(Some((Found::Ran(Box::new(done)), seconds)));
         }
         let resumable = same
-            && scene.steady.is_none()
-            && Saved::read(&folder.join("checkpoint.bin")).is_ok_and(|saved| saved.scene == text);
+            && scene.tissue().is_none_or(|scene| scene.steady.is_none())
+            && scene_of(&folder.join("checkpoint.bin")).is_some_and(|saved| saved == text);
         let pass = self.gate.as_ref().map(|gate| gate.enter(pool::need(scene).unwrap_or(0.0)));
         if self.interrupt.load(Ordering::Relaxed) {
             return Ok(None);
@@ -69,7 +69,7 @@ impl Workshop<'_> {
     fn attempt(
         &self,
         folder: &Path,
-        scene: &Scene,
+        scene: &AnyScene,
         text: &str,
         resume: bool,
         memory: Option<f64>,
@@ -80,7 +80,7 @@ impl Workshop<'_> {
             // what a summary of an earlier process says is not about this one
             let _ = std::fs::remove_file(folder.join("summary.json"));
             let options = Options { out: folder.into(), resume, verbosity: self.verbosity, interrupt: self.interrupt };
-            let found = match run(scene, &options) {
+            let found = match any::run(scene, &options) {
                 Ok(_) => RunSummary::read(folder).map(|summary| Found::Ran(Box::new(summary))),
                 Err(error) => Some(Found::Refused(error.to_string())),
             };

@@ -11,8 +11,9 @@ use super::sweep_file::{Case, SweepStudy};
 use crate::measure::errors::{ErrorField, Norm};
 use crate::output::{OutputError, number, write_whole};
 use crate::results::names::{estimate_of, estimated};
-use crate::run::measures::columns;
-use crate::scene::{Measure, Scene, What};
+use crate::run::measures::{columns, columns_of};
+use crate::run::motion;
+use crate::scene::{AnyScene, Measure, Scene, What};
 
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -209,7 +210,16 @@ impl Row {
 }
 
 /// Names of the measures that runs of a scene can have, without those that only a name of the scene's makes.
-pub(super) fn measures_of(scene: &Scene) -> Vec<&'static str> {
+pub(super) fn measures_of(scene: &AnyScene) -> Vec<&'static str> {
+    match scene {
+        AnyScene::Tissue(scene) => measures_of_tissue(scene),
+        AnyScene::Stokes(_) | AnyScene::Particles(_) => {
+            motion::asked(scene.outputs()).into_iter().flat_map(columns_of).collect()
+        }
+    }
+}
+
+fn measures_of_tissue(scene: &Scene) -> Vec<&'static str> {
     let named = |measure| {
         scene.outputs.iter().any(|output| match &output.what {
             What::Measures(measures) => measures.contains(&measure),

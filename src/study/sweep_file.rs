@@ -11,7 +11,7 @@ use super::forms::{Plots, WarmStart};
 use super::slurm::SlurmTable;
 use super::source::{self, Kind, Values, check_name, check_values, override_of, refuse};
 use super::{StudyError, results};
-use crate::scene::{Scene, SceneError, SceneSource};
+use crate::scene::{AnyScene, SceneError, SceneSource};
 
 /// One scene with other values, run by run.
 ///
@@ -147,6 +147,10 @@ impl SweepStudy {
         };
         study.slurm.check(&study.source)?;
         let scene = study.check_scenes()?;
+        if scene.tissue().is_none() && !study.warm.is_empty() {
+            let rule = format!("only scenes of tissue start from the states of others, and this is {}", scene.source().kind().shown());
+            return Err(refuse(&study.source, "warm_start", "(given)".to_owned(), &rule, "remove it"));
+        }
         study.check_names(&scene)?;
         Ok(study)
     }
@@ -172,7 +176,7 @@ impl SweepStudy {
     }
 
     /// Refuses keys that no scene has, and a sweep that has no good scene at all.
-    fn check_scenes(&self) -> Result<Scene, StudyError> {
+    fn check_scenes(&self) -> Result<AnyScene, StudyError> {
         let mut first = None;
         let mut good = None;
         for (at, case) in self.cases.iter().enumerate() {
@@ -190,7 +194,7 @@ impl SweepStudy {
     }
 
     /// Refuses measures and plots of what no run can have.
-    fn check_names(&self, scene: &Scene) -> Result<(), StudyError> {
+    fn check_names(&self, scene: &AnyScene) -> Result<(), StudyError> {
         let known = results::measures_of(scene);
         let fits = |name: &String| known.iter().any(|k| name == k || name.starts_with(&format!("{k}_")));
         if let Some((at, name)) = self.measures.iter().flatten().enumerate().find(|(_, name)| !fits(name)) {
@@ -204,19 +208,19 @@ impl SweepStudy {
         Ok(())
     }
 
-    fn try_scene(&self, case: &Case, more: &[(String, String)]) -> Result<Scene, SceneError> {
+    fn try_scene(&self, case: &Case, more: &[(String, String)]) -> Result<AnyScene, SceneError> {
         let mut source = self.scene.clone();
         for (key, value) in case.set.iter().chain(more) {
             source.set(key, value)?;
         }
-        Scene::check(source)
+        AnyScene::check(source)
     }
 
     /// The checked scene of run `at`.
     ///
     /// # Errors
     /// A value that the scene refuses.
-    pub fn scene_of(&self, at: usize) -> Result<Scene, StudyError> {
+    pub fn scene_of(&self, at: usize) -> Result<AnyScene, StudyError> {
         self.scene_with(at, &[])
     }
 
@@ -224,7 +228,7 @@ impl SweepStudy {
     ///
     /// # Errors
     /// As [`SweepStudy::scene_of`].
-    pub fn scene_with(&self, at: usize, more: &[(String, String)]) -> Result<Scene, StudyError> {
+    pub fn scene_with(&self, at: usize, more: &[(String, String)]) -> Result<AnyScene, StudyError> {
         self.try_scene(&self.cases[at], more).map_err(|error| self.blame(at, error))
     }
 

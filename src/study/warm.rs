@@ -164,7 +164,8 @@ impl Way<'_> {
         let broken = |error: OutputError| Halt::Broken(Box::new(error.into()));
         let plain = self.study.scene_of(self.at).map_err(failed)?;
         let mut set = self.values(to)?;
-        set.extend(start_from(&from.folder, &plain).map_err(broken)?);
+        let plain = plain.tissue().expect("only sweeps of tissue start warm");
+        set.extend(start_from(&from.folder, plain).map_err(broken)?);
         let scene = self.study.scene_with(self.at, &set).map_err(failed)?;
         std::fs::create_dir_all(&folder).map_err(|e| broken(OutputError::io(&folder, &e)))?;
         match self.workshop.ensure(&folder, &scene, self.lock).map_err(broken)? {

@@ -14,7 +14,7 @@ use super::sweep::{Settings, Shard, is_bad, missing, write_tables};
 use super::sweep_file::SweepStudy;
 use super::{StudyError, warm};
 use crate::output::progress::Verbosity;
-use crate::scene::Scene;
+use crate::scene::AnyScene;
 
 pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -115,7 +115,7 @@ impl Work<'_> {
 
     /// The scene of a run, what there is to say about its start, and the run whose last state it starts from.
     #[allow(clippy::type_complexity)]
-    fn scene(&self, at: usize) -> Result<Result<(Scene, Vec<String>, Option<usize>), StudyError>, StudyError> {
+    fn scene(&self, at: usize) -> Result<Result<(AnyScene, Vec<String>, Option<usize>), StudyError>, StudyError> {
         let scene = match self.study.scene_of(at) {
             Ok(scene) => scene,
             Err(error) => return Ok(Err(error)),
@@ -127,7 +127,8 @@ impl Work<'_> {
             let note = format!("run {name} left no state to start from: this one began from the scene's own");
             return Ok(Ok((scene, vec![note], None)));
         }
-        let set = warm::start_from(&folder, &scene)?;
+        let Some(tissue) = scene.tissue() else { return Ok(Ok((scene, Vec::new(), None))) };
+        let set = warm::start_from(&folder, tissue)?;
         Ok(self.study.scene_with(at, &set).map(|scene| (scene, Vec::new(), Some(before))))
     }
 

@@ -8,12 +8,11 @@ use std::collections::BTreeMap;
 use super::error::SceneError;
 use super::source::SceneSource;
 use crate::body::Body;
-use crate::contact::{Law, Wall};
+use crate::contact::{Law, Method, Settings, Wall};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
 use crate::model::names;
 
-pub use tables::ContactSolver;
 
 /// The bodies of a scene and what they meet.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,7 +47,15 @@ pub struct ContactSettings {
     /// `η`: `D + Δt G·V ≥ η`.
     pub margin: f64,
     pub tolerance: f64,
-    pub solver: ContactSolver,
+    pub solver: Method,
+}
+
+impl ContactSettings {
+    /// As the solver takes them.
+    pub fn settings(&self) -> Settings {
+        let Self { law, margin, tolerance, solver } = *self;
+        Settings { law, margin, tolerance, method: solver, ..Settings::default() }
+    }
 }
 
 impl Bodies {

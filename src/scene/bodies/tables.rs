@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, de};
 
+use crate::contact::Method;
 use crate::model::expression::{Formula, VectorFormula};
 
 /// What a scene of any kind may say about bodies.
@@ -291,13 +292,13 @@ pub struct ContactTable {
     pub margin: f64,
     /// Of gaps and complementarity (default 1e-12).
     pub tolerance: f64,
-    /// How the projection is computed (default `"active-set"`).
-    pub solver: ContactSolver,
+    /// How the projection is computed (default `"newton"`).
+    pub solver: Method,
 }
 
 impl Default for ContactTable {
     fn default() -> Self {
-        let (law, solver) = (LawName::Inelastic, ContactSolver::ActiveSet);
+        let (law, solver) = (LawName::Inelastic, Method::Newton);
         Self { law, gamma_min: None, margin: 0.0, tolerance: 1e-12, solver }
     }
 }
@@ -310,12 +311,3 @@ pub enum LawName {
     Gluey,
 }
 
-/// `contact.solver`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ContactSolver {
-    /// Few iterations, each with the pairs that touch.
-    ActiveSet,
-    /// Alternating projections: the reference [L A].
-    Uzawa,
-}

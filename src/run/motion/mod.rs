@@ -1,0 +1,232 @@
+//! The run of a scene whose bodies move: particles, or bodies in a Stokes flow. One loop for both.
+
+mod files;
+pub mod saved;
+pub mod summary;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use super::{Ending, Options, RunError};
+use crate::body::{Body, Pose, Twist};
+use crate::contact::{Contact, Wall};
+use crate::measure::bodies::{self, kinetic_energy};
+use crate::mesh::quality::Quality;
+use crate::model::Term;
+use crate::output::progress::{Progress, Status};
+use crate::output::{OutputError, write_whole};
+use crate::scene::particles::MotionTime;
+use crate::scene::{Field, Measure, Output, What};
+use crate::time::march::Counts;
+use crate::time::phases::Phases;
+use crate::time::schedule::trim;
+
+use files::Files;
+use saved::SavedMotion;
+pub use summary::MotionSummary;
+
+/// What a loop moves.
+pub(super) trait Mover {
+    /// From `t` to `t + dt`. What fails changes nothing.
+    ///
+    /// # Errors
+    /// The reason.
+    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String>;
+
+    /// The state, for an exact restart.
+    fn state(&self) -> Vec<u8>;
+
+    /// One for each body.
+    fn poses(&self) -> &[Pose];
+
+    /// One for each body.
+    fn twists(&self) -> &[Twist];
+
+    /// Pairs that are close or touch, after the last step.
+    fn contacts(&self) -> &[Contact];
+
+    /// Writes fields as VTU, where there are some.
+    ///
+    /// # Errors
+    /// A file that cannot be written, a field that is not finite.
+    fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError>;
+}
+
+/// What a step took.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Stride {
+    pub iterations: usize,
+}
+
+/// What a loop needs of a scene.
+pub(super) struct Plan<'a> {
+    pub title: Option<&'a str>,
+    /// The resolved scene.
+    pub text: String,
+    pub time: MotionTime,
+    pub outputs: &'a [Output],
+    pub bodies: &'a [Body],
+    pub walls: Vec<Wall>,
+    pub terms: Vec<Term>,
+    /// What a run should know and no error.
+    pub remarks: Vec<String>,
+    pub mesh: Option<Quality>,
+    /// Of the mesh; 0 without one.
+    pub fingerprint: u64,
+    /// Of velocity, pressure, and the linear system.
+    pub unknowns: [usize; 3],
+    pub setup_seconds: f64,
+}
+
+/// Makes the folder, refuses to overwrite another run, reads the checkpoint to resume from.
+///
+/// # Errors
+/// As [`super::run`].
+pub(super) fn prepare(text: &str, options: &Options) -> Result<Option<SavedMotion>, RunError> {
+    let out = &options.out;
+    let checkpoint = out.join("checkpoint.bin");
+    let saved = if options.resume {
+        if !checkpoint.exists() {
+            return Err(RunError::NothingToResume { folder: out.display().to_string() });
+        }
+        let saved = SavedMotion::read(&checkpoint)?;
+        if let Some(key) = super::setup::first_difference(&saved.scene, text) {
+            return Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key });
+        }
+        Some(saved)
+    } else {
+        super::refuse_occupied(out)?;
+        None
+    };
+    std::fs::create_dir_all(out).map_err(|e| OutputError::io(out, &e))?;
+    Ok(saved)
+}
+
+/// Moves until the end. A step that fails ends the run; the last good state is written like any other.
+///
+/// # Errors
+/// Results that cannot be written or continued.
+pub(super) fn run(
+    plan: &Plan,
+    mover: &mut dyn Mover,
+    options: &Options,
+    saved: Option<SavedMotion>,
+) -> Result<MotionSummary, RunError> {
+    let begin = Instant::now();
+    let counts_before = crate::solve::sparse::counts();
+    write_whole(&options.out.join("scene.toml"), |file| file.write_all(plan.text.as_bytes()))?;
+    let (mut t, mut counts) = saved.as_ref().map_or((0.0, Counts::default()), |saved| (saved.t, saved.counts));
+    let mut files = Files::new(plan, &options.out, saved.as_ref())?;
+    let mut phases = Phases::default();
+    let mut progress = Progress::new(options.verbosity, t);
+    plan.remarks.iter().for_each(|remark| progress.say(&format!("note: {remark}")));
+    if saved.is_none() {
+        phases.measure("output", || files.write_due(mover, t, 0, None))?;
+        files.write_checkpoint(plan, mover, t, counts)?;
+    } else if t > plan.time.end {
+        progress.say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.time.end));
+    }
+    let ending = loop {
+        if t >= plan.time.end * (1.0 - 1e-12) {
+            break Ending::EndTime;
+        }
+        if plan.time.max_steps.is_some_and(|most| counts.steps >= most) {
+            break Ending::MaxSteps;
+        }
+        if options.interrupt.load(Ordering::Relaxed) {
+            break Ending::Interrupted;
+        }
+        let landings = plan.outputs.iter().filter_map(|output| output.schedule.next_time(t));
+        let landing = landings.fold(plan.time.end, f64::min);
+        let (before, dt) = (t, trim(t, plan.time.step, landing));
+        let stride = match phases.measure("steps", || mover.advance(t, dt)) {
+            Ok(stride) => stride,
+            Err(reason) => break Ending::Failed { reason },
+        };
+        // so that no rounding piles up before an output
+        t = if dt == landing - before { landing } else { before + dt };
+        counts.steps += 1;
+        counts.nonlinear_iterations += stride.iterations;
+        phases.measure("output", || {
+            files.append_history(plan, mover, &Row { before, t, dt, step: counts.steps, stride })?;
+            files.write_due(mover, t, counts.steps, Some(before))?;
+            files.write_checkpoint_if_due(plan, mover, (before, t), counts)
+        })?;
+        progress.show(&Status {
+            step: counts.steps,
+            t,
+            end: plan.time.end,
+            dt,
+            iterations: stride.iterations,
+            residual: None,
+        });
+    };
+    phases.measure("output", || {
+        files.write_checkpoint(plan, mover, t, counts)?;
+        files.write_last(mover, t, counts.steps)
+    })?;
+    // a picture that cannot be drawn is no failure
+    crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));
+    progress.finish();
+    let mut measures = BTreeMap::new();
+    asked(plan.outputs).iter().for_each(|measure| take(*measure, plan, mover, &mut measures));
+    measures.retain(|_, value| value.is_finite());
+    let summary = MotionSummary::new(plan, ending, t, counts, measures, &phases, begin.elapsed(), counts_before, progress.said());
+    summary.write(&options.out.join("summary.json"))?;
+    Ok(summary)
+}
+
+/// An accepted step.
+struct Row {
+    before: f64,
+    t: f64,
+    dt: f64,
+    step: usize,
+    stride: Stride,
+}
+
+/// The measures that outputs name, in the order of their columns.
+pub fn asked(outputs: &[Output]) -> Vec<Measure> {
+    let named = |measure: &Measure| {
+        outputs.iter().any(|output| match &output.what {
+            What::Measures(measures) => measures.contains(measure),
+            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
+        })
+    };
+    Measure::ALL.into_iter().filter(named).collect()
+}
+
+/// The numbers of a measure at the current state.
+fn take(measure: Measure, plan: &Plan, mover: &dyn Mover, values: &mut BTreeMap<&'static str, f64>) {
+    let contacts = mover.contacts();
+    match measure {
+        Measure::KineticEnergy => {
+            let masses: Vec<f64> = plan.bodies.iter().map(Body::mass).collect();
+            let inertias: Vec<f64> = plan.bodies.iter().map(Body::inertia).collect();
+            values.insert("kinetic_energy", kinetic_energy(&masses, &inertias, mover.twists()));
+        }
+        Measure::Gap => values.extend(bodies::smallest_gap(contacts).map(|gap| ("gap", gap))),
+        Measure::Overlap => values.extend([("overlap", bodies::overlap(contacts))]),
+        Measure::Contacts => values.extend([("contacts", bodies::touching(contacts) as f64)]),
+        Measure::WallForce => {
+            let force = bodies::wall_force(contacts);
+            values.extend([("wall_force_1", force.x), ("wall_force_2", force.y)]);
+        }
+        Measure::Body => {
+            let (Some(pose), Some(twist)) = (mover.poses().first(), mover.twists().first()) else { return };
+            values.extend([
+                ("body_x1", pose.position.x),
+                ("body_x2", pose.position.y),
+                ("body_angle", pose.angle),
+                ("body_velocity_1", twist.velocity.x),
+                ("body_velocity_2", twist.velocity.y),
+                ("body_spin", twist.spin),
+            ]);
+        }
+        Measure::Overshoot | Measure::Asymmetry | Measure::FreeEnergy | Measure::EnergyBudget | Measure::Mass => {}
+        Measure::DensityMin | Measure::LimitedCells | Measure::Defects => {}
+        Measure::Circulation | Measure::ElasticStrain => {}
+    }
+}

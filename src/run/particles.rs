@@ -1,0 +1,273 @@
+//! Particles: report and run.
+
+use std::fmt;
+use std::path::Path;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::motion::{self, MotionSummary, Mover, Plan, Stride};
+use super::stokes::{contact_term, head};
+use super::{Options, RunError};
+use crate::body::{Hold, Pose, Shape, Twist};
+use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
+use crate::contact::{Contact, ContactError, Settings, Solver};
+use crate::mesh::Point;
+use crate::model::{Expression, Term};
+use crate::output::OutputError;
+use crate::scene::bodies::Bodies;
+use crate::scene::particles::Dynamics;
+use crate::scene::{Field, ParticlesScene};
+
+/// What will be computed, and with how much.
+#[derive(Debug, Clone, Serialize)]
+pub struct ParticlesReport {
+    pub title: Option<String>,
+    pub terms: Vec<Term>,
+    pub bodies: usize,
+    /// Bodies that forces and contact move.
+    pub moving: usize,
+    /// Smallest and largest distance of a body's points from its centre.
+    pub size: [f64; 2],
+    pub area: f64,
+    pub mass: f64,
+    pub walls: usize,
+    pub steps: f64,
+    pub remarks: Vec<String>,
+}
+
+/// Counts what a scene has; computes nothing.
+pub fn report(scene: &ParticlesScene) -> ParticlesReport {
+    let bodies = &scene.bodies.bodies;
+    let moves = |hold: &Hold| match hold {
+        Hold::Free | Hold::Pinned(_) => true,
+        Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => false,
+    };
+    let sizes = || bodies.iter().map(|body| body.shape.circumradius());
+    ParticlesReport {
+        title: scene.title.clone(),
+        terms: terms(scene),
+        bodies: bodies.len(),
+        moving: bodies.iter().filter(|body| moves(&body.hold)).count(),
+        size: [sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max)],
+        area: bodies.iter().map(|body| body.shape.area()).sum(),
+        mass: bodies.iter().map(|body| body.mass()).sum(),
+        walls: scene.bodies.walls.len(),
+        steps: (scene.time.end / scene.time.step).ceil(),
+        remarks: remarks(scene),
+    }
+}
+
+/// What is worth knowing before the run and no error.
+fn remarks(scene: &ParticlesScene) -> Vec<String> {
+    let mut remarks = Vec::new();
+    let steps = scene.time.end / scene.time.step;
+    if steps > 1e6 && scene.time.max_steps.is_none() {
+        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.step, scene.time.end));
+    }
+    let smallest = scene.bodies.bodies.iter().map(|body| radius(&body.shape)).fold(f64::INFINITY, f64::min);
+    let fast = |body: &crate::body::Body| body.start_twist.velocity.norm() * scene.time.step > smallest;
+    if let Some(body) = scene.bodies.bodies.iter().find(|body| fast(body)) {
+        remarks.push(format!(
+            "`{}` moves farther in a step than the smallest body is thick: contacts are found late; take a shorter `time.step`",
+            body.name
+        ));
+    }
+    remarks
+}
+
+/// Half of the least thickness.
+fn radius(shape: &Shape) -> f64 {
+    crate::scene::bodies::place::inradius(shape)
+}
+
+/// The terms of the motion, on and off.
+pub fn terms(scene: &ParticlesScene) -> Vec<Term> {
+    let term = |name, formula, on, reason: String| Term { name, formula, on, reason };
+    let inertial = scene.dynamics == Dynamics::Inertial;
+    let forced = scene.bodies.bodies.iter().filter(|body| {
+        !(body.force.iter().all(Expression::is_zero) && body.torque.is_zero())
+    });
+    let (forced, [g1, g2]) = (forced.count(), &scene.gravity);
+    let dynamics = if inertial { "inertial" } else { "overdamped" };
+    vec![
+        term("inertia", "m dV/dt, I dω/dt", inertial, format!("dynamics = \"{dynamics}\"")),
+        term("gravity", "m g", !(g1.is_zero() && g2.is_zero()), format!("gravity = [{}, {}]", g1.text(), g2.text())),
+        term("drag", "−drag m V, −drag I ω", scene.drag > 0.0, format!("drag = {}", scene.drag)),
+        term("forces", "F(t, x, θ), torque", forced > 0, format!("{forced} of {} bodies", scene.bodies.bodies.len())),
+        contact_term(&scene.bodies),
+    ]
+}
+
+impl fmt::Display for ParticlesReport {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        head(out, self.title.as_deref(), &self.terms)?;
+        writeln!(out, "\nbodies         {} ({} that forces and contact move)", self.bodies, self.moving)?;
+        writeln!(out, "size           {} to {} from centre to edge", self.size[0], self.size[1])?;
+        writeln!(out, "area, mass     {:.6}, {:.6} in all", self.area, self.mass)?;
+        writeln!(out, "walls          {}", self.walls)?;
+        write!(out, "steps          {:.0}", self.steps)?;
+        self.remarks.iter().try_for_each(|remark| write!(out, "\n\nnote: {remark}"))
+    }
+}
+
+/// Runs a scene to its end and leaves the results in `options.out`.
+///
+/// # Errors
+/// Anything that is wrong before the first step, and results that cannot be written.
+pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, RunError> {
+    let begin = Instant::now();
+    let text = scene.resolved_toml();
+    let saved = motion::prepare(&text, options)?;
+    let mut stepper = Stepper::new(scene)?;
+    if let Some(saved) = &saved {
+        stepper.restore(&saved.state, &options.out.join("checkpoint.bin"))?;
+    }
+    let bodies = &scene.bodies;
+    let unknowns = 3 * bodies.bodies.len();
+    let plan = Plan {
+        title: scene.title.as_deref(),
+        text,
+        time: scene.time,
+        outputs: &scene.outputs,
+        bodies: &bodies.bodies,
+        walls: bodies.walls.clone(),
+        terms: terms(scene),
+        remarks: remarks(scene),
+        mesh: None,
+        fingerprint: 0,
+        unknowns: [unknowns, 0, unknowns],
+        setup_seconds: begin.elapsed().as_secs_f64(),
+    };
+    motion::run(&plan, &mut stepper, options, saved)
+}
+
+/// The bodies of a scene, and what acts on them.
+struct Stepper<'s> {
+    scene: &'s ParticlesScene,
+    particles: Particles,
+    poses: Vec<Pose>,
+    twists: Vec<Twist>,
+    contacts: Vec<Contact>,
+}
+
+/// What a checkpoint holds.
+type State = (ParticleState, Vec<Contact>);
+
+impl<'s> Stepper<'s> {
+    fn new(scene: &'s ParticlesScene) -> Result<Self, RunError> {
+        let origin = |error: ContactError| RunError::Contact { origin: scene.source().origin().into(), error: Box::new(error) };
+        let Bodies { bodies, walls, contact, .. } = &scene.bodies;
+        let particles = bodies.iter().map(|body| Particle {
+            name: body.name.clone(),
+            shape: body.shape.clone(),
+            mass: body.mass(),
+            inertia: body.inertia(),
+            motion: match &body.hold {
+                Hold::Free => Motion::Free,
+                Hold::Fixed => Motion::Fixed,
+                Hold::Pinned(point) => Motion::Pinned(*point),
+                Hold::Held { .. } => Motion::Held,
+                Hold::Path { .. } => Motion::Path,
+            },
+            pose: body.start,
+            twist: body.start_twist,
+        });
+        let dynamics = match scene.dynamics {
+            Dynamics::Inertial => particles::Dynamics::Inertial { drag: scene.drag },
+            Dynamics::Overdamped => particles::Dynamics::Overdamped { drag: scene.drag },
+        };
+        let settings = contact.map_or_else(Settings::default, |contact| contact.settings());
+        let solver = Solver::new(walls, settings).map_err(origin)?;
+        let particles = Particles::new(particles.collect(), dynamics, solver).map_err(origin)?;
+        let mut stepper = Self { scene, particles, poses: Vec::new(), twists: Vec::new(), contacts: Vec::new() };
+        stepper.take_state();
+        Ok(stepper)
+    }
+
+    fn take_state(&mut self) {
+        self.poses = self.particles.bodies().iter().map(|body| body.pose).collect();
+        self.twists = self.particles.bodies().iter().map(|body| body.twist).collect();
+    }
+
+    fn restore(&mut self, state: &[u8], file: &Path) -> Result<(), RunError> {
+        let read = postcard::from_bytes::<State>(state).ok();
+        let fits = read.filter(|(state, _)| state.poses.len() == self.poses.len());
+        let Some((state, contacts)) = fits else {
+            let (path, what) = (file.display().to_string(), "does not fit the bodies of its scene".to_owned());
+            let hint = "run the scene again";
+            return Err(RunError::Output(OutputError::Malformed { path, what, hint }));
+        };
+        self.particles.restore(state);
+        self.contacts = contacts;
+        self.take_state();
+        Ok(())
+    }
+}
+
+/// What acts on the bodies in the step from `t` to `end`.
+struct Acting<'s> {
+    scene: &'s ParticlesScene,
+    t: f64,
+    end: f64,
+}
+
+impl Drive for Acting<'_> {
+    fn load(&self, body: usize, _t: f64, pose: &Pose, _twist: &Twist) -> [f64; 3] {
+        let body = &self.scene.bodies.bodies[body];
+        let value = |formula: &Expression| formula.eval_at(pose.position, pose.angle, self.t);
+        let fall = |formula: &Expression| body.mass() * formula.eval(Point::zeros(), self.t);
+        let ([g1, g2], [f1, f2]) = (&self.scene.gravity, &body.force);
+        [fall(g1) + value(f1), fall(g2) + value(f2), value(&body.torque)]
+    }
+
+    fn twist(&self, body: usize, _t: f64, pose: &Pose) -> Twist {
+        match &self.scene.bodies.bodies[body].hold {
+            Hold::Held { velocity: [v1, v2], spin } => {
+                let value = |formula: &Expression| formula.eval_at(pose.position, pose.angle, self.t);
+                Twist { velocity: Point::new(value(v1), value(v2)), spin: value(spin) }
+            }
+            Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Path { .. } => Twist::ZERO,
+        }
+    }
+
+    fn pose(&self, body: usize, _t: f64, now: &Pose) -> Pose {
+        match &self.scene.bodies.bodies[body].hold {
+            Hold::Path { position: [x1, x2], angle } => {
+                let value = |formula: &Expression| formula.eval(Point::zeros(), self.end);
+                Pose { position: Point::new(value(x1), value(x2)), angle: value(angle) }
+            }
+            Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => *now,
+        }
+    }
+}
+
+impl Mover for Stepper<'_> {
+    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
+        let acting = Acting { scene: self.scene, t, end: t + dt };
+        let report = self.particles.step(dt, &acting).map_err(|error| error.to_string())?;
+        self.contacts = report.contacts;
+        self.take_state();
+        Ok(Stride { iterations: report.effort.iterations })
+    }
+
+    fn state(&self) -> Vec<u8> {
+        postcard::to_stdvec(&(self.particles.state(), &self.contacts)).expect("numbers are always written")
+    }
+
+    fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    fn twists(&self) -> &[Twist] {
+        &self.twists
+    }
+
+    fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
+    fn write_fields(&mut self, _: &Path, _: f64, _: &[Field]) -> Result<(), RunError> {
+        unreachable!("fields of particles are refused with the scene")
+    }
+}
