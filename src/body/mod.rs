@@ -4,6 +4,7 @@
 //! added to the viscous form [L1.13], and velocity and spin are means of the flow over B. Tags `[L…]` are equations of Lefebvre's thesis (2007).
 
 pub mod flow;
+pub mod guide;
 pub mod kernel;
 pub mod motion;
 pub mod penalty;

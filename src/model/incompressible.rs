@@ -8,11 +8,14 @@ use super::formulas::check_formulas;
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
-use super::floating::Floating;
+use super::floating::{Floating, immerse};
+use super::immersed::{Carried, Rigidity};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::sources::Sources;
 pub use super::state::{Residuals, State};
-use crate::body::{Body, Pose, Twist};
+use crate::body::guide::Guide;
+use crate::body::penalty::Wrench;
+use crate::body::{Pose, Twist};
 use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
@@ -108,8 +111,14 @@ impl Incompressible {
             old.clone()
         } else {
             let (velocity, pressure) = (&old.velocity, &old.pressure);
-            let (spaces, bodies) = ((velocity, pressure), self.bodies.clone());
-            Arc::new(Momentum::around(&self.loops, spaces, conditions, parameters.friction, old.slip, bodies)?)
+            let friction = parameters.friction;
+            Arc::new(match old.bodies() {
+                None => Momentum::new(&self.loops, velocity, pressure, conditions, friction, old.slip)?,
+                Some(bodies) => {
+                    let (spaces, bodies) = ((velocity, pressure), (bodies.immersion.clone(), bodies.rigidity.clone()));
+                    Momentum::with_bodies(&self.loops, spaces, conditions, friction, old.slip, bodies)?
+                }
+            })
         };
         Self::assemble(
             self.loops.clone(),
@@ -122,15 +131,15 @@ impl Incompressible {
         )
     }
 
-    /// As [`Incompressible::new`] with rigid bodies at their places   [L1.13]
+    /// As [`Incompressible::new`] with rigid bodies in the tissue   [L1.13]
     ///
     /// # Errors
-    /// As [`Incompressible::new`].
+    /// As [`Incompressible::new`] and [`Momentum::with_bodies`].
     pub fn around(
         mesh: &Arc<Mesh>,
         description: &Description,
-        bodies: &Arc<[Body]>,
-        poses: Vec<Pose>,
+        guide: &Arc<Guide>,
+        poses: &[Pose],
         epsilon: f64,
     ) -> Result<Self, MomentumError> {
         let Description { parameters, degrees, conditions, sources, slip } = description;
@@ -138,32 +147,33 @@ impl Incompressible {
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.pressure, 1));
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
-        let floating = Some(Arc::new(Floating::new(&loops, bodies, poses, epsilon)));
-        let spaces = (&velocity, &pressure);
-        let momentum = Momentum::around(&loops, spaces, conditions, parameters.friction, *slip, floating.clone())?;
-        Self::assemble(loops, floating, Arc::new(momentum), &space, parameters, conditions, sources)
+        let immersion = immerse(&loops, &velocity, &guide.bodies, poses)?;
+        let floating = Arc::new(Floating::new(&loops, guide, &immersion));
+        let rigidity = Rigidity { epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
+        let (spaces, bodies) = ((&velocity, &pressure), (immersion, rigidity));
+        let momentum = Momentum::with_bodies(&loops, spaces, conditions, parameters.friction, *slip, bodies)?;
+        Self::assemble(loops, Some(floating), Arc::new(momentum), &space, parameters, conditions, sources)
     }
 
-    /// The same tissue with its bodies elsewhere: keeps the mesh, the spaces and the structure of the coupled matrix.
+    /// Moves the bodies: keeps the mesh, the spaces, the structure of the coupled matrix, and of the flow's factors what lies away from the bodies.
     ///
     /// # Errors
-    /// As [`Incompressible::new`].
+    /// As [`Momentum::place_bodies`].
     ///
     /// # Panics
     /// Without bodies.
-    pub fn at(&self, poses: &[Pose]) -> Result<Self, MomentumError> {
-        let floating = Arc::new(self.bodies.as_ref().expect("a tissue with bodies").moved(poses.to_vec()));
-        let (old, m) = (&self.momentum, &self.parameters);
-        let (spaces, bodies) = ((&old.velocity, &old.pressure), Some(floating));
-        let momentum =
-            Momentum::around(&self.loops, spaces, &self.conditions, m.friction, old.slip, bodies.clone())?;
-        let (space, conditions) = (&self.polarity.space, &self.conditions);
-        let moved =
-            Self::assemble(self.loops.clone(), bodies, Arc::new(momentum), space, m, conditions, &self.sources)?;
-        if let Some(structure) = self.structure.known() {
-            moved.know_structure(structure.clone());
-        }
-        Ok(moved)
+    pub fn place_bodies(&mut self, poses: &[Pose]) -> Result<(), MomentumError> {
+        let guide = self.bodies.as_ref().expect("a tissue with bodies").guide.clone();
+        let momentum = Arc::get_mut(&mut self.momentum).expect("nobody else holds a flow whose bodies move");
+        momentum.place_bodies(&self.loops, poses)?;
+        let immersion = &momentum.bodies().expect("a flow with bodies").immersion;
+        let floating = Arc::new(Floating::new(&self.loops, &guide, immersion));
+        let (m, slopes) = (&self.parameters, self.sources.boundary().cloned());
+        let covered = &floating.covered;
+        let (space, passive) = (&self.polarity.space, Some(&covered.passive));
+        self.polarity = Polarity::around(&covered.tissue, space, &self.conditions, m, slopes, passive)?;
+        self.bodies = Some(floating);
+        Ok(())
     }
 
     /// Where the bodies are.
@@ -173,7 +183,34 @@ impl Incompressible {
 
     /// How a flow moves the bodies.
     pub fn twists(&self, v: &Field) -> Vec<Twist> {
-        self.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.twists(v))
+        let means = self.momentum.bodies().map_or(&[][..], |bodies| &bodies.immersion.means);
+        means.iter().map(|means| means.twist(&v.values)).collect()
+    }
+
+    /// The flow that follows from a change of the force, where all that is prescribed stays.
+    ///
+    /// # Errors
+    /// As [`Momentum::solve`].
+    pub fn change_of_flow(&self, force: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
+        let rest = vec![0.0; self.momentum.velocity.dof_count()];
+        let Some(floating) = &self.bodies else { return self.momentum.solve(force, &rest) };
+        let rules = floating.guide.rules_of_change(&floating.poses);
+        let carried = self.momentum.carry(force, &rest, &vec![Wrench::ZERO; rules.len()], &rules)?;
+        Ok((carried.v, carried.pi))
+    }
+
+    /// The flow with the forces that hold the bodies to what is prescribed of them.
+    ///
+    /// # Errors
+    /// As [`Momentum::carry`].
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<Carried, MomentumError> {
+        let floating = self.bodies.as_ref().expect("a tissue with bodies");
+        let (guide, poses) = (&floating.guide, &floating.poses);
+        let (loads, rules) = (guide.loads(poses, inputs.t)?, guide.rules(poses, inputs.t)?);
+        self.momentum.carry(force, &inputs.prescribed, &loads, &rules)
     }
 
     fn assemble(
@@ -243,10 +280,6 @@ impl Incompressible {
         } else {
             self.tissue().vector(&form, &self.momentum.velocity)
         };
-        let mut force = force;
-        if let Some(floating) = &self.bodies {
-            axpy(1.0, &floating.force(&self.momentum.velocity, t)?, &mut force);
-        }
         let prescribed = self.momentum.frames.prescribed(&self.conditions, t)?;
         Ok(Inputs { t, force, source: self.polarity_source(&sources, t), density: Vec::new(), prescribed })
     }
@@ -354,7 +387,13 @@ impl Incompressible {
     /// # Errors
     /// As [`Momentum::solve`].
     pub fn flow_of(&self, force: &[f64], inputs: &Inputs) -> Result<(Field, Field), MomentumError> {
-        let (v, pi) = self.momentum.solve(force, &inputs.prescribed)?;
+        let (v, pi) = match &self.bodies {
+            None => self.momentum.solve(force, &inputs.prescribed)?,
+            Some(_) => {
+                let carried = self.carry(force, inputs)?;
+                (carried.v, carried.pi)
+            }
+        };
         Ok((Field::new(&self.momentum.velocity, v), Field::new(&self.momentum.pressure, pi)))
     }
 

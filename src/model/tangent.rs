@@ -94,8 +94,7 @@ impl<'m> Tangent<'m> {
     /// # Errors
     /// As [`super::momentum::Momentum::solve`].
     pub fn flow_of(&self, phi: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
-        let momentum = &self.model.momentum;
-        momentum.solve(&self.force_of(phi), &vec![0.0; momentum.velocity.dof_count()])
+        self.model.change_of_flow(&self.force_of(phi))
     }
 
     /// `y = (J_pp + D S⁻¹ F′) φ`: the derivative of the polarity's equation with the flow eliminated.

@@ -234,7 +234,7 @@ impl Tangent for tangent::Tangent<'_> {
     }
 
     fn factors_are_exact(&self) -> bool {
-        self.model.parameters.elastic_force == ElasticForce::Stress
+        self.model.parameters.elastic_force == ElasticForce::Stress && self.model.bodies.is_none()
     }
 }
 

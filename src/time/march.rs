@@ -395,7 +395,7 @@ impl<'m> March<'m> {
     }
 
     /// Takes up a march with a model of the same unknowns; `forget` what was factorised for the other one.
-    pub fn unpark(model: &'m dyn Sheet, parked: Parked, interrupt: &'m AtomicBool, forget: bool) -> Self {
+    pub fn unpark(model: &'m dyn Sheet, parked: Parked, forget: bool) -> Self {
         let Parked { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, memory } =
             parked;
         let memory = if forget { Memory::default() } else { memory };
@@ -407,7 +407,7 @@ impl<'m> March<'m> {
             counts,
             phases,
             quiet,
-            interrupt,
+            interrupt: &NEVER,
             control,
             past,
             rate_of_p,
