@@ -3,15 +3,20 @@
 //! A body B has the velocity `V + ω (x−x_B)^⊥`, `y^⊥ = (−y₂, y₁)`. In a flow it is a region of viscosity larger by 1/ε: `(2/ε) ∫_B D(v):D(w)` is
 //! added to the viscous form [L1.13], and velocity and spin are means of the flow over B. Tags `[L…]` are equations of Lefebvre's thesis (2007).
 
+pub mod cut;
+pub mod distance;
 pub mod flow;
 pub mod guide;
 pub mod kernel;
 pub mod motion;
+pub mod outline;
 pub mod penalty;
 pub mod shape;
 
 use crate::mesh::Point;
 use crate::model::Expression;
+pub use distance::ShapeError;
+pub use outline::Placed;
 pub use shape::Shape;
 
 /// Where a body is.

@@ -56,19 +56,18 @@ impl Table {
 #[derive(Debug, Clone)]
 pub struct Tables {
     pub points: Vec<Vector2<f64>>,
-    by_degree: Vec<Table>,
+    by_degree: [OnceLock<Table>; MAX_DEGREE + 1],
 }
 
 impl Tables {
-    /// Tabulates all bases at `points`.
+    /// The bases at `points`; each is tabulated when it is first asked for.
     pub fn new(points: Vec<Vector2<f64>>) -> Self {
-        let by_degree = (0..=MAX_DEGREE).map(|q| Table::new(q, &points)).collect();
-        Self { points, by_degree }
+        Self { points, by_degree: [const { OnceLock::new() }; MAX_DEGREE + 1] }
     }
 
     /// The basis of degree `q`.
     pub fn degree(&self, q: usize) -> &Table {
-        &self.by_degree[q]
+        self.by_degree[q].get_or_init(|| Table::new(q, &self.points))
     }
 }
 

@@ -13,9 +13,12 @@ use rayon::prelude::*;
 use super::bilinear::{Bilinear, MAX_SLOTS};
 use super::kernel::{Basis, add_vector};
 use super::linear::Linear;
+use super::restrict::Restriction;
 use super::words::Jet;
 use super::worker::Worker;
+use crate::body::cut::{Cover, Part};
 use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
+use crate::element::tables::Tables;
 use crate::element::{basis, tables};
 use crate::mesh::{CellMap, Face, Mesh, Point, geometry};
 use crate::space::field::Site;
@@ -79,18 +82,23 @@ pub struct FacePoint<'t> {
     pub varpi: f64,
 }
 
-/// The integration loops on one mesh.
+/// The integration loops on one mesh, or on a part of it.
+///
+/// On a part outside or inside of bodies ([`Integrator::outside`], [`Integrator::inside`]) cells and faces visit the points of their cut, those
+/// that lie elsewhere none; every form and every method then means the integral over the part. `ϖ_S` stays that of whole cells.
 #[derive(Debug, Clone)]
 pub struct Integrator {
     pub mesh: Arc<Mesh>,
     /// `|∂K|/|K|` of every cell.
-    ratios: Vec<f64>,
+    ratios: Arc<[f64]>,
+    /// The part of the mesh; `None` for all of it.
+    restriction: Option<Restriction>,
 }
 
 impl Integrator {
     /// Prepares the loops on `mesh`.
     pub fn new(mesh: &Arc<Mesh>) -> Self {
-        let mut this = Self { mesh: mesh.clone(), ratios: Vec::new() };
+        let mut this = Self { mesh: mesh.clone(), ratios: Arc::new([]), restriction: None };
         let mut perimeters = vec![0.0; mesh.cells.len()];
         for index in 0..mesh.faces.len() {
             let mut length = 0.0;
@@ -104,6 +112,26 @@ impl Integrator {
         this
     }
 
+    /// The loops outside of all bodies.
+    pub fn outside(&self, cover: &Arc<Cover>) -> Self {
+        self.restricted(cover, Part::Outside)
+    }
+
+    /// The loops inside one body, or inside all of them.
+    pub fn inside(&self, cover: &Arc<Cover>, body: Option<usize>) -> Self {
+        self.restricted(cover, Part::Inside(body))
+    }
+
+    fn restricted(&self, cover: &Arc<Cover>, part: Part) -> Self {
+        assert!(Arc::ptr_eq(&self.mesh, cover.mesh()), "bodies and loops are on one mesh");
+        Self { restriction: Some(Restriction { cover: cover.clone(), part }), ..self.clone() }
+    }
+
+    /// Whether `cell` has quadrature points: always on the whole mesh, on a part of it in the cells that it meets.
+    pub fn visits(&self, cell: usize) -> bool {
+        self.restriction.as_ref().is_none_or(|r| r.visits(cell))
+    }
+
     /// `|∂K|/|K|` of a cell.
     pub fn ratio(&self, cell: usize) -> f64 {
         self.ratios[cell]
@@ -111,6 +139,13 @@ impl Integrator {
 
     /// Calls `visit` at every quadrature point of `cell`.
     pub fn each_cell_point(&self, cell: usize, degree: usize, visit: &mut dyn FnMut(&CellPoint)) {
+        match &self.restriction {
+            None => self.each_point_of_whole_cell(cell, degree, visit),
+            Some(restriction) => restriction.each_cell_point(self, cell, degree, visit),
+        }
+    }
+
+    pub(super) fn each_point_of_whole_cell(&self, cell: usize, degree: usize, visit: &mut dyn FnMut(&CellPoint)) {
         match self.mesh.map(cell) {
             CellMap::Affine { origin, jacobian } => {
                 let (rule, tables) = (quadrature::triangle(degree), tables::cell(degree.max(1)));
@@ -142,13 +177,35 @@ impl Integrator {
             .filter_map(|s| self.mesh.curved[s.cell].as_ref().map(|n| n.degree))
             .max();
         let degree = (degree + curvature.map_or(0, |m| 2 * m)).min(MAX_INTERVAL_DEGREE);
-        let rule = quadrature::interval(degree);
+        match &self.restriction {
+            None => self.each_point_of_whole_face(index, degree, visit),
+            Some(restriction) => restriction.each_face_point(self, index, degree, visit),
+        }
+    }
+
+    /// With a rule of exactly this degree.
+    pub(super) fn each_point_of_whole_face(&self, index: usize, degree: usize, visit: &mut dyn FnMut(&FacePoint)) {
+        let face = &self.mesh.faces[index];
+        let minus = tables::face(degree, face.minus.face, false);
+        let plus = face.plus.map(|s| tables::face(degree, s.face, true));
+        self.each_point_on_face(index, &quadrature::interval(degree).weights, (minus, plus), visit);
+    }
+
+    /// At points of a face that are tabulated on both sides.
+    pub(super) fn each_point_on_face(
+        &self,
+        index: usize,
+        weights: &[f64],
+        tables: (&Tables, Option<&Tables>),
+        visit: &mut dyn FnMut(&FacePoint),
+    ) {
+        let face = &self.mesh.faces[index];
         let ratio = |cell: usize| self.ratios.get(cell).copied().unwrap_or(0.0);
         let varpi = face.plus.map_or(0.0, |s| ratio(s.cell)).max(ratio(face.minus.cell));
         let curve = face.curve.map(|c| &self.mesh.curves[c]);
-        for (q, w) in rule.weights.iter().enumerate() {
-            let (minus, jacobian) = self.face_site(face.minus.cell, face.minus.face, false, degree, q);
-            let plus = face.plus.map(|s| self.face_site(s.cell, s.face, true, degree, q).0);
+        for (q, w) in weights.iter().enumerate() {
+            let (minus, jacobian) = self.site(face.minus.cell, tables.0, q);
+            let plus = face.plus.zip(tables.1).map(|(s, tables)| self.site(s.cell, tables, q).0);
             let tangent = jacobian * basis::face_tangent(face.minus.face);
             let length = tangent.norm();
             let n = Point::new(tangent.y, -tangent.x) / length;
@@ -157,15 +214,8 @@ impl Integrator {
         }
     }
 
-    fn face_site(
-        &self,
-        cell: usize,
-        local: usize,
-        reversed: bool,
-        degree: usize,
-        q: usize,
-    ) -> (Site<'_>, Matrix2<f64>) {
-        let tables = tables::face(degree, local, reversed);
+    /// Point `q` of some tables on a cell, and the Jacobian there.
+    pub(super) fn site<'t>(&self, cell: usize, tables: &'t Tables, q: usize) -> (Site<'t>, Matrix2<f64>) {
         let (x, jacobian) = match self.mesh.map(cell) {
             CellMap::Affine { origin, jacobian } => (origin + jacobian * tables.points[q], jacobian),
             CellMap::Isoparametric(nodes) => {

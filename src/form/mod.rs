@@ -15,6 +15,7 @@ pub mod linear;
 pub mod mass;
 pub mod polarity;
 pub mod power;
+mod restrict;
 pub mod stokes;
 pub mod swip;
 pub mod transport;

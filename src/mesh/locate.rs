@@ -31,6 +31,11 @@ impl Bounds {
         a.x >= -margin && a.y >= -margin && b.x >= -margin && b.y >= -margin
     }
 
+    fn meets(&self, other: &Self) -> bool {
+        let (a, b) = (other.high - self.low, self.high - other.low);
+        a.x >= 0.0 && a.y >= 0.0 && b.x >= 0.0 && b.y >= 0.0
+    }
+
     /// Longer side.
     fn reach(&self) -> f64 {
         (self.high - self.low).max()
@@ -131,6 +136,25 @@ impl Locator {
             });
             best.map(|(_, cell, xi)| (cell, xi))
         })
+    }
+
+    /// Calls `each` for the cells whose bounds meet the box from `low` to `high`, in no order that matters.
+    pub fn visit_box(&self, low: Point, high: Point, mut each: impl FnMut(usize)) {
+        let asked = Bounds { low, high };
+        let mut open = vec![0];
+        while let Some(index) = open.pop() {
+            let branch = &self.branches[index];
+            if !branch.bounds.meets(&asked) {
+                continue;
+            }
+            match branch.second {
+                Some(second) => open.extend([second, index + 1]),
+                None => {
+                    let cells = self.order[branch.first..branch.last].iter().copied();
+                    cells.filter(|&c| self.bounds[c].meets(&asked)).for_each(&mut each);
+                }
+            }
+        }
     }
 
     /// Calls `each` for the cells whose bounds, widened for `slack`, contain `x`.

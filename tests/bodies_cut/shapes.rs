@@ -1,0 +1,180 @@
+use std::f64::consts::TAU;
+
+use monolayer::body::outline::Piece;
+use monolayer::body::{Pose, Shape, ShapeError};
+use monolayer::mesh::Point;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::common::close;
+
+/// Shapes of every kind, among them flat and nearly round ones.
+pub fn shapes() -> Vec<Shape> {
+    let corners = |points: &[(f64, f64)]| points.iter().map(|&(x, y)| Point::new(x, y)).collect();
+    vec![
+        Shape::Disc { radius: 0.3 },
+        Shape::Ellipse { semi_axes: [0.4, 0.15] },
+        Shape::Ellipse { semi_axes: [0.02, 0.35] },
+        Shape::Ellipse { semi_axes: [0.2, 0.2] },
+        Shape::Capsule { half_length: 0.25, radius: 0.1 },
+        Shape::Capsule { half_length: 0.0, radius: 0.2 },
+        Shape::Polygon { vertices: corners(&[(0.0, 0.0), (0.5, 0.1), (0.2, 0.6)]) }.checked().expect("a triangle"),
+        Shape::Polygon { vertices: corners(&[(0.0, 0.0), (0.0, 0.4), (0.5, 0.4), (0.5, 0.0)]) }
+            .checked()
+            .expect("a rectangle"),
+        Shape::Polygon {
+            vertices: (0..7).map(|k| 0.3 * Point::new((k as f64 * TAU / 7.0).cos(), (k as f64 * TAU / 7.0).sin())).collect(),
+        }
+        .checked()
+        .expect("a heptagon"),
+    ]
+}
+
+/// `∫ f` over the shape by the divergence theorem: `∮ F(x, y) dy` with `∂F/∂x = f`, by a fine trapezoidal or midpoint rule along the boundary.
+fn by_boundary(shape: &Shape, antiderivative: impl Fn(Point) -> f64) -> f64 {
+    let n = 40_000;
+    let along = |piece: &Piece| {
+        let (from, to) = piece.range();
+        let step = (to - from) / n as f64;
+        let at = |k: usize| from + (k as f64 + 0.5) * step;
+        (0..n).map(|k| antiderivative(piece.at(at(k))) * piece.slope(at(k)).y * step).sum::<f64>()
+    };
+    shape.boundary().iter().map(along).sum()
+}
+
+#[test]
+fn area_and_moments_are_those_of_the_boundary() {
+    for shape in shapes() {
+        let size = shape.circumradius();
+        let area = by_boundary(&shape, |x| x.x);
+        close(shape.area(), area, area, 1e-8);
+        let moment = by_boundary(&shape, |x| x.x.powi(3) / 3.0 + x.x * x.y * x.y);
+        close(shape.second_moment(), moment, moment, 1e-8);
+        for first in [by_boundary(&shape, |x| 0.5 * x.x * x.x), by_boundary(&shape, |x| x.x * x.y)] {
+            close(first, 0.0, area * size, 1e-8);
+        }
+    }
+}
+
+#[test]
+fn signed_distance_is_that_of_the_nearest_boundary_point() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    for shape in shapes() {
+        let fine: Vec<Point> = shape
+            .boundary()
+            .iter()
+            .flat_map(|piece| {
+                let (piece, (a, b)) = (*piece, piece.range());
+                (0..=5000).map(move |k| piece.at(a + (b - a) * k as f64 / 5000.0))
+            })
+            .collect();
+        let reach = shape.circumradius();
+        for k in 0..200 {
+            let mut x = Point::new(random.random_range(-2.0..2.0), random.random_range(-2.0..2.0)) * reach;
+            match k % 5 {
+                0 => x.x = 0.0,
+                1 => x.y = 0.0,
+                _ => {}
+            }
+            let (distance, gradient) = shape.signed_distance(x);
+            let nearest = fine.iter().map(|y| (x - y).norm()).fold(f64::INFINITY, f64::min);
+            assert!(distance.abs() <= nearest * (1.0 + 1e-12) && nearest - distance.abs() < 2e-4 * reach, "{shape:?} {x}");
+            assert_eq!(distance <= 0.0, shape.contains(x), "{shape:?} at {x}: {distance}");
+            close(gradient.norm(), 1.0, 1.0, 1e-14);
+            // the foot lies on the boundary, and the gradient is the same there
+            let foot = x - gradient * distance;
+            let (left, normal) = shape.signed_distance(foot);
+            close(left, 0.0, reach, 1e-13);
+            if !matches!(shape, Shape::Polygon { .. }) {
+                close((normal - gradient).norm(), 0.0, 1.0, 1e-7);
+            }
+        }
+    }
+}
+
+#[test]
+fn ellipses_of_any_aspect_keep_their_distance_on_the_axes() {
+    for [a, b] in [[1.0, 1e-6], [1e-6, 1.0], [1.0, 1.0 - 1e-15], [1e3, 1e-3], [1.0, 1.0]] {
+        let shape = Shape::Ellipse { semi_axes: [a, b] }.checked().expect("an ellipse");
+        let (depth, _) = shape.signed_distance(Point::zeros());
+        close(depth, -f64::min(a, b), f64::min(a, b), 1e-12);
+        for share in [1e-300, 1e-20, 1e-8, 0.5, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 2.0, 1e6] {
+            for tiny in [0.0, 1e-300, 1e-30, 1e-17] {
+                for x in [Point::new(share * a, tiny * b), Point::new(tiny * a, share * b), Point::new(share * a, share * b)] {
+                    let (distance, gradient) = shape.signed_distance(x);
+                    assert!(distance.is_finite() && (gradient.norm() - 1.0).abs() < 1e-14, "{a} {b} {x}: {distance} {gradient}");
+                    let foot = x - gradient * distance;
+                    // exact to the rounding of the point's own coordinates
+                    let scale = a.max(b).max(x.norm());
+                    let off = ((foot.x / a).hypot(foot.y / b) - 1.0) * f64::min(a, b);
+                    close(off, 0.0, scale, 1e-14);
+                }
+            }
+        }
+        close(shape.signed_distance(Point::new(3.0 * a, 0.0)).0, 2.0 * a, a, 1e-14);
+        close(shape.signed_distance(Point::new(0.0, -3.0 * b)).0, 2.0 * b, b.max(1e-10 * a), 1e-12);
+    }
+}
+
+#[test]
+fn placed_shapes_lie_in_their_boxes() {
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    for shape in shapes() {
+        let pose = Pose { position: Point::new(random.random_range(-1.0..1.0), 0.7), angle: random.random_range(-9.0..9.0) };
+        let placed = shape.at(pose);
+        let [low, high] = placed.bounds();
+        let outline = placed.outline(400);
+        let (mut least, mut most) = (high, low);
+        for (k, x) in outline.iter().enumerate() {
+            close(placed.signed_distance(*x).0, 0.0, 1.0, 1e-14);
+            least = least.inf(x);
+            most = most.sup(x);
+            let next = outline[(k + 1) % outline.len()];
+            assert!((x - pose.position).perp(&(next - pose.position)) > 0.0, "{shape:?} runs clockwise");
+        }
+        close((least - low).norm() + (most - high).norm(), 0.0, 1.0, 1e-3);
+        assert!(least.x >= low.x - 1e-14 && least.y >= low.y - 1e-14 && most.x <= high.x + 1e-14 && most.y <= high.y + 1e-14);
+        for _ in 0..20 {
+            let d = Point::new(random.random_range(-1.0..1.0), random.random_range(-1.0..1.0));
+            let far = placed.support(d);
+            close(placed.signed_distance(far).0, 0.0, 1.0, 1e-14);
+            assert!(outline.iter().all(|x| x.dot(&d) <= far.dot(&d) + 1e-14));
+        }
+    }
+}
+
+#[test]
+fn shapes_that_are_none_are_refused() {
+    let polygon = |points: &[(f64, f64)]| Shape::Polygon { vertices: points.iter().map(|&(x, y)| Point::new(x, y)).collect() };
+    let wrong: Vec<(Shape, fn(&ShapeError) -> bool)> = vec![
+        (Shape::Disc { radius: 0.0 }, |e| matches!(e, ShapeError::Size { .. })),
+        (Shape::Disc { radius: f64::NAN }, |e| matches!(e, ShapeError::Size { .. })),
+        (Shape::Ellipse { semi_axes: [1.0, -1.0] }, |e| matches!(e, ShapeError::Size { .. })),
+        (Shape::Ellipse { semi_axes: [1.0, 1e-9] }, |e| matches!(e, ShapeError::Sliver { .. })),
+        (Shape::Capsule { half_length: -0.1, radius: 0.1 }, |e| matches!(e, ShapeError::Negative { .. })),
+        (Shape::Capsule { half_length: f64::INFINITY, radius: 0.1 }, |e| matches!(e, ShapeError::Negative { .. })),
+        (polygon(&[(0.0, 0.0), (1.0, 0.0)]), |e| matches!(e, ShapeError::FewVertices { .. })),
+        (polygon(&[(0.0, 0.0), (1.0, 0.0), (f64::NAN, 1.0)]), |e| matches!(e, ShapeError::NotFinite { index: 2, .. })),
+        (polygon(&[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, 0.0)]), |e| matches!(e, ShapeError::Repeated { .. })),
+        (polygon(&[(0.0, 0.0), (1.0, 0.0), (0.2, 0.2), (0.0, 1.0)]), |e| matches!(e, ShapeError::NotConvex { index: 2, .. })),
+        (polygon(&[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (0.0, 1.0)]), |e| matches!(e, ShapeError::NotConvex { index: 1, .. })),
+        (polygon(&[(0.0, 0.0), (1.0, 0.0), (0.5, 1e-8)]), |e| matches!(e, ShapeError::Sliver { .. })),
+        (
+            polygon(&[0, 2, 4, 1, 3].map(|k| ((k as f64 * TAU / 5.0).cos(), (k as f64 * TAU / 5.0).sin()))),
+            |e| matches!(e, ShapeError::Winding),
+        ),
+    ];
+    for (shape, expected) in wrong {
+        let found = shape.clone().checked().expect_err("a wrong shape");
+        assert!(expected(&found) && found.to_string().contains("; hint: "), "{shape:?}: {found}");
+    }
+    let (square, centre) = Shape::polygon(vec![
+        Point::new(2.0, 1.0),
+        Point::new(2.0, 3.0),
+        Point::new(4.0, 3.0),
+        Point::new(4.0, 1.0),
+    ])
+    .expect("a square, clockwise");
+    assert_eq!(centre, Point::new(3.0, 2.0));
+    assert_eq!(square.area(), 4.0);
+}
