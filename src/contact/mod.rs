@@ -1,5 +1,29 @@
 //! Contact of rigid bodies with each other and with walls: inelastic, or gluey by the lubrication of a vanishing film.
 
+//!
+//! The gap `D` of a pair is the signed distance of its shapes and `G` its gradient with position and angle. From predicted velocities V* a step
+//! takes `W = argmin ½|W − V*|²_M` over `D + Δt G·W ≥ η` [L3], then `x ← x + Δt W`. In gluey contact the multiplier λ may be negative down to
+//! `γ/(R Δt)`: a bond holds until it has been pulled as much as it was pressed, and what a pull has in excess parts the pair within the same
+//! step. So one convex projection treats any number of bonds that break at once.
+
+mod bonds;
+mod error;
+pub mod gap;
+mod newton;
+pub mod pairs;
+pub mod particles;
+pub mod projection;
+mod smooth;
+mod solver;
+mod step;
+mod walls;
+
+pub use bonds::{Bond, Bonds, Key};
+pub use error::ContactError;
+pub use projection::Method;
+pub use solver::{Effort, Freedom, Metric, Mover, Projected, Settings, Solver};
+pub use walls::Walls;
+
 use crate::mesh::Point;
 
 /// What bodies cannot enter and that never moves; obstacles that move are bodies on a given path.

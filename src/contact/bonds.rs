@@ -1,0 +1,69 @@
+//! What contact remembers from step to step.
+
+use serde::{Deserialize, Serialize};
+
+use super::Partner;
+
+/// A place where a body touches something: pairs of flat sides have two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Key {
+    pub body: usize,
+    pub partner: Partner,
+    pub slot: u32,
+}
+
+/// What is kept of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Bond {
+    /// `γ ≤ 0`: how much the pair has been pressed, and not yet pulled.
+    pub gamma: f64,
+    /// The last multiplier beyond its bound, from which the next projection starts.
+    pub multiplier: f64,
+}
+
+/// Bonds in the order of their keys; those without γ and multiplier are left out.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Bonds {
+    list: Vec<(Key, Bond)>,
+}
+
+impl Bonds {
+    /// Sorts bonds by their keys.
+    pub fn new(mut list: Vec<(Key, Bond)>) -> Self {
+        list.retain(|(_, bond)| bond.gamma != 0.0 || bond.multiplier != 0.0);
+        list.sort_unstable_by_key(|(key, _)| *key);
+        Self { list }
+    }
+
+    /// All of them, in order.
+    pub fn all(&self) -> &[(Key, Bond)] {
+        &self.list
+    }
+
+    /// Those of the places of one pair.
+    pub fn of_pair(&self, body: usize, partner: Partner) -> &[(Key, Bond)] {
+        let start = self.list.partition_point(|(key, _)| (key.body, key.partner) < (body, partner));
+        let end = start + self.list[start..].partition_point(|(key, _)| (key.body, key.partner) == (body, partner));
+        &self.list[start..end]
+    }
+
+    /// The bonds of a pair for the places where it touches now. A corner that has taken over from another one takes over its γ as well.
+    pub fn shared(&self, body: usize, partner: Partner, slots: &[u32]) -> Vec<Bond> {
+        let mut bonds = vec![Bond::default(); slots.len()];
+        for (key, bond) in self.of_pair(body, partner) {
+            let heir = slots.iter().position(|slot| *slot == key.slot);
+            match heir {
+                Some(k) => {
+                    bonds[k].gamma += bond.gamma;
+                    bonds[k].multiplier = bond.multiplier;
+                }
+                None => {
+                    if let Some(first) = bonds.first_mut() {
+                        first.gamma += bond.gamma;
+                    }
+                }
+            }
+        }
+        bonds
+    }
+}

@@ -1,0 +1,303 @@
+//! Rigid bodies without a flow: forces, drag, holds and contact.
+//!
+//! ```text
+//! m V' = F − γ_d m V + Σ λ G       inertial: drag γ_d ≥ 0, implicit Euler for the drag
+//! γ_d m V = F + Σ λ G              overdamped: γ_d > 0
+//! ```
+//! and the same for spin, moment of inertia and torque. A step takes the forces at its beginning, projects the velocities that they give, and moves
+//! with the projected ones.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Bonds, Contact, ContactError, Effort, Freedom, Metric, Mover, Projected, Solver};
+use crate::body::{Pose, Shape, Twist, perpendicular, turned};
+use crate::mesh::Point;
+
+/// What the equation of motion has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Dynamics {
+    /// Inertia, and drag per mass (at least 0).
+    Inertial { drag: f64 },
+    /// No inertia: drag per mass (> 0) balances the forces.
+    Overdamped { drag: f64 },
+}
+
+/// What decides about a body's motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Motion {
+    /// Forces and contact.
+    Free,
+    /// It stays where it is.
+    Fixed,
+    /// It may only turn about a point of it, given in the body's frame.
+    Pinned(Point),
+    /// Its twist is [`Drive::twist`].
+    Held,
+    /// Its pose is [`Drive::pose`].
+    Path,
+}
+
+/// What acts on bodies from outside; bodies are numbered as in [`Particles`]. Values that are not finite end a step with an error.
+pub trait Drive {
+    /// Total force and torque about the centre: `(F_x, F_y, τ)`.
+    fn load(&self, body: usize, t: f64, pose: &Pose, twist: &Twist) -> [f64; 3];
+
+    /// Twist of a held body.
+    fn twist(&self, _body: usize, _t: f64, _pose: &Pose) -> Twist {
+        Twist::ZERO
+    }
+
+    /// Pose of a body on a path; `now` is where it is.
+    fn pose(&self, _body: usize, _t: f64, now: &Pose) -> Pose {
+        *now
+    }
+}
+
+impl<F: Fn(usize, f64, &Pose, &Twist) -> [f64; 3]> Drive for F {
+    fn load(&self, body: usize, t: f64, pose: &Pose, twist: &Twist) -> [f64; 3] {
+        self(body, t, pose, twist)
+    }
+}
+
+/// A body and its state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Particle {
+    pub name: String,
+    pub shape: Shape,
+    /// Mass, > 0.
+    pub mass: f64,
+    /// Moment of inertia about the centre, > 0.
+    pub inertia: f64,
+    pub motion: Motion,
+    pub pose: Pose,
+    pub twist: Twist,
+}
+
+impl Particle {
+    /// A free body at rest, of density 1.
+    pub fn new(name: impl Into<String>, shape: Shape, pose: Pose) -> Self {
+        let (mass, inertia) = (shape.area(), shape.second_moment());
+        Self { name: name.into(), shape, mass, inertia, motion: Motion::Free, pose, twist: Twist::ZERO }
+    }
+
+    /// `½ m |V|² + ½ I ω²`
+    pub fn kinetic_energy(&self) -> f64 {
+        0.5 * self.mass * self.twist.velocity.norm_squared() + 0.5 * self.inertia * self.twist.spin.powi(2)
+    }
+}
+
+/// All that changes: with it the same bodies go on to the bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParticleState {
+    pub time: f64,
+    pub poses: Vec<Pose>,
+    pub twists: Vec<Twist>,
+    pub bonds: Bonds,
+}
+
+/// What a step did.
+#[derive(Debug, Clone, Default)]
+pub struct StepReport {
+    /// Time after the step.
+    pub time: f64,
+    /// Pairs that are close or touch.
+    pub contacts: Vec<Contact>,
+    /// Contact force and torque on each body.
+    pub forces: Vec<[f64; 3]>,
+    /// Contact force on all walls.
+    pub wall_force: Point,
+    /// Least gap of near pairs, infinite when none is near.
+    pub gap: f64,
+    /// `½ Σ m|V|² + ½ Σ Iω²` over all bodies.
+    pub kinetic_energy: f64,
+    pub effort: Effort,
+}
+
+impl StepReport {
+    /// Number of contacts that carry a force.
+    pub fn touching(&self) -> usize {
+        self.contacts.iter().filter(|c| c.force != 0.0).count()
+    }
+
+    /// Largest overlap, 0 without one.
+    pub fn overlap(&self) -> f64 {
+        (-self.gap).max(0.0)
+    }
+}
+
+/// Bodies under forces and contact.
+#[derive(Debug, Clone)]
+pub struct Particles {
+    bodies: Vec<Particle>,
+    dynamics: Dynamics,
+    solver: Solver,
+    time: f64,
+}
+
+impl Particles {
+    /// Bodies at time 0.
+    ///
+    /// # Errors
+    /// Bodies that overlap each other or a wall; drag out of its range.
+    pub fn new(bodies: Vec<Particle>, dynamics: Dynamics, solver: Solver) -> Result<Self, ContactError> {
+        let (drag, good, rule) = match dynamics {
+            Dynamics::Inertial { drag } => (drag, drag >= 0.0, "must be finite and at least 0"),
+            Dynamics::Overdamped { drag } => (drag, drag > 0.0, "must be finite and greater than 0 without inertia"),
+        };
+        if !good || !drag.is_finite() {
+            return Err(ContactError::Setting { key: "drag", value: drag, rule, hint: "1 is a good start" });
+        }
+        let particles = Self { bodies, dynamics, solver, time: 0.0 };
+        particles.solver.check(&particles.movers(&particles.resting()))?;
+        Ok(particles)
+    }
+
+    pub fn bodies(&self) -> &[Particle] {
+        &self.bodies
+    }
+
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    pub fn solver(&self) -> &Solver {
+        &self.solver
+    }
+
+    /// `½ Σ m|V|² + ½ Σ Iω²`
+    pub fn kinetic_energy(&self) -> f64 {
+        self.bodies.iter().map(Particle::kinetic_energy).sum()
+    }
+
+    /// All that changes.
+    pub fn state(&self) -> ParticleState {
+        ParticleState {
+            time: self.time,
+            poses: self.bodies.iter().map(|b| b.pose).collect(),
+            twists: self.bodies.iter().map(|b| b.twist).collect(),
+            bonds: self.solver.bonds().clone(),
+        }
+    }
+
+    /// Goes on from a state of the same bodies.
+    ///
+    /// # Panics
+    /// When the number of bodies differs.
+    pub fn restore(&mut self, state: ParticleState) {
+        assert_eq!(state.poses.len(), self.bodies.len(), "a state belongs to its bodies");
+        self.time = state.time;
+        for ((body, pose), twist) in self.bodies.iter_mut().zip(state.poses).zip(state.twists) {
+            (body.pose, body.twist) = (pose, twist);
+        }
+        self.solver.restore(state.bonds);
+    }
+
+    /// One step.
+    ///
+    /// # Errors
+    /// Empty steps; forces that are not finite; bodies that cannot move without overlap. The state is that before the step.
+    pub fn step(&mut self, dt: f64, drive: &dyn Drive) -> Result<StepReport, ContactError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(ContactError::Step { dt });
+        }
+        let plans: Vec<Plan> =
+            (0..self.bodies.len()).map(|k| self.plan(k, dt, drive)).collect::<Result<_, ContactError>>()?;
+        let metric = match self.dynamics {
+            Dynamics::Inertial { .. } => Metric::Mass,
+            Dynamics::Overdamped { .. } => Metric::Resistance,
+        };
+        // `project` changes the solver only when it succeeds
+        let mut solver = std::mem::replace(&mut self.solver, Solver::empty());
+        let projected = solver.project(&self.movers(&plans), dt, metric);
+        self.solver = solver;
+        let Projected { twists, poses, forces, contacts, wall_force, gap, effort } = projected?;
+        for ((body, pose), twist) in self.bodies.iter_mut().zip(poses).zip(twists) {
+            (body.pose, body.twist) = (pose, twist);
+        }
+        self.time += dt;
+        let kinetic_energy = self.kinetic_energy();
+        Ok(StepReport { time: self.time, contacts, forces, wall_force, gap, kinetic_energy, effort })
+    }
+
+    /// Plans in which nothing moves.
+    fn resting(&self) -> Vec<Plan> {
+        self.bodies.iter().map(|b| Plan { predicted: Twist::ZERO, freedom: Freedom::Given { next: b.pose } }).collect()
+    }
+
+    fn movers<'a>(&'a self, plans: &[Plan]) -> Vec<Mover<'a>> {
+        let mover = |(body, plan): (&'a Particle, &Plan)| Mover {
+            name: &body.name,
+            shape: &body.shape,
+            pose: body.pose,
+            predicted: plan.predicted,
+            freedom: plan.freedom,
+        };
+        self.bodies.iter().zip(plans).map(mover).collect()
+    }
+
+    /// What body `k` does without contact.
+    fn plan(&self, k: usize, dt: f64, drive: &dyn Drive) -> Result<Plan, ContactError> {
+        let Particle { name, mass, inertia, motion, pose, twist, .. } = &self.bodies[k];
+        let finite = |what, values: &[f64]| match values.iter().find(|v| !v.is_finite()) {
+            Some(&value) => Err(ContactError::NotFinite { body: name.clone(), what, value, t: self.time }),
+            None => Ok(()),
+        };
+        let given = |next| Ok(Plan { predicted: Twist::ZERO, freedom: Freedom::Given { next } });
+        match motion {
+            Motion::Fixed => given(*pose),
+            Motion::Held => {
+                let held = drive.twist(k, self.time, pose);
+                finite("prescribed velocity", &[held.velocity.x, held.velocity.y, held.spin])?;
+                given(Pose { position: pose.position + dt * held.velocity, angle: pose.angle + dt * held.spin })
+            }
+            Motion::Path => {
+                let next = drive.pose(k, self.time + dt, pose);
+                finite("path", &[next.position.x, next.position.y, next.angle])?;
+                given(next)
+            }
+            Motion::Free => {
+                let load = drive.load(k, self.time, pose, twist);
+                finite("force or torque", &load)?;
+                let velocity = self.advance(twist.velocity, Point::new(load[0], load[1]) / *mass, dt);
+                let spin = self.advance(twist.spin, load[2] / inertia, dt);
+                let (mass, inertia) = (self.weight(*mass, dt), self.weight(*inertia, dt));
+                Ok(Plan { predicted: Twist { velocity, spin }, freedom: Freedom::Free { mass, inertia } })
+            }
+            Motion::Pinned(pivot) => {
+                let load = drive.load(k, self.time, pose, twist);
+                finite("force or torque", &load)?;
+                let arm = -turned(*pivot, pose.angle);
+                let about = inertia + mass * pivot.norm_squared();
+                let torque = load[2] + perpendicular(arm).dot(&Point::new(load[0], load[1]));
+                let spin = self.advance(twist.spin, torque / about, dt);
+                let freedom = Freedom::Pinned { pivot: *pivot, inertia: self.weight(about, dt) };
+                Ok(Plan { predicted: Twist { spin, ..Twist::ZERO }, freedom })
+            }
+        }
+    }
+
+    /// The velocity after a step under an acceleration.
+    fn advance<V>(&self, velocity: V, acceleration: V, dt: f64) -> V
+    where
+        V: std::ops::Add<Output = V> + std::ops::Mul<f64, Output = V> + std::ops::Div<f64, Output = V>,
+    {
+        match self.dynamics {
+            Dynamics::Inertial { drag } => (velocity + acceleration * dt) / (1.0 + drag * dt),
+            Dynamics::Overdamped { drag } => acceleration / drag,
+        }
+    }
+
+    /// The metric of a mass or moment of inertia.
+    fn weight(&self, inertia: f64, dt: f64) -> f64 {
+        match self.dynamics {
+            Dynamics::Inertial { drag } => inertia * (1.0 + drag * dt),
+            Dynamics::Overdamped { drag } => inertia * drag,
+        }
+    }
+}
+
+/// What a body would do in a step without contact.
+struct Plan {
+    predicted: Twist,
+    freedom: Freedom,
+}

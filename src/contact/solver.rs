@@ -1,0 +1,339 @@
+//! Contact of many bodies in one step: from predicted velocities to those that create no overlap.
+
+use super::bonds::Bonds;
+use super::gap::{Placed, Touch};
+use super::pairs::{self, Range};
+use super::projection::Method;
+use super::step::Step;
+use super::walls::Walls;
+use super::{Contact, ContactError, Law, Partner, Wall};
+use crate::body::{Pose, Shape, Twist, perpendicular, turned};
+use crate::mesh::Point;
+
+/// What contact can change about the motion of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Freedom {
+    /// Everything; mass and moment of inertia, or the resistances to velocity and spin. Both > 0.
+    Free { mass: f64, inertia: f64 },
+    /// The spin about a point given in the body's frame; inertia, or resistance, *about this point*.
+    Pinned { pivot: Point, inertia: f64 },
+    /// Nothing: it will be at `next`.
+    Given { next: Pose },
+}
+
+/// A body that takes part in a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Mover<'a> {
+    /// What messages call it.
+    pub name: &'a str,
+    pub shape: &'a Shape,
+    pub pose: Pose,
+    /// What it would do without contact; of pinned bodies only the spin counts, of given ones nothing.
+    pub predicted: Twist,
+    pub freedom: Freedom,
+}
+
+/// In which metric velocities are projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Metric {
+    /// Masses: `M (W − V*) = Δt Σ λ G`.
+    Mass,
+    /// Resistances of bodies without inertia: `R (W − V*) = Σ λ G`.
+    Resistance,
+}
+
+/// How contact is solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    pub law: Law,
+    /// Gap η that bodies keep: `D + Δt G·V ≥ η`.
+    pub margin: f64,
+    /// What a gap may miss, relative to the radius of the smaller body; rounding of the positions comes on top.
+    pub tolerance: f64,
+    pub method: Method,
+    /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes. More is refused.
+    pub overlap: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { law: Law::Inelastic, margin: 0.0, tolerance: 1e-12, method: Method::Newton, overlap: 1e-9 }
+    }
+}
+
+impl Settings {
+    /// # Errors
+    /// A value that breaks its rule.
+    pub fn check(&self) -> Result<(), ContactError> {
+        let error = |key, value, rule, hint| Err(ContactError::Setting { key, value, rule, hint });
+        if !(self.margin >= 0.0 && self.margin.is_finite()) {
+            return error("margin", self.margin, "must be finite and at least 0", "0 lets bodies touch");
+        }
+        if !(1e-14..=1e-3).contains(&self.tolerance) {
+            return error("tolerance", self.tolerance, "must lie between 1e-14 and 1e-3", "1e-12 is the default");
+        }
+        if !(self.overlap >= 0.0 && self.overlap.is_finite()) {
+            return error("overlap", self.overlap, "must be finite and at least 0", "1e-9 is the default");
+        }
+        if let Law::Gluey { gamma_min } = self.law
+            && !(gamma_min <= 0.0)
+        {
+            return error("gamma_min", gamma_min, "must be at most 0", "0 is contact without glue, -inf are smooth bodies");
+        }
+        Ok(())
+    }
+}
+
+/// What a projection took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Effort {
+    /// Pairs that could meet.
+    pub pairs: usize,
+    /// Rows of the quadratic programme.
+    pub rows: usize,
+    /// Linear solves, or steps of Uzawa's method.
+    pub iterations: usize,
+    pub factorisations: usize,
+    /// Projections: more than one when bodies turn, or roll inside of a wall, so far that the straight prediction of a gap is not enough.
+    pub rounds: usize,
+}
+
+/// The step that bodies make.
+#[derive(Debug, Clone, Default)]
+pub struct Projected {
+    /// Velocities and spins that create no overlap.
+    pub twists: Vec<Twist>,
+    /// Where the bodies are after the step.
+    pub poses: Vec<Pose>,
+    /// Contact force and torque on each body.
+    pub forces: Vec<[f64; 3]>,
+    /// Pairs that are close or touch, in ascending order, with their gaps after the step.
+    pub contacts: Vec<Contact>,
+    /// Contact force on all walls.
+    pub wall_force: Point,
+    /// Least gap after the step of all pairs that were near, infinite when none was.
+    pub gap: f64,
+    pub effort: Effort,
+}
+
+/// Contact between bodies and with walls, with what it remembers from step to step.
+#[derive(Debug, Clone)]
+pub struct Solver {
+    pub(super) walls: Walls,
+    pub(super) settings: Settings,
+    pub(super) bonds: Bonds,
+}
+
+impl Solver {
+    /// # Errors
+    /// A setting that breaks its rule.
+    pub fn new(walls: &[Wall], settings: Settings) -> Result<Self, ContactError> {
+        settings.check()?;
+        Ok(Self { walls: Walls::new(walls), settings, bonds: Bonds::default() })
+    }
+
+    /// No walls, and settings that count for nothing.
+    pub(super) fn empty() -> Self {
+        Self { walls: Walls::new(&[]), settings: Settings::default(), bonds: Bonds::default() }
+    }
+
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    pub fn walls(&self) -> &[Wall] {
+        self.walls.all()
+    }
+
+    /// What must be kept to go on to the bit: γ and the last multipliers.
+    pub fn bonds(&self) -> &Bonds {
+        &self.bonds
+    }
+
+    /// Goes on from [`Solver::bonds`].
+    pub fn restore(&mut self, bonds: Bonds) {
+        self.bonds = bonds;
+    }
+
+    /// Refuses bodies that overlap each other or walls.
+    ///
+    /// # Errors
+    /// The first pair that overlaps by more than the settings accept.
+    pub fn check(&self, movers: &[Mover]) -> Result<(), ContactError> {
+        let ranges: Vec<Range> = movers.iter().map(|m| range(m, 0.0)).collect();
+        let mut found = Vec::new();
+        for (body, partner) in pairs::find(&ranges, self.walls.all()) {
+            found.clear();
+            self.touches(movers, body, partner, |k| movers[k].pose, 0.0, &mut found);
+            for touch in &found {
+                self.refuse_overlap(movers, body, partner, touch)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The velocities nearest to the predicted ones that create no overlap, and the step with them:
+    /// `W = argmin |W − V*|²_M` over `D(x) + Δt G·W ≥ η`; then γ is renewed.
+    ///
+    /// # Errors
+    /// Overlap at the beginning; predictions that are not finite; bodies that cannot move without overlap.
+    pub fn project(&mut self, movers: &[Mover], dt: f64, metric: Metric) -> Result<Projected, ContactError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(ContactError::Step { dt });
+        }
+        movers.iter().try_for_each(check_mover)?;
+        let (projected, bonds) = {
+            let mut step = Step::new(self, movers, dt, metric);
+            (step.solve()?, step.bonds())
+        };
+        self.bonds = bonds;
+        Ok(projected)
+    }
+
+    /// Touches of a pair where `pose` puts the bodies.
+    pub(super) fn touches(
+        &self,
+        movers: &[Mover],
+        body: usize,
+        partner: Partner,
+        pose: impl Fn(usize) -> Pose,
+        reach: f64,
+        out: &mut Vec<Touch>,
+    ) {
+        let first = Placed::new(movers[body].shape, &pose(body));
+        match partner {
+            Partner::Body(other) => {
+                super::gap::touches(&first, &Placed::new(movers[other].shape, &pose(other)), reach, out);
+            }
+            Partner::Wall(index) => self.walls.touches(index, &first, reach, out),
+        }
+    }
+
+    /// The radius that a tolerance is relative to.
+    pub(super) fn size(&self, movers: &[Mover], body: usize, partner: Partner) -> f64 {
+        let own = movers[body].shape.circumradius();
+        match partner {
+            Partner::Body(other) => own.min(movers[other].shape.circumradius()),
+            Partner::Wall(index) => match &self.walls.all()[index] {
+                Wall::Segment(_) | Wall::Hollow { .. } => own,
+                Wall::Disc { radius, .. } => own.min(*radius),
+            },
+        }
+    }
+
+    pub(super) fn refuse_overlap(
+        &self,
+        movers: &[Mover],
+        body: usize,
+        partner: Partner,
+        touch: &Touch,
+    ) -> Result<(), ContactError> {
+        let size = self.size(movers, body, partner);
+        // NaN is no gap either
+        if touch.gap >= -(self.settings.overlap * size + rounding(movers, body, partner)) {
+            return Ok(());
+        }
+        let (first, second) = (movers[body].name.to_owned(), partner_name(movers, partner));
+        match partner {
+            Partner::Body(other) if movers[other].pose.position == movers[body].pose.position => {
+                Err(ContactError::Coincident { first, second })
+            }
+            Partner::Body(_) | Partner::Wall(_) => Err(ContactError::Overlap { first, second, depth: -touch.gap }),
+        }
+    }
+}
+
+/// Rounding of a gap: that of the positions and sizes it is computed from.
+pub(super) fn rounding(movers: &[Mover], body: usize, partner: Partner) -> f64 {
+    let one = |m: &Mover| m.pose.position.norm() + m.shape.circumradius();
+    let other = match partner {
+        Partner::Body(other) => one(&movers[other]),
+        Partner::Wall(_) => one(&movers[body]),
+    };
+    4.0 * f64::EPSILON * (one(&movers[body]) + other)
+}
+
+/// How messages call a partner.
+pub(super) fn partner_name(movers: &[Mover], partner: Partner) -> String {
+    match partner {
+        Partner::Body(other) => format!("body \"{}\"", movers[other].name),
+        Partner::Wall(index) => format!("wall {}", index + 1),
+    }
+}
+
+/// The square that a body does not leave when none of its points moves farther than `reach`.
+pub(super) fn range(mover: &Mover, reach: f64) -> Range {
+    let moves = match mover.freedom {
+        Freedom::Free { .. } | Freedom::Pinned { .. } => true,
+        Freedom::Given { .. } => false,
+    };
+    Range { centre: mover.pose.position, half: mover.shape.circumradius() + reach, moves }
+}
+
+fn check_mover(mover: &Mover) -> Result<(), ContactError> {
+    let body = || mover.name.to_owned();
+    let Pose { position, angle } = mover.pose;
+    let Twist { velocity, spin } = mover.predicted;
+    let mut values = vec![("position", position.x), ("position", position.y), ("angle", angle)];
+    let predicted = [("predicted velocity", velocity.x), ("predicted velocity", velocity.y), ("predicted spin", spin)];
+    match mover.freedom {
+        Freedom::Given { next } => {
+            values.extend([("next position", next.position.x), ("next position", next.position.y), ("next angle", next.angle)]);
+        }
+        Freedom::Free { .. } | Freedom::Pinned { .. } => values.extend(predicted),
+    }
+    if let Some(&(what, value)) = values.iter().find(|v| !v.1.is_finite()) {
+        return Err(ContactError::NotFinite { body: body(), what, value, t: f64::NAN });
+    }
+    let inertias = match mover.freedom {
+        Freedom::Free { mass, inertia } => vec![("mass or resistance", mass), ("inertia or resistance to spin", inertia)],
+        Freedom::Pinned { inertia, .. } => vec![("inertia or resistance to spin about the pin", inertia)],
+        Freedom::Given { .. } => Vec::new(),
+    };
+    match inertias.into_iter().find(|(_, m)| !(*m > 0.0 && m.is_finite())) {
+        Some((what, value)) => Err(ContactError::Inertia { body: body(), what, value }),
+        None => Ok(()),
+    }
+}
+
+impl Mover<'_> {
+    /// Where it is after a step with `twist`.
+    pub fn after(&self, twist: &Twist, dt: f64) -> Pose {
+        let Pose { position, angle } = self.pose;
+        match self.freedom {
+            Freedom::Free { .. } => Pose { position: position + dt * twist.velocity, angle: angle + dt * twist.spin },
+            Freedom::Pinned { pivot, .. } => {
+                let angle = angle + dt * twist.spin;
+                Pose { position: self.pose.to_space(pivot) - turned(pivot, angle), angle }
+            }
+            Freedom::Given { next } => next,
+        }
+    }
+
+    /// The twist of the body as a whole, whose free part is `twist`.
+    pub(super) fn whole(&self, twist: &Twist, dt: f64) -> Twist {
+        match self.freedom {
+            Freedom::Free { .. } => *twist,
+            Freedom::Pinned { pivot, .. } => {
+                let arm = -turned(pivot, self.pose.angle);
+                Twist { velocity: twist.spin * perpendicular(arm), spin: twist.spin }
+            }
+            Freedom::Given { next } => Twist {
+                velocity: (next.position - self.pose.position) / dt,
+                spin: (next.angle - self.pose.angle) / dt,
+            },
+        }
+    }
+
+    /// A bound of how far a point of it moves in a step with `twist`.
+    pub(super) fn travel(&self, twist: &Twist, dt: f64) -> f64 {
+        let size = self.shape.circumradius();
+        match self.freedom {
+            Freedom::Free { .. } => dt * (twist.velocity.norm() + size * twist.spin.abs()),
+            Freedom::Pinned { pivot, .. } => dt * twist.spin.abs() * (pivot.norm() + size),
+            Freedom::Given { next } => {
+                (next.position - self.pose.position).norm() + size * (next.angle - self.pose.angle).abs()
+            }
+        }
+    }
+}

@@ -1,0 +1,369 @@
+//! One step of contact: rows from touches, projection, and the rounds that make gaps exact at the end of the step.
+
+use super::bonds::{Bond, Bonds, Key};
+use super::gap::{Touch, along};
+use super::pairs;
+use super::projection::{Problem, Projection, Row};
+use super::solver::{Effort, Freedom, Metric, Mover, Projected, Solver, partner_name, range, rounding};
+use super::walls::{equivalent_radius, resistance};
+use super::{Contact, ContactError, Law, Partner};
+use crate::body::{Pose, Shape, Twist, perpendicular, turned};
+use crate::mesh::Point;
+
+/// Rounds of one step, and searches for pairs.
+const ROUNDS: usize = 60;
+const SEARCHES: usize = 40;
+
+/// A touch with its row.
+struct Near {
+    body: usize,
+    partner: Partner,
+    touch: Touch,
+    row: Row,
+    /// `1/r² …` of the lubrication.
+    resistance: f64,
+    /// The multiplier to start from.
+    warm: f64,
+    /// Whether the row follows the true gap at the end of the step rather than its tangent.
+    followed: bool,
+}
+
+pub(super) struct Step<'a> {
+    solver: &'a Solver,
+    movers: &'a [Mover<'a>],
+    dt: f64,
+    /// Force per multiplier.
+    unit: f64,
+    /// First unknown of each body.
+    unknowns: Vec<usize>,
+    metric: Vec<f64>,
+    target: Vec<f64>,
+    reach: Vec<f64>,
+    near: Vec<Near>,
+    solution: Projection,
+    effort: Effort,
+}
+
+fn is_disc(shape: &Shape) -> bool {
+    match shape {
+        Shape::Disc { .. } => true,
+        Shape::Ellipse { .. } | Shape::Capsule { .. } | Shape::Polygon { .. } => false,
+    }
+}
+
+impl<'a> Step<'a> {
+    pub(super) fn new(solver: &'a Solver, movers: &'a [Mover<'a>], dt: f64, metric: Metric) -> Self {
+        let (mut unknowns, mut metric_of, mut target) = (Vec::new(), Vec::new(), Vec::new());
+        for mover in movers {
+            unknowns.push(target.len());
+            let Twist { velocity, spin } = mover.predicted;
+            match mover.freedom {
+                Freedom::Free { mass, inertia } => {
+                    metric_of.extend([mass, mass]);
+                    target.extend([velocity.x, velocity.y]);
+                    // contact does not turn discs
+                    if !is_disc(mover.shape) {
+                        metric_of.push(inertia);
+                        target.push(spin);
+                    }
+                }
+                Freedom::Pinned { inertia, .. } => {
+                    metric_of.push(inertia);
+                    target.push(spin);
+                }
+                Freedom::Given { .. } => {}
+            }
+        }
+        let reach = movers.iter().map(|m| match m.freedom {
+            Freedom::Free { .. } | Freedom::Pinned { .. } => {
+                2.0 * m.travel(&m.predicted, dt) + 1e-2 * m.shape.circumradius()
+            }
+            Freedom::Given { .. } => m.travel(&Twist::ZERO, dt),
+        });
+        let reach = reach.collect();
+        let unit = match metric {
+            Metric::Mass => 1.0,
+            Metric::Resistance => dt,
+        };
+        let (near, solution, effort) = (Vec::new(), Projection::default(), Effort::default());
+        Self { solver, movers, dt, unit, unknowns, metric: metric_of, target, reach, near, solution, effort }
+    }
+
+    /// Searches, projects, and searches farther when a body became faster than was thought.
+    pub(super) fn solve(&mut self) -> Result<Projected, ContactError> {
+        for _ in 0..SEARCHES {
+            let pairs = self.search()?;
+            self.rounds(&pairs)?;
+            let mut enough = true;
+            let twists = self.twists();
+            for (k, mover) in self.movers.iter().enumerate() {
+                let travel = mover.travel(&twists[k], self.dt);
+                if travel > self.reach[k] {
+                    (self.reach[k], enough) = (2.0 * travel, false);
+                }
+            }
+            if enough {
+                return Ok(self.projected(&twists));
+            }
+        }
+        let fastest = (0..self.movers.len()).fold(0, |a, b| if self.reach[b] > self.reach[a] { b } else { a });
+        Err(self.caught(fastest, "everything".into(), f64::INFINITY))
+    }
+
+    fn caught(&self, body: usize, second: String, miss: f64) -> ContactError {
+        let first = self.movers[body].name.to_owned();
+        ContactError::Caught { first, second, miss, iterations: self.effort.iterations }
+    }
+
+    /// Pairs within reach, and the rows of their touches.
+    fn search(&mut self) -> Result<Vec<(usize, Partner)>, ContactError> {
+        let margin = self.solver.settings.margin;
+        let ranges: Vec<_> = self.movers.iter().zip(&self.reach).map(|(m, reach)| range(m, reach + margin)).collect();
+        let pairs = pairs::find(&ranges, self.solver.walls.all());
+        let mut found = Vec::new();
+        self.near.clear();
+        for &(body, partner) in &pairs {
+            let reach = margin + self.pair_reach(body, partner);
+            found.clear();
+            self.solver.touches(self.movers, body, partner, |k| self.movers[k].pose, reach, &mut found);
+            // a gap that is not a number must not pass for a wide one
+            found.retain(|touch| !(touch.gap > reach));
+            let slots: Vec<u32> = found.iter().map(|touch| touch.slot).collect();
+            let bonds = self.solver.bonds.shared(body, partner, &slots);
+            for (touch, bond) in found.iter().zip(bonds) {
+                self.solver.refuse_overlap(self.movers, body, partner, touch)?;
+                let near = self.near(body, partner, *touch, bond);
+                self.near.push(near);
+            }
+        }
+        self.effort.pairs = pairs.len();
+        Ok(pairs)
+    }
+
+    fn pair_reach(&self, body: usize, partner: Partner) -> f64 {
+        self.reach[body]
+            + match partner {
+                Partner::Body(other) => self.reach[other],
+                Partner::Wall(_) => 0.0,
+            }
+    }
+
+    fn near(&self, body: usize, partner: Partner, touch: Touch, bond: Bond) -> Near {
+        let settings = &self.solver.settings;
+        let radius = equivalent_radius(self.movers[body].shape);
+        let resistance = match partner {
+            Partner::Body(other) => {
+                let other = equivalent_radius(self.movers[other].shape);
+                ((radius + other) / (radius * other)).powi(2)
+            }
+            Partner::Wall(index) => resistance(radius, &self.solver.walls.all()[index]),
+        };
+        let mut row = Row { offset: touch.gap - settings.margin, ..Row::default() };
+        self.fill(&mut row, body, partner, &touch);
+        row.bound = bond.gamma / (resistance * self.dt * self.unit);
+        row.slack = settings.tolerance * self.solver.size(self.movers, body, partner)
+            + rounding(self.movers, body, partner);
+        let warm = row.bound + bond.multiplier;
+        Near { body, partner, touch, row, resistance, warm, followed: false }
+    }
+
+    /// `Δt G·W` of a touch: entries for what is free, and the offset of what is given.
+    fn fill(&self, row: &mut Row, body: usize, partner: Partner, touch: &Touch) {
+        self.fill_body(row, body, touch.gradient_first(self.movers[body].pose.position));
+        if let Partner::Body(other) = partner {
+            self.fill_body(row, other, touch.gradient_second(self.movers[other].pose.position));
+        }
+    }
+
+    fn fill_body(&self, row: &mut Row, body: usize, gradient: [f64; 3]) {
+        let (mover, first) = (&self.movers[body], self.unknowns[body]);
+        let [x, y, spin] = gradient;
+        let mut push = |k: usize, b: f64| {
+            if b != 0.0 {
+                row.entries.push((k, self.dt * b));
+            }
+        };
+        match mover.freedom {
+            Freedom::Free { .. } => {
+                push(first, x);
+                push(first + 1, y);
+                if !is_disc(mover.shape) {
+                    push(first + 2, spin);
+                }
+            }
+            Freedom::Pinned { pivot, .. } => {
+                let arm = perpendicular(-turned(pivot, mover.pose.angle));
+                let spin = if is_disc(mover.shape) { 0.0 } else { spin };
+                push(first, x * arm.x + y * arm.y + spin);
+            }
+            Freedom::Given { .. } => row.offset += self.dt * along(gradient, &mover.whole(&Twist::ZERO, self.dt)),
+        }
+    }
+
+    /// Projects until the gaps at the end of the step are what the rows say.
+    fn rounds(&mut self, pairs: &[(usize, Partner)]) -> Result<(), ContactError> {
+        let method = self.solver.settings.method;
+        for round in 0..ROUNDS {
+            let rows = self.near.iter().map(|near| near.row.clone()).collect();
+            let (metric, target) = (self.metric.clone(), self.target.clone());
+            let problem = Problem { metric, target, rows, tolerance: self.solver.settings.tolerance };
+            let warm: Vec<f64> = self.near.iter().map(|near| near.warm).collect();
+            let solution = problem.solve(method, &warm).map_err(|unsolved| {
+                let near = &self.near[unsolved.row];
+                let miss = unsolved.excess * near.row.slack;
+                let first = self.movers[near.body].name.to_owned();
+                let second = partner_name(self.movers, near.partner);
+                ContactError::Caught { first, second, miss, iterations: unsolved.iterations }
+            })?;
+            self.effort.iterations += solution.iterations;
+            self.effort.factorisations += solution.factorisations;
+            self.effort.rounds += 1;
+            self.effort.rows = self.near.len();
+            for (near, mu) in self.near.iter_mut().zip(&solution.multipliers) {
+                near.warm = *mu;
+            }
+            self.solution = solution;
+            match self.follow(pairs) {
+                None => return Ok(()),
+                Some((body, partner, miss)) if round + 1 == ROUNDS => {
+                    return Err(self.caught(body, partner_name(self.movers, partner), miss));
+                }
+                Some(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Compares the rows with the gaps at the end of the step, and moves those that a gap misses: the direction of their force stays. The
+    /// worst miss, when there is one.
+    fn follow(&mut self, pairs: &[(usize, Partner)]) -> Option<(usize, Partner, f64)> {
+        let twists = self.twists();
+        let poses = self.poses(&twists);
+        let margin = self.solver.settings.margin;
+        let glued = match self.solver.settings.law {
+            Law::Inelastic => false,
+            Law::Gluey { gamma_min } => gamma_min < 0.0,
+        };
+        let mut worst: Option<(usize, Partner, f64)> = None;
+        let mut new = Vec::new();
+        let (mut found, mut start) = (Vec::new(), 0);
+        for &(body, partner) in pairs {
+            let count = self.near[start..].iter().take_while(|n| (n.body, n.partner) == (body, partner)).count();
+            found.clear();
+            let reach = margin + self.pair_reach(body, partner);
+            self.solver.touches(self.movers, body, partner, |k| poses[k], reach, &mut found);
+            let slack = self.solver.settings.tolerance * self.solver.size(self.movers, body, partner)
+                + rounding(self.movers, body, partner);
+            let mut note = |miss: f64| {
+                if miss > 4.0 * slack && worst.is_none_or(|(.., most)| miss > most) {
+                    worst = Some((body, partner, miss));
+                }
+            };
+            for touch in &found {
+                let true_value = touch.gap - margin;
+                note(-true_value);
+                let known = self.near[start..start + count].iter_mut().find(|near| near.touch.slot == touch.slot);
+                let Some(near) = known else {
+                    if true_value < -4.0 * slack {
+                        new.push((body, partner, *touch, true_value));
+                    }
+                    continue;
+                };
+                let held = glued && near.warm > near.row.bound;
+                if held {
+                    note(true_value.abs());
+                }
+                let miss = if held { true_value.abs() } else { -true_value };
+                near.followed |= miss > 4.0 * slack;
+                if near.followed {
+                    near.row.offset += true_value - near.row.value(&self.solution.velocity);
+                }
+            }
+            start += count;
+        }
+        for (body, partner, touch, true_value) in new {
+            let mut near = self.near(body, partner, touch, Bond::default());
+            near.row.offset = true_value - near.row.times(&self.solution.velocity);
+            let at = self.near.partition_point(|n| (n.body, n.partner) <= (body, partner));
+            self.near.insert(at, near);
+        }
+        worst
+    }
+
+    fn twists(&self) -> Vec<Twist> {
+        let u = &self.solution.velocity;
+        let twist = |(k, mover): (usize, &Mover)| {
+            let first = self.unknowns[k];
+            let free = match mover.freedom {
+                Freedom::Free { .. } => Twist {
+                    velocity: Point::new(u[first], u[first + 1]),
+                    spin: if is_disc(mover.shape) { mover.predicted.spin } else { u[first + 2] },
+                },
+                Freedom::Pinned { .. } => Twist { spin: u[first], ..Twist::ZERO },
+                Freedom::Given { .. } => Twist::ZERO,
+            };
+            mover.whole(&free, self.dt)
+        };
+        self.movers.iter().enumerate().map(twist).collect()
+    }
+
+    fn poses(&self, twists: &[Twist]) -> Vec<Pose> {
+        self.movers.iter().zip(twists).map(|(mover, twist)| mover.after(twist, self.dt)).collect()
+    }
+
+    /// γ after the step, `−Δt R (λ − λ_min)`, not below the threshold.
+    fn gamma(&self, near: &Near, multiplier: f64) -> f64 {
+        match self.solver.settings.law {
+            Law::Inelastic => 0.0,
+            Law::Gluey { gamma_min } => {
+                let pressed = self.dt * near.resistance * self.unit * (multiplier - near.row.bound);
+                if pressed > 0.0 { (-pressed).max(gamma_min) } else { 0.0 }
+            }
+        }
+    }
+
+    fn projected(&self, twists: &[Twist]) -> Projected {
+        let poses = self.poses(twists);
+        let mut out = Projected { poses, twists: twists.to_vec(), gap: f64::INFINITY, effort: self.effort, ..Projected::default() };
+        out.forces = vec![[0.0; 3]; twists.len()];
+        let mut found: Vec<Touch> = Vec::new();
+        let mut of = None;
+        for (near, mu) in self.near.iter().zip(&self.solution.multipliers) {
+            if of != Some((near.body, near.partner)) {
+                found.clear();
+                let reach = self.pair_reach(near.body, near.partner) + self.solver.settings.margin;
+                self.solver.touches(self.movers, near.body, near.partner, |k| out.poses[k], reach, &mut found);
+                of = Some((near.body, near.partner));
+            }
+            let after = found.iter().find(|touch| touch.slot == near.touch.slot);
+            let gap = after.map_or(near.row.value(&self.solution.velocity) + self.solver.settings.margin, |t| t.gap);
+            let shown = after.unwrap_or(&near.touch);
+            let force = mu * self.unit;
+            let gamma = self.gamma(near, *mu);
+            let (point, normal) = (shown.point(), shown.normal);
+            out.gap = out.gap.min(gap);
+            out.contacts.push(Contact { body: near.body, partner: near.partner, gap, force, gamma, point, normal });
+            let mut add = |body: usize, gradient: [f64; 3]| {
+                let torque = if is_disc(self.movers[body].shape) { 0.0 } else { gradient[2] };
+                for (total, g) in out.forces[body].iter_mut().zip([gradient[0], gradient[1], torque]) {
+                    *total += force * g;
+                }
+            };
+            add(near.body, near.touch.gradient_first(self.movers[near.body].pose.position));
+            match near.partner {
+                Partner::Body(other) => add(other, near.touch.gradient_second(self.movers[other].pose.position)),
+                Partner::Wall(_) => out.wall_force += force * near.touch.normal,
+            }
+        }
+        out
+    }
+
+    /// What the next step must know.
+    pub(super) fn bonds(&self) -> Bonds {
+        let bond = |(near, mu): (&Near, &f64)| {
+            let key = Key { body: near.body, partner: near.partner, slot: near.touch.slot };
+            (key, Bond { gamma: self.gamma(near, *mu), multiplier: (mu - near.row.bound).max(0.0) })
+        };
+        Bonds::new(self.near.iter().zip(&self.solution.multipliers).map(bond).collect())
+    }
+}
