@@ -55,7 +55,7 @@ impl Flow {
         let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, velocity, 2));
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, pressure, 1));
         let speeds = bodies.iter().map(|body| speed(&body.hold)).collect::<Result<Vec<_>, _>>()?;
-        let poses = bodies.iter().zip(0..).map(|(body, _)| start(body, t)).collect::<Result<Vec<Pose>, _>>()?;
+        let poses = bodies.iter().map(|body| start(body, t)).collect::<Result<Vec<Pose>, _>>()?;
         let (loops, immersion) = immerse(mesh, &velocity, &bodies, &poses)?;
         let rigidity =
             Rigidity { epsilon: settings.epsilon, friction: bodies.iter().map(|body| body.friction).collect() };
@@ -174,8 +174,8 @@ pub(super) fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, Ex
     if value.is_finite() {
         return Ok(value);
     }
-    let (text, Point { x, y, .. }) = (formula.text().to_string(), pose.position);
-    Err(ExpressionError::NotFinite { text, value, x, y, t })
+    let (text, at) = (formula.text().to_string(), pose.position);
+    Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t })
 }
 
 /// Where a body is at time t if it follows a path, and where it starts otherwise.

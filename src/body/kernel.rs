@@ -272,8 +272,10 @@ fn eliminate(mut rows: Vec<(usize, Vec<f64>)>, columns: usize) -> (Vec<usize>, f
     for _ in 0..columns.min(rows.len()) {
         let (mut best, mut at) = (0.0, (0, 0));
         for (i, (_, row)) in rows.iter().enumerate() {
-            for (j, value) in row.iter().enumerate().filter(|(_, value)| value.abs() > best) {
-                (best, at) = (value.abs(), (i, j));
+            for (j, value) in row.iter().enumerate() {
+                if value.abs() > best {
+                    (best, at) = (value.abs(), (i, j));
+                }
             }
         }
         if best == 0.0 {

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::ExpressionError;
+use super::floating::{Floating, immerse};
 use super::formulas::check_formulas;
+use super::immersed::{Carried, Rigidity};
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
-use super::floating::{Floating, immerse};
-use super::immersed::{Carried, Rigidity};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::sources::Sources;
 pub use super::state::{Residuals, State};
@@ -197,6 +197,15 @@ impl Incompressible {
         let rules = floating.guide.rules_of_change(&floating.poses);
         let carried = self.momentum.carry(force, &rest, &vec![Wrench::ZERO; rules.len()], &rules)?;
         Ok((carried.v, carried.pi))
+    }
+
+    /// Adds the forces on the bodies, from outside and those that hold them to what is prescribed of them.
+    fn add_body_forces(&self, force: &mut [f64], inputs: &Inputs) -> Result<(), MomentumError> {
+        let Some(floating) = &self.bodies else { return Ok(()) };
+        let holding = self.carry(force, inputs)?.holding;
+        self.momentum.add_body_loads(&floating.guide.loads(&floating.poses, inputs.t)?, force);
+        self.momentum.add_body_loads(&holding, force);
+        Ok(())
     }
 
     /// The flow with the forces that hold the bodies to what is prescribed of them.
@@ -403,7 +412,9 @@ impl Incompressible {
     /// As [`Momentum::residual_norms`]; formulas that are not finite.
     pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
         let root = self.area.sqrt();
-        let force = self.force(&state.p, &state.v, &self.inputs(t)?);
+        let inputs = self.inputs(t)?;
+        let mut force = self.force(&state.p, &state.v, &inputs);
+        self.add_body_forces(&mut force, &inputs)?;
         let [velocity, pressure] = self.momentum.residual_norms(&force, &state.v.values, &state.pressure().values)?;
         let r = self.polarity_residual(state, t);
         let polarity = crate::solve::root(dot(&r, &self.polarity.mass_solve(&r)));

@@ -17,12 +17,14 @@ pub mod steady;
 pub mod stokes;
 mod strain;
 pub mod summary;
+pub mod tissue;
 pub mod writer;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use crate::contact::ContactError;
 use crate::measure::MeasureError;
 use crate::measure::errors::History;
 use crate::mesh::MeshError;
@@ -31,7 +33,6 @@ use crate::model::Residuals;
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;
 use crate::output::checkpoint::Saved;
-use crate::contact::ContactError;
 use crate::output::plot::PlotError;
 use crate::output::progress::{Progress, Status, Verbosity};
 use crate::scene::{Scene, SceneError};

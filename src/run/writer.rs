@@ -420,7 +420,7 @@ fn whole_axis(axis: Axis, scene: &Scene, setup: &Setup) -> Line {
 }
 
 /// Values at the nodes of every cell of a grid: exact when the grid's degree is not below the field's.
-fn nodal(field: &space::Field, degree: usize) -> (usize, Vec<f64>) {
+pub(super) fn nodal(field: &space::Field, degree: usize) -> (usize, Vec<f64>) {
     let space = &field.space;
     let tables = Tables::new(basis::nodes(degree));
     let table = tables.degree(space.degree);

@@ -121,6 +121,7 @@ impl StepFailure {
             StepFailure::Momentum(
                 MomentumError::Solve(_)
                 | MomentumError::Formula(_)
+                | MomentumError::Body(_)
                 | MomentumError::Unheld
                 | MomentumError::Flux { .. },
             )

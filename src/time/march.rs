@@ -147,6 +147,26 @@ pub struct Parked {
     memory: Memory,
 }
 
+impl Parked {
+    /// The state of the march, as [`March::checkpoint`] has it.
+    pub fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            t: self.t,
+            counts: self.counts,
+            control: self.control.clone(),
+            past: self.past.clone(),
+            velocity: self.state.v.values.clone(),
+            volume: self.state.volume().values.clone(),
+            rate_of_p: self.rate_of_p.clone(),
+            gained: self.gained.clone(),
+            gain: self.gain,
+            limited: self.limited,
+            quiet: self.quiet,
+            origin: self.memory.origin().cloned(),
+        }
+    }
+}
+
 /// What interrupts a march that nobody interrupts.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
@@ -389,15 +409,29 @@ impl<'m> March<'m> {
 
     /// Puts the march down, to be taken up with another model of the same unknowns.
     pub fn park(self) -> Parked {
-        let Self { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, .. } = self;
+        let Self { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, .. } =
+            self;
         let memory = self.memory;
         Parked { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, memory }
     }
 
     /// Takes up a march with a model of the same unknowns; `forget` what was factorised for the other one.
     pub fn unpark(model: &'m dyn Sheet, parked: Parked, forget: bool) -> Self {
-        let Parked { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, memory } =
-            parked;
+        let Parked {
+            settings,
+            t,
+            state,
+            counts,
+            phases,
+            quiet,
+            control,
+            past,
+            rate_of_p,
+            gained,
+            gain,
+            limited,
+            memory,
+        } = parked;
         let memory = if forget { Memory::default() } else { memory };
         Self {
             model,

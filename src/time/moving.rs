@@ -105,8 +105,8 @@ impl MovingMarch {
     }
 
     /// The current state.
-    pub fn checkpoint(&mut self) -> MovingCheckpoint {
-        let march = self.with(|march| march.checkpoint());
+    pub fn checkpoint(&self) -> MovingCheckpoint {
+        let march = self.parked.as_ref().expect("a march is parked between steps").checkpoint();
         MovingCheckpoint { march, motion: self.motion.clone(), twists: self.twists.clone() }
     }
 

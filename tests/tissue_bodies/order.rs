@@ -49,8 +49,11 @@ fn errors(n: usize, degree: usize, weights: Continuation) -> [f64; 3] {
     let covered = Covered::new(&loops, &cover, weights);
     let space = discontinuous(&mesh, degree, 2);
     let exact = formulas();
-    let condition =
-        Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Dirichlet(exact.clone()), density: None };
+    let condition = Conditions {
+        velocity: VelocityCondition::Slip,
+        polarity: PolarityCondition::Dirichlet(exact.clone()),
+        density: None,
+    };
     let conditions = vec![condition; mesh.tags.len()];
     let tissue = &covered.tissue;
     let polarity = Polarity::around(tissue, &space, &conditions, &PARAMETERS, None, Some(&covered.passive)).unwrap();
@@ -96,7 +99,15 @@ fn table(degree: usize, sizes: &[usize], weights: Continuation) -> Vec<[f64; 3]>
     let rows: Vec<[f64; 3]> = sizes.iter().map(|&n| errors(n, degree, weights)).collect();
     for (k, row) in rows.iter().enumerate() {
         let order = |c: usize| if k == 0 { f64::NAN } else { (rows[k - 1][c] / row[c]).log2() };
-        println!("P{degree} n {:3}: {:.3e} ({:.2})  {:.3e} ({:.2})  inside {:.2}", sizes[k], row[0], order(0), row[1], order(1), row[2]);
+        println!(
+            "P{degree} n {:3}: {:.3e} ({:.2})  {:.3e} ({:.2})  inside {:.2}",
+            sizes[k],
+            row[0],
+            order(0),
+            row[1],
+            order(1),
+            row[2]
+        );
     }
     rows
 }
