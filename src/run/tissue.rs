@@ -11,9 +11,9 @@ use super::motion::{self, MotionSummary, Mover, Plan, Stride};
 use super::setup::{Setup, describe};
 use super::{Options, RunError, writer};
 use crate::body::guide::Guide;
-use crate::body::{Body, Hold, Pose, Twist};
+use crate::body::{Body, Hold, Pose, Shape, Twist};
 use crate::contact::{Bonds, Contact, Freedom, Metric, Mover as Moved, Solver};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Point};
 use crate::model::incompressible::{Description, Incompressible};
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;
@@ -28,6 +28,12 @@ use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee,
 pub fn has_moving_bodies(scene: &Scene) -> bool {
     let rests = |body: &Body| matches!(body.hold, Hold::Fixed);
     scene.bodies.as_ref().is_some_and(|bodies| !bodies.bodies.iter().all(rests))
+}
+
+/// Centre and downstream end of the one disc in a scene, where it is a body.
+pub fn wake(scene: &Scene) -> Option<(Point, f64)> {
+    let [Body { shape: Shape::Disc { radius }, start, .. }] = &scene.bodies.as_ref()?.bodies[..] else { return None };
+    Some((start.position, start.position.x + radius))
 }
 
 /// The tissue around the bodies of a scene, where they start.
@@ -76,7 +82,7 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
                 }
             }
             What::Maps(requests) if moving => {
-                let known = |request: &&crate::scene::MapRequest| request.quantity != crate::scene::Quantity::Bodies;
+                let known = |request: &&crate::scene::MapRequest| request.of != crate::scene::Quantity::Bodies;
                 if let Some(request) = requests.iter().find(known) {
                     let (key, name) = (format!("output.{at}.maps"), format!("\"{}\"", request.name));
                     let rule = "of a tissue with bodies that move, only the bodies are drawn";
