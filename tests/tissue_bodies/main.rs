@@ -3,4 +3,5 @@
 #[path = "../identities/common.rs"]
 #[allow(dead_code)]
 mod common;
+mod coupling;
 mod order;
