@@ -170,7 +170,7 @@ impl Polarity {
         Field::new(&self.space, self.project(&self.molecular_functional(loops, p, t)))
     }
 
-    /// The function whose products with the polarity space are `f`: `M⁻¹ f`, in a cell that a body cuts as in [`Around`], and zero inside of bodies.
+    /// The function whose products with the polarity space are `f`: `M⁻¹ f`, in a cell that a body cuts as in [`super::passive`], and zero inside of bodies.
     pub fn project(&self, f: &[f64]) -> Vec<f64> {
         match &self.around {
             None => self.mass_solve(f),
@@ -178,7 +178,7 @@ impl Polarity {
         }
     }
 
-    /// What multiplies `Pe ∂_t p`: `M y`, in a cell that a body cuts as in [`Around`], and zero inside of bodies.
+    /// What multiplies `Pe ∂_t p`: `M y`, in a cell that a body cuts as in [`super::passive`], and zero inside of bodies.
     pub fn inertia_times(&self, y: &[f64]) -> Vec<f64> {
         times_each(self.inertia(), self.space.n, 2, y)
     }
