@@ -101,7 +101,9 @@ fn push_pull(dt: f64) -> Result<[f64; 3], ContactError> {
 }
 
 fn main() -> Result<(), ContactError> {
-    println!("discs falling into a box; per step: contacts, solves, factorisations; most solves; overlap in radii; contact-steps per second");
+    println!(
+        "discs falling into a box; per step: contacts, solves, factorisations; most solves; overlap in radii; contact-steps per second"
+    );
     println!("one more step from nothing: iterations and seconds of Newton, accelerated Uzawa, Uzawa");
     let full = std::env::args().nth(1).is_some_and(|size| size == "full");
     let sizes: &[usize] = if full { &[100, 300, 1000, 3000] } else { &[100, 1000] };

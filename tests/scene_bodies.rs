@@ -262,7 +262,11 @@ fn misspelt_keys_have_their_line() {
         &["`body.0.velocty`", "did you mean `velocity`?", "name, shape, position"],
     );
     wrong("drag = 0.5", "darg = 0.5", &["`model.darg`", "did you mean `drag`?", "kind, dynamics, gravity, drag"]);
-    wrong("{ disc = {", "{ disk = {", &["`disk`", "did you mean `disc`?", "disc, ellipse, capsule, polygon"]);
+    wrong(
+        "{ disc = {",
+        "{ disk = {",
+        &["`body.0.shape.disk`", "did you mean `disc`?", "disc, ellipse, capsule, polygon"],
+    );
     wrong("radius = 0.1", "diameter = 0.1", &["`body.0.shape.disc.diameter`", "radius"]);
     wrong("motion = { pinned", "motion = { pined", &["did you mean `pinned`?", "free, fixed, pinned, held, path"]);
     wrong("law = \"gluey\"", "law = \"glue\"", &["did you mean `gluey`?", "inelastic, gluey"]);
@@ -311,8 +315,8 @@ fn bodies_in_each_others_place() {
     let same = "position = [0.3, 0.5]\nangle = 1.0\nmotion = { pinned = [0.3, 0.5] }";
     wrong_in(&close, far, same, true, &["has its centre where `left` has"]);
     wrong("position = [0.3, 0.5]", "position = [0.3, 0.05]", &["overlaps the wall `wall.0`", "by 5.000e-2"]);
-    let hollow = "hollow = { centre = [0.3, 0.5], radius = 0.05 }";
-    wrong_in(PARTICLES, "segment = [[0.0, 0.0], [1.0, 0.0]]", hollow, false, &["a hollow of radius 0.05", "`left`"]);
+    let hollow = "hollow = { centre = [0.5, 0.5], radius = 0.05 }";
+    wrong_in(STOKES, "tag = \"bottom\"", hollow, false, &["a hollow of radius 0.05", "by 5.000e-2"]);
     let twice = ["`body.1.name` = \"body-2\"", "two bodies have this name"];
     wrong_in(PARTICLES, "name = \"left\"", "name = \"body-2\"", false, &twice);
 }
@@ -351,7 +355,8 @@ fn values_out_of_range() {
         true,
         &["must be formulas of t alone"],
     );
-    wrong("law = \"gluey\"", "law = \"gluey\"\ngamma_min = 1", &["contact.gamma_min", "must not be above 0"]);
+    let above = ["contact.gamma_min", "must not be above 0"];
+    wrong_in(PARTICLES, "law = \"gluey\"", "law = \"gluey\"\ngamma_min = 1", false, &above);
     wrong("law = \"gluey\"", "gamma_min = -1", &["contact.gamma_min", "do not stick"]);
     wrong("law = \"gluey\"", "margin = -1", &["contact.margin"]);
     wrong("law = \"gluey\"", "tolerance = 0", &["contact.tolerance", "between 0 and 1"]);

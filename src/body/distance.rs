@@ -14,7 +14,9 @@ pub enum ShapeError {
     FewVertices { count: usize },
     #[error("vertex {index} of the polygon is ({x}, {y}): coordinates must be finite; hint: write plain numbers")]
     NotFinite { index: usize, x: f64, y: f64 },
-    #[error("vertices {index} and {next} of the polygon are the same point; hint: list every corner once, the first not again at the end")]
+    #[error(
+        "vertices {index} and {next} of the polygon are the same point; hint: list every corner once, the first not again at the end"
+    )]
     Repeated { index: usize, next: usize },
     #[error(
         "the polygon is not convex at vertex {index}, ({x}, {y}); hint: list the corners in their order around the body, and leave out those in the middle of a side"

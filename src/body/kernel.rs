@@ -133,7 +133,7 @@ impl Kernel {
             }
             for &node in &self.patches[body] {
                 let r: Point = (0..3).map(|k| self.motion(immersion, body, k, node) * c[k]).sum();
-                frames.owned(node).for_each(|unknown| drop(field.insert(unknown, 0.0)));
+                field.extend(frames.owned(node).map(|unknown| (unknown, 0.0)));
                 for component in 0..2 {
                     for (unknown, a) in frames.of(2 * node + component) {
                         *field.get_mut(&unknown).expect("nodes of patches own their unknowns") += a * r[component];

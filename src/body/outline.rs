@@ -60,7 +60,9 @@ impl Piece {
     pub fn mapped(&self, place: impl Fn(Point) -> Point, turn: impl Fn(Point) -> Point) -> Piece {
         match *self {
             Piece::Segment { from, to } => Piece::Segment { from: place(from), to: place(to) },
-            Piece::Arc { centre, axes, from, to } => Piece::Arc { centre: place(centre), axes: axes.map(turn), from, to },
+            Piece::Arc { centre, axes, from, to } => {
+                Piece::Arc { centre: place(centre), axes: axes.map(turn), from, to }
+            }
         }
     }
 

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use monolayer::measure::StreamFunction;
 use monolayer::output::OutputError;
+use monolayer::output::bodies::{Colour, Look, picture};
+use monolayer::output::plot::map::Window;
+use monolayer::results::bodies::Seen;
 use monolayer::run::finished::Finished;
 use monolayer::run::maps::{Caption, Draft};
 use monolayer::scene::{ArrowsOf, MapOptions, MapRequest, Quantity};
@@ -19,7 +22,7 @@ pub struct MapArgs {
     /// Folders of runs.
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
-    /// Quantity to show; may be repeated [default: speed and polarity].
+    /// Quantity to show; may be repeated [default: speed and polarity; bodies in runs without a tissue].
     #[arg(long, value_name = "Q", value_parser = named::<Quantity>)]
     of: Vec<Quantity>,
     /// Vector to show as arrows: velocity or polarity.
@@ -40,6 +43,9 @@ pub struct MapArgs {
     /// The same colour bar for all runs, from the smallest to the largest value of all.
     #[arg(long, conflicts_with = "range")]
     same_range: bool,
+    /// Colours of bodies in pictures of the bodies alone: speed, force (of the contacts) or name [default: speed].
+    #[arg(long, value_name = "COLOUR", value_parser = named::<Colour>)]
+    colour: Option<Colour>,
     /// Folder of the pictures [default: `plots` in the folder of each run].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -79,17 +85,73 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
         range,
     };
     let stems = stems(&args.runs);
+    let drawn = args.runs.iter().map(|folder| what_of(folder, args)).collect::<Result<Vec<_>, _>>()?;
+    of.retain(|quantity| *quantity != Quantity::Bodies);
     let mut requests: Vec<MapRequest> = of.iter().map(|of| request(&options(*of))).collect();
+    let fields: Vec<PathBuf> = args.runs.iter().zip(&drawn).filter(|(_, d)| d.fields).map(|(r, _)| r.clone()).collect();
     if args.same_range {
-        same_range(&args.runs, &mut requests, &options)?;
+        same_range(&fields, &mut requests, &options)?;
     }
-    for (folder, stem) in args.runs.iter().zip(&stems) {
-        let written = draw(folder, stem, args.out.as_deref(), &requests, &options)?;
+    let look = Look {
+        window: window.map(|[low, high]| Window::new(low, high)).transpose()?,
+        colour: args.colour.unwrap_or_default(),
+        range,
+        ..Look::default()
+    };
+    for ((folder, stem), drawn) in args.runs.iter().zip(&stems).zip(&drawn) {
+        let out = args.out.as_deref();
+        let mut written = if drawn.fields { draw(folder, stem, out, &requests, &options)? } else { Vec::new() };
+        if let Some(seen) = &drawn.bodies {
+            written.push(draw_bodies(folder, stem, out, seen, &look)?);
+        }
         if !quiet {
             written.iter().try_for_each(|path| say(&format!("written {}.png and .svg", path.display())))?;
         }
     }
     Ok(())
+}
+
+/// What is drawn of a run.
+struct Drawn {
+    /// Its fields, with the bodies above them.
+    fields: bool,
+    /// Its bodies alone.
+    bodies: Option<Seen>,
+}
+
+/// Runs without a tissue have their bodies drawn alone, and all runs where `--of bodies` asks for it.
+fn what_of(folder: &Path, args: &MapArgs) -> Result<Drawn, Failure> {
+    // what is wrong with the scene is told where it is read
+    let text = std::fs::read_to_string(folder.join("scene.toml")).unwrap_or_default();
+    let scene: toml::Table = text.parse().unwrap_or_default();
+    let kind = scene.get("model").and_then(|model| model.get("kind")).and_then(toml::Value::as_str).unwrap_or_default();
+    let (tissue, asked) = (!["particles", "stokes"].contains(&kind), args.of.contains(&Quantity::Bodies));
+    if tissue && !asked {
+        return Ok(Drawn { fields: true, bodies: None });
+    }
+    let folder_name = folder.display();
+    if let Some(other) = args.of.iter().find(|of| !tissue && **of != Quantity::Bodies) {
+        let other = other.name();
+        let rule = format!("a run of kind `{kind}` has no map of it; hint: take `--of bodies`");
+        return Err(format!("{folder_name}: option `--of {other}`: {rule}").into());
+    }
+    let none = || {
+        let hint = "`bodies = true` in an [[output]] of the scene makes a run write bodies.json and bodies.csv";
+        format!("{folder_name}: has no bodies that could be drawn; hint: {hint}")
+    };
+    let seen = Seen::read(folder, None)?.ok_or_else(none)?;
+    let fields = tissue && args.of.iter().any(|of| *of != Quantity::Bodies);
+    Ok(Drawn { fields, bodies: Some(seen) })
+}
+
+/// Draws the bodies alone, as they were at the last time of their table.
+fn draw_bodies(folder: &Path, stem: &str, out: Option<&Path>, seen: &Seen, look: &Look) -> Result<PathBuf, Failure> {
+    let plots = out.map_or_else(|| folder.join("plots"), Path::to_owned);
+    std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
+    let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
+    let path = plots.join(format!("{prefix}bodies-last"));
+    picture(&seen.moment(), look)?.write(&path)?;
+    Ok(path)
 }
 
 fn request(options: &MapOptions) -> MapRequest {
@@ -117,7 +179,7 @@ fn same_range(
     for folder in runs {
         let run = read(folder, requests, options)?;
         let march = run.march();
-        let draft = Draft { setup: &run.setup, state: &march.state, t: march.t, stream: None };
+        let draft = Draft { setup: &run.setup, state: &march.state, t: march.t, stream: None, bodies: None };
         for (range, request) in ranges.iter_mut().zip(requests.iter()) {
             let [low, high] = draft.extent(request, &Caption::of(&run.scene))?;
             *range = [range[0].min(low), range[1].max(high)];
@@ -142,7 +204,10 @@ fn draw(
         true => Some(StreamFunction::new(model.loops(), model.velocity())?),
         false => None,
     };
-    let draft = Draft { setup: &run.setup, state: &march.state, t: march.t, stream: stream.as_ref() };
+    let seen = Seen::read(folder, Some(march.t))?;
+    let moment = seen.as_ref().map(Seen::moment);
+    let draft =
+        Draft { setup: &run.setup, state: &march.state, t: march.t, stream: stream.as_ref(), bodies: moment.as_ref() };
     let plots = out.map_or_else(|| folder.join("plots"), Path::to_owned);
     std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
     let mut written = Vec::new();

@@ -11,7 +11,7 @@ pub struct Args {
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
     /// Curves to draw, separated by commas: sections, energy, lissajous, residual, overshoot, asymmetry, budget, step, iterations,
-    /// measures (all others), study [default: all that the folders have].
+    /// bodies, measures (all others), study [default: all that the folders have].
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     what: Vec<String>,
     /// Quantities along sections: velocity-1, velocity-2, speed, pressure, polarity-1, polarity-2, polarity, density, or a
@@ -21,6 +21,9 @@ pub struct Args {
     /// Cuts, such as axis-3 [default: all].
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     axis: Vec<String>,
+    /// Rigid bodies whose curves are drawn, by their names [default: the first ones that move].
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    body: Vec<String>,
     /// The part of the horizontal axis to show.
     #[arg(long, value_name = "LO,HI", allow_hyphen_values = true)]
     window: Option<String>,
@@ -71,6 +74,7 @@ impl Args {
             what: self.what.iter().map(|name| What::parse(name)).collect::<Result<_, _>>()?,
             quantities: self.quantity.clone(),
             axes: self.axis.clone(),
+            bodies: self.body.clone(),
             window: self.window.as_deref().map(window).transpose()?,
             labels: self.label.clone(),
         })

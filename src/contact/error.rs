@@ -3,9 +3,13 @@
 /// An error of contact. Bodies are named, walls numbered from 1.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ContactError {
-    #[error("Δt = {dt}: a step must be finite and greater than 0; hint: end the run one step earlier instead of making an empty step")]
+    #[error(
+        "Δt = {dt}: a step must be finite and greater than 0; hint: end the run one step earlier instead of making an empty step"
+    )]
     Step { dt: f64 },
-    #[error("the {what} of body \"{body}\" is {value} at t = {t}: it must be finite; hint: look at the formulas of its force and torque")]
+    #[error(
+        "the {what} of body \"{body}\" is {value} at t = {t}: it must be finite; hint: look at the formulas of its force and torque"
+    )]
     NotFinite { body: String, what: &'static str, value: f64, t: f64 },
     #[error(
         "body \"{body}\" has {what} = {value}: it must be finite and greater than 0; hint: give it a density (and, overdamped, a drag) above 0"

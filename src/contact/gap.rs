@@ -88,9 +88,7 @@ impl Placed {
                 let along = turned(Point::new(*half_length, 0.0), pose.angle);
                 (Core::Corners(vec![centre - along, centre + along]), *radius)
             }
-            Shape::Polygon { vertices } => {
-                (Core::Corners(vertices.iter().map(|v| pose.to_space(*v)).collect()), 0.0)
-            }
+            Shape::Polygon { vertices } => (Core::Corners(vertices.iter().map(|v| pose.to_space(*v)).collect()), 0.0),
         };
         Self { core, radius, centre }
     }
@@ -227,7 +225,8 @@ fn corners(first: &Placed, second: &Placed, reach: f64, out: &mut Vec<Touch>) {
         }
     };
     let lowest = (0..other.len()).fold(0, |a, b| if side.height(other[b]) < side.height(other[a]) { b } else { a });
-    let opposite = sides(other).reduce(|a, b| if b.normal.dot(&side.normal) < a.normal.dot(&side.normal) { b } else { a });
+    let opposite =
+        sides(other).reduce(|a, b| if b.normal.dot(&side.normal) < a.normal.dot(&side.normal) { b } else { a });
     let opposite = opposite.filter(|o| o.normal.dot(&side.normal) < FACING);
     let near = reach + first.radius + second.radius;
     let ends = |side: &Side, count: usize| [side.index, (side.index + 1) % count];

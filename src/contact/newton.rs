@@ -90,7 +90,8 @@ impl<'a> Workspace<'a> {
         let symmetric = Symmetric::new(n, all).ok()?;
         let places = problem.rows.iter().map(|row| {
             let pairs = row.entries.iter().enumerate();
-            pairs.flat_map(|(i, &(k, _))| row.entries[..=i].iter().map(move |&(l, _)| (k.max(l), k.min(l))))
+            pairs
+                .flat_map(|(i, &(k, _))| row.entries[..=i].iter().map(move |&(l, _)| (k.max(l), k.min(l))))
                 .map(|(k, l)| symmetric.place(k, l))
                 .collect()
         });

@@ -48,10 +48,14 @@ pub fn find(ranges: &[Range], walls: &[Wall]) -> Vec<(usize, Partner)> {
     });
     let fixed = walls.iter().enumerate().filter_map(|(index, wall)| Some(Item::new(wall_box(wall)?, n + index)));
     let tree = RTree::bulk_load(bodies.chain(fixed).collect());
-    let hollows: Vec<(usize, Point, f64)> = walls.iter().enumerate().filter_map(|(index, wall)| match wall {
-        Wall::Hollow { centre, radius } => Some((index, *centre, *radius)),
-        Wall::Segment(_) | Wall::Disc { .. } => None,
-    }).collect();
+    let hollows: Vec<(usize, Point, f64)> = walls
+        .iter()
+        .enumerate()
+        .filter_map(|(index, wall)| match wall {
+            Wall::Hollow { centre, radius } => Some((index, *centre, *radius)),
+            Wall::Segment(_) | Wall::Disc { .. } => None,
+        })
+        .collect();
     let mut pairs = Vec::new();
     for (i, range) in ranges.iter().enumerate() {
         let (low, high) = range.corners();

@@ -11,9 +11,11 @@ impl Placed {
     pub(super) fn support(&self, n: Point) -> Point {
         match &self.core {
             Core::Point(p) => *p,
-            Core::Corners(corners) => {
-                corners.iter().copied().reduce(|a, b| if b.dot(&n) > a.dot(&n) { b } else { a }).expect("a core is not empty")
-            }
+            Core::Corners(corners) => corners
+                .iter()
+                .copied()
+                .reduce(|a, b| if b.dot(&n) > a.dot(&n) { b } else { a })
+                .expect("a core is not empty"),
             Core::Ellipse { centre, semi_axes: [a, b], direction } => {
                 let other = Point::new(-direction.y, direction.x);
                 let (u, v) = (a * direction.dot(&n), b * other.dot(&n));

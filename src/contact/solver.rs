@@ -78,7 +78,12 @@ impl Settings {
         if let Law::Gluey { gamma_min } = self.law
             && !(gamma_min <= 0.0)
         {
-            return error("gamma_min", gamma_min, "must be at most 0", "0 is contact without glue, -inf are smooth bodies");
+            return error(
+                "gamma_min",
+                gamma_min,
+                "must be at most 0",
+                "0 is contact without glue, -inf are smooth bodies",
+            );
         }
         Ok(())
     }
@@ -278,7 +283,11 @@ fn check_mover(mover: &Mover) -> Result<(), ContactError> {
     let predicted = [("predicted velocity", velocity.x), ("predicted velocity", velocity.y), ("predicted spin", spin)];
     match mover.freedom {
         Freedom::Given { next } => {
-            values.extend([("next position", next.position.x), ("next position", next.position.y), ("next angle", next.angle)]);
+            values.extend([
+                ("next position", next.position.x),
+                ("next position", next.position.y),
+                ("next angle", next.angle),
+            ]);
         }
         Freedom::Free { .. } | Freedom::Pinned { .. } => values.extend(predicted),
     }
@@ -286,7 +295,9 @@ fn check_mover(mover: &Mover) -> Result<(), ContactError> {
         return Err(ContactError::NotFinite { body: body(), what, value, t: f64::NAN });
     }
     let inertias = match mover.freedom {
-        Freedom::Free { mass, inertia } => vec![("mass or resistance", mass), ("inertia or resistance to spin", inertia)],
+        Freedom::Free { mass, inertia } => {
+            vec![("mass or resistance", mass), ("inertia or resistance to spin", inertia)]
+        }
         Freedom::Pinned { inertia, .. } => vec![("inertia or resistance to spin about the pin", inertia)],
         Freedom::Given { .. } => Vec::new(),
     };
@@ -318,10 +329,9 @@ impl Mover<'_> {
                 let arm = -turned(pivot, self.pose.angle);
                 Twist { velocity: twist.spin * perpendicular(arm), spin: twist.spin }
             }
-            Freedom::Given { next } => Twist {
-                velocity: (next.position - self.pose.position) / dt,
-                spin: (next.angle - self.pose.angle) / dt,
-            },
+            Freedom::Given { next } => {
+                Twist { velocity: (next.position - self.pose.position) / dt, spin: (next.angle - self.pose.angle) / dt }
+            }
         }
     }
 

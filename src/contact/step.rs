@@ -161,8 +161,8 @@ impl<'a> Step<'a> {
         let mut row = Row { offset: touch.gap - settings.margin, ..Row::default() };
         self.fill(&mut row, body, partner, &touch);
         row.bound = bond.gamma / (resistance * self.dt * self.unit);
-        row.slack = settings.tolerance * self.solver.size(self.movers, body, partner)
-            + rounding(self.movers, body, partner);
+        row.slack =
+            settings.tolerance * self.solver.size(self.movers, body, partner) + rounding(self.movers, body, partner);
         let warm = row.bound + bond.multiplier;
         Near { body, partner, touch, row, resistance, warm, followed: false }
     }
@@ -324,7 +324,13 @@ impl<'a> Step<'a> {
 
     fn projected(&self, twists: &[Twist]) -> Projected {
         let poses = self.poses(twists);
-        let mut out = Projected { poses, twists: twists.to_vec(), gap: f64::INFINITY, effort: self.effort, ..Projected::default() };
+        let mut out = Projected {
+            poses,
+            twists: twists.to_vec(),
+            gap: f64::INFINITY,
+            effort: self.effort,
+            ..Projected::default()
+        };
         out.forces = vec![[0.0; 3]; twists.len()];
         let mut found: Vec<Touch> = Vec::new();
         let mut of = None;

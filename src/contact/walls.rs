@@ -51,7 +51,9 @@ impl Walls {
             Wall::Segment([p, q]) => {
                 Some(Placed { core: Core::Corners(vec![*p, *q]), radius: 0.0, centre: 0.5 * (p + q) })
             }
-            Wall::Disc { centre, radius } => Some(Placed { core: Core::Point(*centre), radius: *radius, centre: *centre }),
+            Wall::Disc { centre, radius } => {
+                Some(Placed { core: Core::Point(*centre), radius: *radius, centre: *centre })
+            }
             Wall::Hollow { .. } => None,
         });
         Self { placed: placed.collect(), before: before.collect(), after: after.collect(), walls: walls.to_vec() }

@@ -32,13 +32,7 @@ impl Restriction {
         self.holds(self.cover.cell(cell)).unwrap_or_else(part_of_cut)
     }
 
-    pub fn each_cell_point(
-        &self,
-        loops: &Integrator,
-        cell: usize,
-        degree: usize,
-        visit: &mut dyn FnMut(&CellPoint),
-    ) {
+    pub fn each_cell_point(&self, loops: &Integrator, cell: usize, degree: usize, visit: &mut dyn FnMut(&CellPoint)) {
         let class = self.cover.cell(cell);
         match (class, self.holds(class)) {
             (_, Some(false)) => {}
@@ -58,13 +52,7 @@ impl Restriction {
     }
 
     /// The degree is that of the rule.
-    pub fn each_face_point(
-        &self,
-        loops: &Integrator,
-        index: usize,
-        degree: usize,
-        visit: &mut dyn FnMut(&FacePoint),
-    ) {
+    pub fn each_face_point(&self, loops: &Integrator, index: usize, degree: usize, visit: &mut dyn FnMut(&FacePoint)) {
         let class = self.cover.face(index);
         match (class, self.holds(class)) {
             (_, Some(false)) => {}

@@ -82,7 +82,10 @@ pub struct Immersed {
     friction: f64,
     closed: bool,
     neighbours: Neighbours,
+    /// Of `S A S`.
     factors: Multifrontal,
+    /// Powers of two S that bring all diagonal entries near 1, whatever ε; those of pressures bring their pivots there.
+    scales: Vec<f64>,
     /// Blocks of the balance without bodies, of `b(w,ξ)`, and `∫ ξ` in a closed domain, cell after cell.
     stiffness: Vec<f64>,
     divergence: Vec<f64>,
@@ -129,7 +132,8 @@ impl Immersed {
         let means = means.unwrap_or_default();
         let source = Source { layout, immersion: &immersion, rigidity: &rigidity, friction, hosts: &kernel.hosts };
         let source = Filled { source, stiffness: &stiffness, divergence: &divergence, means: &means };
-        let factors = Multifrontal::keeping(structure.symbolic.clone(), |e, out| source.fill(e, out))?;
+        let scales = source.scales();
+        let factors = Multifrontal::keeping(structure.symbolic.clone(), |e, out| source.fill_scaled(e, &scales, out))?;
         let mut this = Self {
             immersion,
             rigidity,
@@ -138,6 +142,7 @@ impl Immersed {
             closed,
             neighbours,
             factors,
+            scales,
             stiffness,
             divergence,
             means,
@@ -168,21 +173,32 @@ impl Immersed {
         let mut cells: BTreeSet<usize> = changed.into_iter().collect();
         let (old, new): (BTreeSet<_>, BTreeSet<_>) =
             (self.kernel.hosts.iter().copied().collect(), kernel.hosts.iter().copied().collect());
-        let exchanged: BTreeSet<usize> = old.symmetric_difference(&new).copied().collect();
-        if !exchanged.is_empty() {
-            for (node, around) in self.around.iter().enumerate() {
-                if ground.frames.owned(node).any(|u| exchanged.contains(&u)) {
-                    cells.extend(around.iter().map(|&cell| cell as usize));
+        let mut renewed: BTreeSet<usize> = old.symmetric_difference(&new).copied().collect();
+        (self.immersion, self.kernel) = (immersion, kernel);
+        let scales = self.filled(ground).scales();
+        renewed.extend((0..scales.len()).filter(|&k| scales[k] != self.scales[k]));
+        self.scales = scales;
+        let mesh = &ground.velocity.mesh;
+        let mut element = Element::default();
+        if !renewed.is_empty() {
+            let layout = ground.layout(self.closed, &self.neighbours);
+            for cell in 0..mesh.cells.len() {
+                layout.unknowns(cell, &mut element);
+                if element.rows.iter().any(|&u| renewed.contains(&(u as usize))) {
+                    cells.insert(cell);
                 }
             }
         }
-        let cells: Vec<usize> = cells.into_iter().collect();
-        (self.immersion, self.kernel) = (immersion, kernel);
+        // the pressures of a cell are in the element of their mean too
+        let means = if self.closed { mesh.cells.len() } else { 0 };
+        let cells: Vec<usize> =
+            cells.iter().copied().chain(cells.iter().filter(|_| means > 0).map(|c| c + means)).collect();
         let layout = ground.layout(self.closed, &self.neighbours);
         let (immersion, rigidity) = (&self.immersion, &self.rigidity);
         let source = Source { layout, immersion, rigidity, friction: self.friction, hosts: &self.kernel.hosts };
         let filled = Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means };
-        self.share = self.factors.refactor_changed(|e, out| filled.fill(e, out), &cells)?;
+        let scales = &self.scales;
+        self.share = self.factors.refactor_changed(|e, out| filled.fill_scaled(e, scales, out), &cells)?;
         self.couple(ground);
         Ok(())
     }
@@ -229,8 +245,9 @@ impl Immersed {
     }
 
     fn inverse(&self, b: &[f64]) -> Vec<f64> {
-        let mut x = b.to_vec();
+        let mut x: Vec<f64> = b.iter().zip(&self.scales).map(|(b, s)| b * s).collect();
         self.factors.solve_in_place(&mut x);
+        x.iter_mut().zip(&self.scales).for_each(|(x, s)| *x *= s);
         x
     }
 
@@ -339,6 +356,54 @@ struct Filled<'s> {
 }
 
 impl Filled<'_> {
+    /// Element `e` of `S A S`.
+    fn fill_scaled(&self, e: usize, scales: &[f64], out: &mut Element) {
+        self.fill(e, out);
+        let width = out.columns.len();
+        for (&row, values) in out.rows.iter().zip(out.values.chunks_exact_mut(width)) {
+            let s = scales[row as usize];
+            values.iter_mut().zip(&out.columns).for_each(|(a, &column)| *a *= s * scales[column as usize]);
+        }
+    }
+
+    /// Powers of four near `1/√A_vv` and near the root of the inverse of `Σ_v b(v,p)²/A_vv`.
+    fn scales(&self) -> Vec<f64> {
+        let layout = &self.source.layout;
+        let (space, pressure) = (layout.velocity, layout.pressure.expect("an incompressible flow has a pressure"));
+        let (nv, np, free) = (space.cell_dof_count(), pressure.n, layout.frames.free);
+        let cells = 0..space.mesh.cells.len();
+        let unknowns = |cell: usize, k: usize| layout.frames.of(space.dof(cell, k / space.n, k % space.n));
+        let mut size = vec![0.0; layout.first()];
+        for cell in cells.clone() {
+            for k in 0..nv {
+                let a = self.stiffness[(cell * nv + k) * nv + k];
+                unknowns(cell, k).for_each(|(unknown, b)| size[unknown] += a * b * b);
+            }
+        }
+        for parts in &self.source.immersion.parts {
+            for (&cell, part) in parts {
+                let Some(viscosity) = &part.viscosity else { continue };
+                for k in 0..nv {
+                    let a = viscosity[k * nv + k] / self.source.rigidity.epsilon;
+                    unknowns(cell, k).for_each(|(unknown, b)| size[unknown] += a * b * b);
+                }
+            }
+        }
+        for cell in cells {
+            for i in 0..nv {
+                for (unknown, a) in unknowns(cell, i) {
+                    let Some(share) = Some(a * a / size[unknown]).filter(|s| s.is_finite()) else { continue };
+                    for j in 0..np {
+                        let b = self.divergence[(cell * nv + i) * np + j];
+                        size[free + pressure.dof(cell, 0, j)] += share * b * b;
+                    }
+                }
+            }
+        }
+        let scale = |size: &f64| if *size > 0.0 { 4f64.powf(-(0.25 * size.log2()).round()) } else { 1.0 };
+        size.iter().map(scale).collect()
+    }
+
     /// Element `e` of A: with the penalty, hosts apart.
     fn fill(&self, e: usize, out: &mut Element) {
         let cells = self.source.layout.velocity.mesh.cells.len();

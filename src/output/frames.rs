@@ -13,6 +13,9 @@ use super::{OutputError, number, write_whole};
 /// Seconds of the frame of median duration.
 const SECONDS: f64 = 0.04;
 
+/// The list of all frames, in the folder of a run.
+pub const TABLE: &str = "frames.csv";
+
 const HEADER: [&str; 4] = ["film", "file", "time", "duration"];
 
 /// A picture of a film.
@@ -47,7 +50,7 @@ impl Frames {
     /// # Errors
     /// [`OutputError::Malformed`] for a file that is no list of frames, [`OutputError::Io`].
     pub fn resume(folder: &Path, time: f64) -> Result<Self, OutputError> {
-        let path = folder.join("frames.csv");
+        let path = folder.join(TABLE);
         if !path.exists() {
             return Self::create(folder);
         }
@@ -106,7 +109,7 @@ impl Frames {
         let header = HEADER.map(str::to_owned).to_vec();
         std::iter::once(header).chain(rows).for_each(|row| table.write_record(row).expect("rows of equal length"));
         let bytes = table.into_inner().expect("writing to memory does not fail");
-        write_whole(&self.folder.join("frames.csv"), |out| out.write_all(&bytes))
+        write_whole(&self.folder.join(TABLE), |out| out.write_all(&bytes))
     }
 
     fn write_film(&self, film: &str) -> Result<(), OutputError> {
@@ -141,7 +144,11 @@ fn quoted(file: &str) -> String {
     format!("'{}'", file.replace('\'', r"'\''"))
 }
 
-fn read(path: &Path) -> Result<Vec<Frame>, OutputError> {
+/// Reads a list of frames; a row that was cut off is left out.
+///
+/// # Errors
+/// [`OutputError::Malformed`] for another table.
+pub fn read(path: &Path) -> Result<Vec<Frame>, OutputError> {
     let malformed = |what: String| OutputError::Malformed {
         path: path.display().to_string(),
         what,

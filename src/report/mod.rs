@@ -3,6 +3,7 @@
 //! The page needs nothing from outside: pictures are data URIs, style and the script that sorts tables are in it, and a
 //! content security policy forbids every request. It works without the script, and on paper.
 
+mod bodies;
 mod pictures;
 mod run;
 mod study;

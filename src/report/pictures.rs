@@ -8,6 +8,7 @@ use maud::{Markup, html};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 
+use crate::output::frames::Frame;
 use crate::results::{Drawn, Results};
 
 /// An SVG with more bytes than these gives way to the PNG beside it.
@@ -21,10 +22,16 @@ struct Shown {
     file: String,
 }
 
-/// Every picture of the folder; what cannot be shown is a note. Returns how many there are.
-pub(super) fn of_folder(folder: &Results, notes: &mut Vec<String>) -> (Markup, usize) {
+/// Every picture of the folder, of a film the last one; what cannot be shown is a note. Returns how many there are.
+pub(super) fn of_folder(folder: &Results, frames: &[Frame], notes: &mut Vec<String>) -> (Markup, usize) {
     let mut shown = Vec::new();
-    for path in &folder.pictures {
+    let last = |film: &str| frames.iter().rfind(|frame| frame.film == film).map(|frame| &frame.file);
+    let passed = |path: &Path| {
+        let frame =
+            frames.iter().find(|frame| folder.path.join(&frame.file).with_extension("") == path.with_extension(""));
+        frame.is_some_and(|frame| last(&frame.film) != Some(&frame.file))
+    };
+    for path in folder.pictures.iter().filter(|path| !passed(path)) {
         match read(path) {
             Ok(picture) => shown.push(picture),
             Err(reason) => notes.push(format!("the picture {} is left out: {reason}", path.display())),

@@ -3,8 +3,9 @@
 use maud::{Markup, html};
 use serde_json::Value;
 
-use super::pictures;
 use super::tables::{cell, notes, pairs, plain, short};
+use super::{bodies, pictures};
+use crate::output::frames::{self, Frame};
 use crate::results::curves::{Wish, curves};
 use crate::results::{Kind, Results, Setting, names, parameters, symbol};
 
@@ -29,7 +30,9 @@ pub(super) fn section(run: &Results) -> Markup {
     let mut remarks = run.problems.clone();
     remarks.extend(remarks_of(run));
     let failures: Vec<String> = text(run, "reason").map(str::to_owned).into_iter().collect();
-    let (shown, count) = pictures::of_folder(run, &mut remarks);
+    let frames = frames(run, &mut remarks);
+    let (shown, count) = pictures::of_folder(run, &frames, &mut remarks);
+    let table_of_bodies = bodies::table(run, &mut remarks);
     let own = if count == 0 { curves(&[run], &Wish::default()).unwrap_or_default() } else { Default::default() };
     remarks.extend(own.notes.iter().cloned());
     html! {
@@ -37,10 +40,12 @@ pub(super) fn section(run: &Results) -> Markup {
         (notes(&failures, &remarks))
         (measures(run))
         (steady(run))
+        (table_of_bodies)
         @if count > 0 || !own.pictures.is_empty() {
             h3 { "Pictures" }
             (shown)
             (pictures::drawn(&own))
+            (bodies::films(&frames))
         }
         @if run.kind == Kind::Run {
             h3 { "What was solved" }
@@ -48,6 +53,18 @@ pub(super) fn section(run: &Results) -> Markup {
             (cost(run))
         }
     }
+}
+
+/// The pictures that belong to films.
+fn frames(run: &Results, remarks: &mut Vec<String>) -> Vec<Frame> {
+    let path = run.path.join(frames::TABLE);
+    if !path.exists() {
+        return Vec::new();
+    }
+    frames::read(&path).unwrap_or_else(|error| {
+        remarks.push(error.to_string());
+        Vec::new()
+    })
 }
 
 fn get<'a>(run: &'a Results, path: &str) -> Option<&'a Value> {
@@ -222,10 +239,20 @@ fn steady(run: &Results) -> Markup {
 }
 
 fn solved(run: &Results) -> Markup {
-    let compressible = run.setting("model.kind").and_then(toml::Value::as_str) == Some("compressible");
+    let kind = run.setting("model.kind").and_then(toml::Value::as_str);
     html! {
         @if run.scene.is_some() {
-            @if compressible {
+            @if kind == Some("particles") {
+                p {
+                    "Rigid bodies with forces and contact, and no flow: their velocities change by the forces, and are then projected onto \
+                    those that let no two bodies, and no body and wall, overlap."
+                }
+            } @else if kind == Some("stokes") {
+                p {
+                    "An incompressible viscous flow in which rigid bodies are regions of a viscosity larger by 1/ε: viscous stress and \
+                    pressure balance forces and friction; the velocity has no divergence; the bodies move with the mean of the flow over them."
+                }
+            } @else if kind == Some("compressible") {
                 p {
                     "A compressible sheet: the density is carried by the flow (∂ρ/∂t + div(ρv) = 0) and gives the pressure c"
                     sub { "0" } " ρ" sup { "γ+1" } "; viscous, elastic and active stress balance friction and traction, all weighed with the \

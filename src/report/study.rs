@@ -22,12 +22,12 @@ pub(super) fn section(study: &Results) -> Markup {
     }
     remarks.extend(said(study));
     let failures = failures(study);
-    let (shown, count) = pictures::of_folder(study, &mut remarks);
+    let (shown, count) = pictures::of_folder(study, &[], &mut remarks);
     let parts: Vec<(String, Markup)> = study
         .parts
         .iter()
         .filter(|part| part.kind == Kind::Order)
-        .map(|part| (part.name.clone(), pictures::of_folder(part, &mut remarks).0))
+        .map(|part| (part.name.clone(), pictures::of_folder(part, &[], &mut remarks).0))
         .collect();
     let drawn = own_curves(study, count, &mut remarks);
     html! {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Kind, Results, ResultsError, history, label, sections, study};
+use super::{Kind, Results, ResultsError, history, label, sections, study, ways};
 use crate::output::plot::{Plot, PlotError};
 
 /// A kind of curve.
@@ -26,6 +26,8 @@ pub enum What {
     Step,
     /// Iterations of a step.
     Iterations,
+    /// Paths, speeds and angles of rigid bodies.
+    Bodies,
     /// Every other measure over time.
     Measures,
     /// Measures of a study over what it varies.
@@ -41,6 +43,8 @@ pub struct Wish {
     pub quantities: Vec<String>,
     /// Names of cuts; all if empty.
     pub axes: Vec<String>,
+    /// Names of rigid bodies; the first ones that move if empty.
+    pub bodies: Vec<String>,
     /// The part of the horizontal axis that is shown.
     pub window: Option<[f64; 2]>,
     /// Legend entries of the runs, in their order; those that are missing follow from what differs.
@@ -67,7 +71,7 @@ pub struct Drawn {
 pub const MOST_RUNS: usize = 24;
 
 impl What {
-    pub const ALL: [What; 11] = [
+    pub const ALL: [What; 12] = [
         What::Sections,
         What::Energy,
         What::Lissajous,
@@ -77,6 +81,7 @@ impl What {
         What::Budget,
         What::Step,
         What::Iterations,
+        What::Bodies,
         What::Measures,
         What::Study,
     ];
@@ -93,6 +98,7 @@ impl What {
             What::Budget => "budget",
             What::Step => "step",
             What::Iterations => "iterations",
+            What::Bodies => "bodies",
             What::Measures => "measures",
             What::Study => "study",
         }
@@ -116,6 +122,7 @@ impl What {
         match self {
             What::Sections | What::Energy | What::Lissajous | What::Residual | What::Overshoot => true,
             What::Asymmetry | What::Budget | What::Measures | What::Step | What::Study => true,
+            What::Bodies => true,
             What::Iterations => false,
         }
     }
@@ -130,6 +137,7 @@ impl What {
             What::Asymmetry => "the measure `asymmetry` with `every` in the scene",
             What::Budget => "the measure `energy-budget` with `every` in the scene",
             What::Step | What::Iterations => "a history.csv of two or more steps",
+            What::Bodies => "`bodies = true` with `every` in an [[output]] of the scene",
             What::Measures => "measures with `every` in the scene",
             What::Study => "a study with a number that varies and measures",
         }
@@ -194,6 +202,9 @@ pub fn curves(folders: &[&Results], wish: &Wish) -> Result<Drawn, ResultsError> 
     history::draw(shown, &labels, wish, &mut drawn);
     if wish.wants(What::Sections) {
         sections::draw(shown, &labels, wish, &mut drawn)?;
+    }
+    if wish.wants(What::Bodies) {
+        ways::draw(shown, &labels, wish, &mut drawn)?;
     }
     if wish.wants(What::Study) {
         folders.iter().filter(|f| f.kind == Kind::Sweep).for_each(|folder| study::draw(folder, &mut drawn));

@@ -15,7 +15,7 @@ struct Group {
     columns: &'static [&'static str],
 }
 
-const GROUPS: [Group; 8] = [
+const GROUPS: [Group; 11] = [
     Group {
         what: What::Energy,
         file: "energy",
@@ -88,6 +88,30 @@ const GROUPS: [Group; 8] = [
         scale: Scale::Linear,
         columns: &["iterations"],
     },
+    Group {
+        what: What::Measures,
+        file: "wall-force",
+        title: "Force on all walls",
+        quantity: "force (dimensionless)",
+        scale: Scale::Linear,
+        columns: &["wall_force_x1", "wall_force_x2"],
+    },
+    Group {
+        what: What::Measures,
+        file: "body-place",
+        title: "Place of the first body",
+        quantity: "position",
+        scale: Scale::Linear,
+        columns: &["body_x1", "body_x2"],
+    },
+    Group {
+        what: What::Measures,
+        file: "body-velocity",
+        title: "Velocity of the first body",
+        quantity: "velocity (dimensionless)",
+        scale: Scale::Linear,
+        columns: &["body_velocity_1", "body_velocity_2"],
+    },
 ];
 
 /// Columns that are no measures.
@@ -110,7 +134,7 @@ struct Runs<'a> {
 }
 
 pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mut Drawn) {
-    if ![What::Sections, What::Study].iter().any(|what| wish.what == [*what]) {
+    if ![What::Sections, What::Study, What::Bodies].iter().any(|what| wish.what == [*what]) {
         let runs = Runs::read(runs, labels, wish, drawn);
         GROUPS.iter().filter(|group| wish.wants(group.what)).for_each(|group| runs.group(group, drawn));
         if wish.wants(What::Lissajous) {
@@ -176,7 +200,7 @@ impl<'a> Runs<'a> {
             What::Residual | What::Budget if !self.wish.names(group.what) => 1,
             What::Sections | What::Energy | What::Lissajous | What::Residual | What::Overshoot => usize::MAX,
             What::Asymmetry | What::Budget | What::Step | What::Iterations => usize::MAX,
-            What::Measures | What::Study => usize::MAX,
+            What::Measures | What::Study | What::Bodies => usize::MAX,
         };
         for (k, column) in group.columns.iter().enumerate().take(usual) {
             let name = names::short(column);

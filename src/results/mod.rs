@@ -3,6 +3,7 @@
 //! Nothing here needs the solver: what is read is what the files say. A file that is missing or broken is a sentence in
 //! [`Results::problems`], so that a run that was cut off can be looked at like any other.
 
+pub mod bodies;
 pub mod curves;
 pub mod folder;
 mod history;
@@ -11,6 +12,7 @@ pub mod names;
 mod sections;
 pub mod study;
 pub mod table;
+mod ways;
 
 pub use curves::{Drawn, Picture, What, Wish};
 pub use folder::{Kind, Results};

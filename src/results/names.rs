@@ -4,7 +4,7 @@ use crate::measure::errors::{ErrorField, Norm};
 use crate::output::plot::{Axis, Scale};
 
 /// Keys with a symbol and what they mean: the parameters of the model in the order in which they are told, then sizes.
-pub(super) const SYMBOLS: [(&str, &str, &str); 22] = [
+pub(super) const SYMBOLS: [(&str, &str, &str); 25] = [
     ("model.peclet", "Pe", "relaxation time of the polarity over that of the flow"),
     ("model.beta", "β", "friction as a share, C_F/(1 + C_F)"),
     ("model.friction", "C_F", "friction with the substrate"),
@@ -26,6 +26,9 @@ pub(super) const SYMBOLS: [(&str, &str, &str); 22] = [
     ("time.scheme", "scheme", "time scheme"),
     ("space.k", "k", "degree of the pressure"),
     ("initial.polarity.random.seed", "seed", "seed of the random start"),
+    ("rigid.epsilon", "ε", "viscosity of the medium over that of bodies"),
+    ("contact.gamma_min", "γ_{min}", "threshold of roughness of gluey contact"),
+    ("contact.margin", "η", "gap that contact keeps"),
     ("coupling.tolerance", "tolerance", "tolerance of the coupling"),
 ];
 
@@ -46,7 +49,7 @@ const fn of(column: &'static str, words: &'static str, unit: &'static str, short
 /// Unit of what is a ratio to the scales of the model.
 const NONE: &str = "dimensionless";
 
-const MEASURES: [Measure; 54] = [
+const MEASURES: [Measure; 66] = [
     of("residual", "residual of the stationary equations", NONE, "total"),
     of("residual_velocity", "residual of the velocity", NONE, "velocity"),
     of("residual_pressure", "residual of the pressure", NONE, "pressure"),
@@ -82,6 +85,18 @@ const MEASURES: [Measure; 54] = [
     of("circulation_polarity", "mean polarity along the track", NONE, "polarity"),
     of("defects_plus", "defects of charge +1", "", "charge +1"),
     of("defects_minus", "defects of charge −1", "", "charge −1"),
+    of("kinetic_energy", "kinetic energy of the bodies", NONE, "kinetic energy"),
+    of("gap", "smallest gap min D", NONE, "min D"),
+    of("overlap", "deepest overlap of bodies", NONE, "overlap"),
+    of("contacts", "contacts with λ ≠ 0", "", "contacts"),
+    of("wall_force_x1", "force on all walls along x₁", NONE, "along x₁"),
+    of("wall_force_x2", "force on all walls along x₂", NONE, "along x₂"),
+    of("body_x1", "x₁ of the first body", "", "x₁"),
+    of("body_x2", "x₂ of the first body", "", "x₂"),
+    of("body_angle", "angle θ of the first body", "", "θ"),
+    of("body_velocity_1", "velocity V₁ of the first body", NONE, "V₁"),
+    of("body_velocity_2", "velocity V₂ of the first body", NONE, "V₂"),
+    of("body_spin", "spin ω of the first body", NONE, "ω"),
     of("growth", "growth rate of the leading mode", NONE, "growth rate"),
     of("frequency", "angular frequency of the leading mode", NONE, "angular frequency"),
     of("period", "period of the oscillation", NONE, "period"),

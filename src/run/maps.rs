@@ -7,6 +7,7 @@ use crate::element::basis;
 use crate::measure::StreamFunction;
 use crate::mesh::{Face, Mesh, Point};
 use crate::model::{ModelKind, State};
+use crate::output::bodies::{Moment, overlay};
 use crate::output::plot::PlotError;
 use crate::output::plot::map::{Layer, Look, Map, Palette, Picture, Window};
 use crate::scene::{ArrowsOf, MapRequest, Quantity, Scene};
@@ -65,6 +66,8 @@ pub struct Draft<'s> {
     pub t: f64,
     /// Needed for streamlines alone.
     pub stream: Option<&'s StreamFunction>,
+    /// Rigid bodies in the flow: they are drawn above the fields, which are not shown inside of them.
+    pub bodies: Option<&'s Moment<'s>>,
 }
 
 /// How a quantity follows from its field.
@@ -164,7 +167,8 @@ impl Draft<'_> {
             }
             (false, _) => None,
         };
-        let stream = |x: Point| self.at(x, |cell, xi| psi.as_ref().map(|psi| psi.scalar_at(cell, xi))).flatten();
+        // bodies hide its lines inside of them
+        let stream = |x: Point| self.anywhere(x, |cell, xi| psi.as_ref().map(|psi| psi.scalar_at(cell, xi))).flatten();
         let mut layers = Vec::new();
         if request.mesh {
             layers.push(Layer::Lines { lines: inner_edges(mesh), look: Look::Mesh });
@@ -176,6 +180,7 @@ impl Draft<'_> {
         if let Some((_, name)) = arrows {
             layers.push(Layer::Arrows { name: name.into(), of: &vector });
         }
+        layers.extend(self.bodies.iter().flat_map(|moment| overlay(moment, true)));
         let failed = |error| failed(&request.name, error);
         let map = Map {
             title: self.title(&kind, caption),
@@ -211,8 +216,13 @@ impl Draft<'_> {
         })
     }
 
-    /// What a function of cell and reference point has at a point of the domain.
+    /// What a function of cell and reference point has at a point of the domain that lies in no body.
     fn at<T>(&self, x: Point, value: impl FnOnce(usize, Point) -> T) -> Option<T> {
+        let free = self.bodies.is_none_or(|moment| moment.body_at(x).is_none());
+        if free { self.anywhere(x, value) } else { None }
+    }
+
+    fn anywhere<T>(&self, x: Point, value: impl FnOnce(usize, Point) -> T) -> Option<T> {
         self.setup.locator.locate(&self.setup.mesh, x).map(|(cell, xi)| value(cell, xi))
     }
 }

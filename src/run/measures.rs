@@ -301,7 +301,7 @@ pub fn columns_of(measure: Measure) -> Vec<&'static str> {
         Measure::Gap => vec!["gap"],
         Measure::Overlap => vec!["overlap"],
         Measure::Contacts => vec!["contacts"],
-        Measure::WallForce => vec!["wall_force_1", "wall_force_2"],
+        Measure::WallForce => vec!["wall_force_x1", "wall_force_x2"],
         Measure::Body => vec!["body_x1", "body_x2", "body_angle", "body_velocity_1", "body_velocity_2", "body_spin"],
     }
 }

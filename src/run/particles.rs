@@ -85,9 +85,11 @@ fn radius(shape: &Shape) -> f64 {
 pub fn terms(scene: &ParticlesScene) -> Vec<Term> {
     let term = |name, formula, on, reason: String| Term { name, formula, on, reason };
     let inertial = scene.dynamics == Dynamics::Inertial;
-    let forced = scene.bodies.bodies.iter().filter(|body| {
-        !(body.force.iter().all(Expression::is_zero) && body.torque.is_zero())
-    });
+    let forced = scene
+        .bodies
+        .bodies
+        .iter()
+        .filter(|body| !(body.force.iter().all(Expression::is_zero) && body.torque.is_zero()));
     let (forced, [g1, g2]) = (forced.count(), &scene.gravity);
     let dynamics = if inertial { "inertial" } else { "overdamped" };
     vec![
@@ -156,7 +158,8 @@ type State = (ParticleState, Vec<Contact>);
 
 impl<'s> Stepper<'s> {
     fn new(scene: &'s ParticlesScene) -> Result<Self, RunError> {
-        let origin = |error: ContactError| RunError::Contact { origin: scene.source().origin().into(), error: Box::new(error) };
+        let origin =
+            |error: ContactError| RunError::Contact { origin: scene.source().origin().into(), error: Box::new(error) };
         let Bodies { bodies, walls, contact, .. } = &scene.bodies;
         let particles = bodies.iter().map(|body| Particle {
             name: body.name.clone(),

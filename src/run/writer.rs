@@ -346,7 +346,7 @@ impl Writer {
         }
         let folder = self.out.join("plots");
         for request in requests.iter().filter(|request| !self.last_maps.1.contains(&request.name)) {
-            let draft = Draft { setup, state: &march.state, t: march.t, stream: self.stream.as_ref() };
+            let draft = Draft { setup, state: &march.state, t: march.t, stream: self.stream.as_ref(), bodies: None };
             let path = folder.join(format!("{}-{step:06}", request.name));
             march.phases.measure("output", || {
                 let picture = draft.draw(request, &self.caption)?;

@@ -176,17 +176,16 @@ impl StokesScene {
 /// The first condition without a tag, else the first tag without a condition.
 pub(super) fn check_tags<'a>(
     source: &SceneSource,
-    mut given: impl Iterator<Item = &'a String> + Clone,
+    given: impl Iterator<Item = &'a String> + Clone,
     tags: &[String],
 ) -> Result<(), SceneError> {
     let known: Vec<&str> = tags.iter().map(String::as_str).collect();
-    let mut all = given.clone();
-    if let Some(tag) = given.find(|tag| !tags.contains(tag)) {
+    if let Some(tag) = given.clone().find(|tag| !tags.contains(tag)) {
         let suggestion = names::did_you_mean(tag, &known);
         let place: Box<Place> = source.place(&format!("boundary.{tag}"));
         return Err(SceneError::UnknownTag { place, tag: tag.clone(), suggestion, known: known.join(", ") });
     }
     let file = source.origin().to_owned();
-    let bare = tags.iter().find(|tag| !all.any(|other| other == *tag));
+    let bare = tags.iter().find(|tag| !given.clone().any(|other| other == *tag));
     bare.map_or(Ok(()), |tag| Err(SceneError::TagWithoutCondition { file, tag: tag.clone() }))
 }

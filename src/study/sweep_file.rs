@@ -148,7 +148,10 @@ impl SweepStudy {
         study.slurm.check(&study.source)?;
         let scene = study.check_scenes()?;
         if scene.tissue().is_none() && !study.warm.is_empty() {
-            let rule = format!("only scenes of tissue start from the states of others, and this is {}", scene.source().kind().shown());
+            let rule = format!(
+                "only scenes of tissue start from the states of others, and this is {}",
+                scene.source().kind().shown()
+            );
             return Err(refuse(&study.source, "warm_start", "(given)".to_owned(), &rule, "remove it"));
         }
         study.check_names(&scene)?;

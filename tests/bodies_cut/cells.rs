@@ -73,7 +73,11 @@ fn bodies_on_vertices_and_along_edges() {
         }
     }
     // a body larger than the mesh
-    let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::Disc { radius: 9.0 }, Pose { position: Point::zeros(), angle: 0.0 })]));
+    let cover = Arc::new(Cover::new(
+        &mesh,
+        None,
+        &[(Shape::Disc { radius: 9.0 }, Pose { position: Point::zeros(), angle: 0.0 })],
+    ));
     assert!((0..mesh.cells.len()).all(|c| cover.cell(c) == Class::Inside(0)));
     assert!((0..mesh.faces.len()).all(|f| cover.face(f) == Class::Inside(0)));
 }

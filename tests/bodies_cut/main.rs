@@ -1,7 +1,7 @@
 //! Bodies on meshes: shapes, and quadrature on what they cut.
 
+mod cells;
 #[allow(dead_code)]
 #[path = "../identities/common.rs"]
 mod common;
-mod cells;
 mod shapes;

@@ -23,7 +23,9 @@ pub fn shapes() -> Vec<Shape> {
             .checked()
             .expect("a rectangle"),
         Shape::Polygon {
-            vertices: (0..7).map(|k| 0.3 * Point::new((k as f64 * TAU / 7.0).cos(), (k as f64 * TAU / 7.0).sin())).collect(),
+            vertices: (0..7)
+                .map(|k| 0.3 * Point::new((k as f64 * TAU / 7.0).cos(), (k as f64 * TAU / 7.0).sin()))
+                .collect(),
         }
         .checked()
         .expect("a heptagon"),
@@ -78,7 +80,10 @@ fn signed_distance_is_that_of_the_nearest_boundary_point() {
             }
             let (distance, gradient) = shape.signed_distance(x);
             let nearest = fine.iter().map(|y| (x - y).norm()).fold(f64::INFINITY, f64::min);
-            assert!(distance.abs() <= nearest * (1.0 + 1e-12) && nearest - distance.abs() < 2e-4 * reach, "{shape:?} {x}");
+            assert!(
+                distance.abs() <= nearest * (1.0 + 1e-12) && nearest - distance.abs() < 2e-4 * reach,
+                "{shape:?} {x}"
+            );
             assert_eq!(distance <= 0.0, shape.contains(x), "{shape:?} at {x}: {distance}");
             close(gradient.norm(), 1.0, 1.0, 1e-14);
             // the foot lies on the boundary, and the gradient is the same there
@@ -100,9 +105,14 @@ fn ellipses_of_any_aspect_keep_their_distance_on_the_axes() {
         close(depth, -f64::min(a, b), f64::min(a, b), 1e-12);
         for share in [1e-300, 1e-20, 1e-8, 0.5, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 2.0, 1e6] {
             for tiny in [0.0, 1e-300, 1e-30, 1e-17] {
-                for x in [Point::new(share * a, tiny * b), Point::new(tiny * a, share * b), Point::new(share * a, share * b)] {
+                for x in
+                    [Point::new(share * a, tiny * b), Point::new(tiny * a, share * b), Point::new(share * a, share * b)]
+                {
                     let (distance, gradient) = shape.signed_distance(x);
-                    assert!(distance.is_finite() && (gradient.norm() - 1.0).abs() < 1e-14, "{a} {b} {x}: {distance} {gradient}");
+                    assert!(
+                        distance.is_finite() && (gradient.norm() - 1.0).abs() < 1e-14,
+                        "{a} {b} {x}: {distance} {gradient}"
+                    );
                     let foot = x - gradient * distance;
                     // exact to the rounding of the point's own coordinates
                     let scale = a.max(b).max(x.norm());
@@ -120,7 +130,8 @@ fn ellipses_of_any_aspect_keep_their_distance_on_the_axes() {
 fn placed_shapes_lie_in_their_boxes() {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     for shape in shapes() {
-        let pose = Pose { position: Point::new(random.random_range(-1.0..1.0), 0.7), angle: random.random_range(-9.0..9.0) };
+        let pose =
+            Pose { position: Point::new(random.random_range(-1.0..1.0), 0.7), angle: random.random_range(-9.0..9.0) };
         let placed = shape.at(pose);
         let [low, high] = placed.bounds();
         let outline = placed.outline(400);
@@ -133,7 +144,12 @@ fn placed_shapes_lie_in_their_boxes() {
             assert!((x - pose.position).perp(&(next - pose.position)) > 0.0, "{shape:?} runs clockwise");
         }
         close((least - low).norm() + (most - high).norm(), 0.0, 1.0, 1e-3);
-        assert!(least.x >= low.x - 1e-14 && least.y >= low.y - 1e-14 && most.x <= high.x + 1e-14 && most.y <= high.y + 1e-14);
+        assert!(
+            least.x >= low.x - 1e-14
+                && least.y >= low.y - 1e-14
+                && most.x <= high.x + 1e-14
+                && most.y <= high.y + 1e-14
+        );
         for _ in 0..20 {
             let d = Point::new(random.random_range(-1.0..1.0), random.random_range(-1.0..1.0));
             let far = placed.support(d);
@@ -145,7 +161,8 @@ fn placed_shapes_lie_in_their_boxes() {
 
 #[test]
 fn shapes_that_are_none_are_refused() {
-    let polygon = |points: &[(f64, f64)]| Shape::Polygon { vertices: points.iter().map(|&(x, y)| Point::new(x, y)).collect() };
+    let polygon =
+        |points: &[(f64, f64)]| Shape::Polygon { vertices: points.iter().map(|&(x, y)| Point::new(x, y)).collect() };
     let wrong: Vec<(Shape, fn(&ShapeError) -> bool)> = vec![
         (Shape::Disc { radius: 0.0 }, |e| matches!(e, ShapeError::Size { .. })),
         (Shape::Disc { radius: f64::NAN }, |e| matches!(e, ShapeError::Size { .. })),
@@ -156,25 +173,24 @@ fn shapes_that_are_none_are_refused() {
         (polygon(&[(0.0, 0.0), (1.0, 0.0)]), |e| matches!(e, ShapeError::FewVertices { .. })),
         (polygon(&[(0.0, 0.0), (1.0, 0.0), (f64::NAN, 1.0)]), |e| matches!(e, ShapeError::NotFinite { index: 2, .. })),
         (polygon(&[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, 0.0)]), |e| matches!(e, ShapeError::Repeated { .. })),
-        (polygon(&[(0.0, 0.0), (1.0, 0.0), (0.2, 0.2), (0.0, 1.0)]), |e| matches!(e, ShapeError::NotConvex { index: 2, .. })),
-        (polygon(&[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (0.0, 1.0)]), |e| matches!(e, ShapeError::NotConvex { index: 1, .. })),
+        (polygon(&[(0.0, 0.0), (1.0, 0.0), (0.2, 0.2), (0.0, 1.0)]), |e| {
+            matches!(e, ShapeError::NotConvex { index: 2, .. })
+        }),
+        (polygon(&[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (0.0, 1.0)]), |e| {
+            matches!(e, ShapeError::NotConvex { index: 1, .. })
+        }),
         (polygon(&[(0.0, 0.0), (1.0, 0.0), (0.5, 1e-8)]), |e| matches!(e, ShapeError::Sliver { .. })),
-        (
-            polygon(&[0, 2, 4, 1, 3].map(|k| ((k as f64 * TAU / 5.0).cos(), (k as f64 * TAU / 5.0).sin()))),
-            |e| matches!(e, ShapeError::Winding),
-        ),
+        (polygon(&[0, 2, 4, 1, 3].map(|k| ((k as f64 * TAU / 5.0).cos(), (k as f64 * TAU / 5.0).sin()))), |e| {
+            matches!(e, ShapeError::Winding)
+        }),
     ];
     for (shape, expected) in wrong {
         let found = shape.clone().checked().expect_err("a wrong shape");
         assert!(expected(&found) && found.to_string().contains("; hint: "), "{shape:?}: {found}");
     }
-    let (square, centre) = Shape::polygon(vec![
-        Point::new(2.0, 1.0),
-        Point::new(2.0, 3.0),
-        Point::new(4.0, 3.0),
-        Point::new(4.0, 1.0),
-    ])
-    .expect("a square, clockwise");
+    let (square, centre) =
+        Shape::polygon(vec![Point::new(2.0, 1.0), Point::new(2.0, 3.0), Point::new(4.0, 3.0), Point::new(4.0, 1.0)])
+            .expect("a square, clockwise");
     assert_eq!(centre, Point::new(3.0, 2.0));
     assert_eq!(square.area(), 4.0);
 }

@@ -1,7 +1,7 @@
 //! Contact of rigid bodies: gaps, projection, gluey bonds, and the stepper of particles.
 
+mod common;
 mod gaps;
 mod glue;
-mod common;
 mod particles;
 mod projection;

@@ -62,7 +62,7 @@ fn around(
     };
     let guide = Arc::new(Guide::new(vec![body]).unwrap());
     let poses = guide.starts(0.0).unwrap();
-    Incompressible::around(mesh, &description, &guide, &poses, 1e-8).unwrap()
+    Incompressible::around(mesh, &description, &guide, &poses, EPSILON).unwrap()
 }
 
 fn closed(_: &str) -> Conditions {
@@ -78,6 +78,8 @@ fn settings(step: f64, order: usize, kind: CouplingKind) -> MarchSettings {
         density_implicit: false,
     }
 }
+
+const EPSILON: f64 = 1e-8;
 
 const ANDERSON: CouplingKind = CouplingKind::Anderson { depth: 5 };
 
@@ -153,15 +155,21 @@ fn the_energy_law_holds_around_a_fixed_disc() {
         let g = v.vector_gradient(&x.site);
         2.0 * ((g + g.transpose()) * 0.5).norm_squared()
     });
+    // the body is rigid up to ε times the stress on it
+    let inside = model.loops.inside(&model.bodies.as_ref().unwrap().covered.cover, None);
+    let bent = inside.sum(2, |x| {
+        let g = v.vector_gradient(&x.site);
+        2.0 / EPSILON * ((g + g.transpose()) * 0.5).norm_squared()
+    });
     let relaxation = m.elasticity * dot(&model.polarity.inertia_times(&l.values), &l.values) / m.peclet;
     let activity = tissue.sum(8, |x| {
         let (p, g) = (p.vector(&x.site), v.vector_gradient(&x.site));
         m.traction * p.dot(&v.vector(&x.site)) + m.active_stress * p.dot(&((g + g.transpose()) * 0.5 * p))
     });
-    let defect = gain + friction + viscous + relaxation - activity;
+    let defect = gain + friction + viscous + bent + relaxation - activity;
     let largest = [gain, friction, viscous, relaxation, activity].iter().fold(0.0_f64, |m, t| m.max(t.abs()));
-    println!("{gain:.4e} {friction:.4e} {viscous:.4e} {relaxation:.4e} {activity:.4e}: {defect:.1e}");
-    assert!(defect.abs() < 1e-6 * largest, "the law leaves {defect:e} of {largest:e}");
+    println!("{gain:.4e} {friction:.4e} {viscous:.4e} {relaxation:.4e} {bent:.4e} {activity:.4e}: {defect:.1e}");
+    assert!(defect.abs() < 1e-8 * largest, "the law leaves {defect:e} of {largest:e}");
 }
 
 #[test]
@@ -184,11 +192,13 @@ fn a_passive_sheet_with_a_fixed_disc_never_gains_energy() {
     }
 }
 
+const RADIUS: f64 = 0.12;
+
 /// A disc dragged through several cells.
 fn dragged(steps: usize, resume_after: Option<usize>) -> (MovingMarch, f64) {
-    let mesh = square(5);
-    let hold = Hold::Held { velocity: [formula("1"), formula("0.3")], spin: formula("2") };
-    let build = || around(&mesh, ACTIVE, &closed, disc(0.15, [0.25, 0.4], hold.clone()));
+    let mesh = square(8);
+    let hold = Hold::Held { velocity: [formula("0.6"), formula("0.2")], spin: formula("2") };
+    let build = || around(&mesh, ACTIVE, &closed, disc(RADIUS, [0.35, 0.42], hold.clone()));
     let settings = settings(0.05, 2, ANDERSON);
     let model = build();
     let p = swirl(&model).values;
@@ -204,10 +214,8 @@ fn dragged(steps: usize, resume_after: Option<usize>) -> (MovingMarch, f64) {
         let model = march.model();
         for cell in 0..model.loops.mesh.cells.len() {
             model.tissue().each_cell_point(cell, 6, &mut |x| {
-                if x.weight > 0.0 && !model.poses()[0].position.eq(&x.site.x) {
-                    let outside = (x.site.x - model.poses()[0].position).norm() > 0.15;
-                    largest = if outside { largest.max(p.vector(&x.site).norm()) } else { largest };
-                }
+                let outside = (x.site.x - model.poses()[0].position).norm() > RADIUS;
+                largest = if outside { largest.max(p.vector(&x.site).norm()) } else { largest };
             });
         }
     }
@@ -219,8 +227,8 @@ fn the_polarity_stays_bounded_when_a_disc_sweeps_through_cells() {
     let (march, largest) = dragged(8, None);
     println!("largest |p| {largest:.3}");
     assert!(largest < 2.0, "{largest}");
-    let moved = march.poses()[0].position - Point::new(0.25, 0.4);
-    assert!((moved - Point::new(0.4, 0.12)).norm() < 1e-9, "{moved:?}");
+    let moved = march.poses()[0].position - Point::new(0.35, 0.42);
+    assert!((moved - Point::new(0.24, 0.08)).norm() < 1e-9, "{moved:?}");
 }
 
 #[test]

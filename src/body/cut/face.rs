@@ -25,7 +25,15 @@ pub(super) fn covered(shape: &Shape, [a, b]: [Point; 2]) -> Option<[f64; 2]> {
         Shape::Polygon { vertices } => in_polygon(vertices, a, b),
     };
     let [from, to] = all.map(|[s, t]| [s.max(0.0), t.min(1.0)])?;
-    let snap = |s: f64| if s < NOTHING { 0.0 } else if s > 1.0 - NOTHING { 1.0 } else { s };
+    let snap = |s: f64| {
+        if s < NOTHING {
+            0.0
+        } else if s > 1.0 - NOTHING {
+            1.0
+        } else {
+            s
+        }
+    };
     (to - from > NOTHING).then(|| [snap(from), snap(to)])
 }
 

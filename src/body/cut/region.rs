@@ -41,7 +41,8 @@ fn clip(pieces: &[Piece], n: Point, d: f64) -> Vec<Piece> {
 
 /// Joins the last and the first piece if they are one arc that its starting point had cut.
 fn join_ends(pieces: &mut Vec<Piece>) {
-    let [Piece::Arc { centre, axes, to, .. }, .., Piece::Arc { centre: last, axes: others, from, to: end }] = pieces[..]
+    let [Piece::Arc { centre, axes, to, .. }, .., Piece::Arc { centre: last, axes: others, from, to: end }] =
+        pieces[..]
     else {
         return;
     };

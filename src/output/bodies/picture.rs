@@ -2,7 +2,6 @@
 
 use super::Moment;
 use super::vtp::wall_line;
-use crate::body::{Pose, Shape};
 use crate::contact::Wall;
 use crate::mesh::Point;
 use crate::output::plot::PlotError;
@@ -36,7 +35,7 @@ pub struct Look {
     /// Part of the plane that is shown; by default [`view`].
     pub window: Option<Window>,
     pub colour: Colour,
-    /// Ends of the colour bar; by default the smallest and the largest value.
+    /// Ends of the colour bar; by default 0 and the largest value.
     pub range: Option<[f64; 2]>,
     /// Whether lines between bodies that touch show the multipliers.
     pub contacts: bool,
@@ -79,6 +78,9 @@ pub fn picture(moment: &Moment, look: &Look) -> Result<Picture, PlotError> {
         Colour::Force => ("|f|", "bodies, contact force |f|"),
         Colour::Name => ("", "bodies"),
     };
+    let what = if moment.cast.bodies.is_empty() { "no bodies" } else { what };
+    let largest = moving(moment).map(|k| value(moment, look.colour, k)).fold(0.0, f64::max);
+    let range = look.range.unwrap_or([0.0, if largest > 0.0 { largest } else { 1.0 }]);
     let title = look.title.clone().unwrap_or_else(|| format!("{what} at t\u{a0}=\u{a0}{}", short(moment.time)));
     let mut layers = walls(moment);
     layers.push(Layer::Bodies(placed(moment, Some(look.colour))));
@@ -87,7 +89,7 @@ pub fn picture(moment: &Moment, look: &Look) -> Result<Picture, PlotError> {
     }
     let nothing = |_: Point| None;
     let subtitle = look.subtitle.clone();
-    Map { title, subtitle, name: name.into(), range: look.range, layers, ..Map::new(window, &nothing) }.draw_layers()
+    Map { title, subtitle, name: name.into(), range: Some(range), layers, ..Map::new(window, &nothing) }.draw_layers()
 }
 
 /// Layers for a map of fields: the walls that are not of its mesh, the bodies in grey, and if wanted the contacts.
@@ -105,25 +107,31 @@ fn walls(moment: &Moment) -> Vec<Layer<'static>> {
     for wall in &moment.cast.walls {
         match *wall {
             Wall::Segment(_) | Wall::Hollow { .. } => lines.push(wall_line(wall, POINTS)),
-            Wall::Disc { centre, radius } => discs.push(Placed {
-                shape: Shape::Disc { radius },
-                pose: Pose { position: centre, angle: 0.0 },
-                fill: Fill::Neutral,
-                mark: false,
-                name: String::new(),
-            }),
+            Wall::Disc { centre, radius } => discs.push((centre, radius)),
         }
     }
-    let lines = (!lines.is_empty()).then_some(Layer::Walls(lines));
-    lines.into_iter().chain((!discs.is_empty()).then_some(Layer::Bodies(discs))).collect()
+    if lines.is_empty() && discs.is_empty() { Vec::new() } else { vec![Layer::Walls { lines, discs }] }
+}
+
+/// Those that are not fixed.
+fn moving(moment: &Moment) -> impl Iterator<Item = usize> {
+    moment.cast.bodies.iter().enumerate().filter(|(_, member)| !member.fixed).map(|(k, _)| k)
+}
+
+/// What the colour of a body tells.
+fn value(moment: &Moment, colour: Colour, body: usize) -> f64 {
+    match colour {
+        Colour::Speed => moment.twists[body].velocity.norm(),
+        Colour::Force => moment.loads[body].force.norm(),
+        Colour::Name => 0.0,
+    }
 }
 
 fn placed(moment: &Moment, colour: Option<Colour>) -> Vec<Placed> {
     let one = |(k, member): (usize, &super::Member)| {
         let fill = match colour.filter(|_| !member.fixed) {
             None => Fill::Neutral,
-            Some(Colour::Speed) => Fill::Value(moment.twists[k].velocity.norm()),
-            Some(Colour::Force) => Fill::Value(moment.loads[k].force.norm()),
+            Some(colour @ (Colour::Speed | Colour::Force)) => Fill::Value(value(moment, colour, k)),
             Some(Colour::Name) => Fill::Number(k),
         };
         let named = colour == Some(Colour::Name);

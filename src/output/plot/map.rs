@@ -174,8 +174,12 @@ pub enum Layer<'a> {
         /// Those of value zero are left out.
         links: Vec<Link>,
     },
-    /// Polylines that are hatched on their right.
-    Walls(Vec<Vec<Point>>),
+    /// Polylines that are hatched on their right, and grey discs.
+    Walls {
+        lines: Vec<Vec<Point>>,
+        /// Centre and radius.
+        discs: Vec<(Point, f64)>,
+    },
 }
 
 /// Look of polylines.

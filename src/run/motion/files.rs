@@ -213,13 +213,7 @@ impl Files {
         Ok(())
     }
 
-    pub fn write_checkpoint(
-        &mut self,
-        plan: &Plan,
-        mover: &dyn Mover,
-        t: f64,
-        counts: Counts,
-    ) -> Result<(), RunError> {
+    pub fn write_checkpoint(&mut self, plan: &Plan, mover: &dyn Mover, t: f64, counts: Counts) -> Result<(), RunError> {
         let saved = SavedMotion::new(plan.text.clone(), plan.fingerprint, t, counts, mover.state());
         saved.write(&self.out.join("checkpoint.bin"))?;
         self.last_checkpoint = Instant::now();

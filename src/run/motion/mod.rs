@@ -126,7 +126,8 @@ pub(super) fn run(
         phases.measure("output", || files.write_due(mover, t, 0, None))?;
         files.write_checkpoint(plan, mover, t, counts)?;
     } else if t > plan.time.end {
-        progress.say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.time.end));
+        progress
+            .say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.time.end));
     }
     let ending = loop {
         if t >= plan.time.end * (1.0 - 1e-12) {
@@ -173,7 +174,8 @@ pub(super) fn run(
     let mut measures = BTreeMap::new();
     asked(plan.outputs).iter().for_each(|measure| take(*measure, plan, mover, &mut measures));
     measures.retain(|_, value| value.is_finite());
-    let summary = MotionSummary::new(plan, ending, t, counts, measures, &phases, begin.elapsed(), counts_before, progress.said());
+    let summary =
+        MotionSummary::new(plan, ending, t, counts, measures, &phases, begin.elapsed(), counts_before, progress.said());
     summary.write(&options.out.join("summary.json"))?;
     Ok(summary)
 }
@@ -212,7 +214,7 @@ fn take(measure: Measure, plan: &Plan, mover: &dyn Mover, values: &mut BTreeMap<
         Measure::Contacts => values.extend([("contacts", bodies::touching(contacts) as f64)]),
         Measure::WallForce => {
             let force = bodies::wall_force(contacts);
-            values.extend([("wall_force_1", force.x), ("wall_force_2", force.y)]);
+            values.extend([("wall_force_x1", force.x), ("wall_force_x2", force.y)]);
         }
         Measure::Body => {
             let (Some(pose), Some(twist)) = (mover.poses().first(), mover.twists().first()) else { return };

@@ -59,7 +59,8 @@ impl SavedMotion {
             hint: "it is no checkpoint of moving bodies of this version, or was cut off",
         };
         let bytes = unpacked(path)?;
-        let (magic, _) = postcard::take_from_bytes::<String>(&bytes).map_err(|e| damaged(format!("cannot be read ({e})")))?;
+        let (magic, _) =
+            postcard::take_from_bytes::<String>(&bytes).map_err(|e| damaged(format!("cannot be read ({e})")))?;
         if magic != MAGIC {
             return Err(damaged(format!("is marked `{magic}`, not `{MAGIC}`")));
         }

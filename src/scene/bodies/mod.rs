@@ -13,7 +13,6 @@ use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
 use crate::model::names;
 
-
 /// The bodies of a scene and what they meet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bodies {

@@ -6,7 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::body::{Body, Pose, Shape};
-use crate::contact::Wall;
+use crate::contact::gap::{Placed, Touch, touches};
+use crate::contact::{Wall, Walls};
 use crate::mesh::Point;
 
 /// Where discs are placed.
@@ -132,17 +133,13 @@ impl Grid {
     }
 }
 
-/// Gap between a disc and a wall.
+/// Gap between a disc and a wall, whichever side of a segment it is on.
 fn disc_to_wall(x: Point, radius: f64, wall: &Wall) -> f64 {
     match wall {
         Wall::Segment([a, b]) => {
             let along = b - a;
-            let share = (x - a).dot(&along) / along.norm_squared();
-            match share {
-                s if s < 0.0 => (x - a).norm() - radius,
-                s if s > 1.0 => (x - b).norm() - radius,
-                _ => along.perp(&(x - a)) / along.norm() - radius,
-            }
+            let share = ((x - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+            (x - a - share * along).norm() - radius
         }
         Wall::Disc { centre, radius: other } => (x - centre).norm() - other - radius,
         Wall::Hollow { centre, radius: other } => other - (x - centre).norm() - radius,
@@ -199,15 +196,25 @@ pub fn first_overlap(bodies: &[Body], walls: &[Wall], immobile: &dyn Fn(&Body) -
 
 /// The first body that overlaps a wall, the wall, and how deep.
 pub fn first_in_wall(bodies: &[Body], walls: &[Wall], immobile: &dyn Fn(&Body) -> bool) -> Option<(usize, usize, f64)> {
+    let all = Walls::new(walls);
+    let mut near = Vec::new();
     for (at, body) in bodies.iter().enumerate().filter(|(_, body)| !immobile(body)) {
-        for (number, wall) in walls.iter().enumerate() {
-            let depth = -disc_to_wall(body.start.position, inradius(&body.shape), wall);
+        let placed = Placed::new(&body.shape, &body.start);
+        for number in 0..walls.len() {
+            near.clear();
+            all.touches(number, &placed, 0.0, &mut near);
+            let depth = deepest(&near);
             if depth > TOUCHING * body.shape.circumradius() {
                 return Some((at, number, depth));
             }
         }
     }
     None
+}
+
+/// Depth of the deepest overlap, 0 without one.
+fn deepest(near: &[Touch]) -> f64 {
+    near.iter().map(|touch| -touch.gap).fold(0.0, f64::max)
 }
 
 /// Points all around a body.
@@ -240,7 +247,12 @@ fn overlap(bodies: &[Body], i: usize, j: usize, immobile: &dyn Fn(&Body) -> bool
     if apart <= TOUCHING * size {
         return Some(Overlap::Coincident(i, j));
     }
-    let depth = inradius(&a.shape) + inradius(&b.shape) - apart;
+    if apart >= a.shape.circumradius() + b.shape.circumradius() {
+        return None;
+    }
+    let mut near = Vec::new();
+    touches(&Placed::new(&a.shape, &a.start), &Placed::new(&b.shape, &b.start), 0.0, &mut near);
+    let depth = deepest(&near);
     let deep = depth > TOUCHING * size && !(immobile(a) && immobile(b));
     deep.then_some(Overlap::Bodies(i, j, depth))
 }

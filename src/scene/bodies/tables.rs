@@ -310,4 +310,3 @@ pub enum LawName {
     Inelastic,
     Gluey,
 }
-

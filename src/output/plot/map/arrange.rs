@@ -181,9 +181,7 @@ impl<'m> Arranged<'m> {
                 (Group { name: Some(name.clone()), shapes: arrows.shapes() }, vec![note])
             }
             Layer::Bodies(placed) => {
-                let paper =
-                    bodies::Paper { frame: &self.frame, palette: self.map.palette, range: self.range, font: self.font };
-                let (shapes, away) = paper.bodies(placed);
+                let (shapes, away) = self.paper().bodies(placed);
                 let note = match away {
                     0 => None,
                     1 => Some("1 body is out of view".to_owned()),
@@ -194,18 +192,24 @@ impl<'m> Arranged<'m> {
             }
             Layer::Links { name, links } => {
                 let cut = |line: &[Point]| self.cut(line);
-                let (shapes, keys) = bodies::links(links, cut);
+                let (shapes, keys) = bodies::links(links, cut, self.frame.unit_x());
                 let note = |(sample, value): (Vec<Shape>, f64)| {
                     let text = format!("{name} = {}", axis::significant(value, value.abs()));
                     Note { key: Some((sample, bodies::KEY)), text }
                 };
                 (Group { name: Some(name.clone()), shapes }, keys.into_iter().map(note).collect())
             }
-            Layer::Walls(lines) => {
+            Layer::Walls { lines, discs } => {
                 let pieces = lines.iter().flat_map(|line| self.cut(line));
-                (Group { name: Some("walls".to_owned()), shapes: bodies::walls(pieces, &self.frame.rect) }, Vec::new())
+                let mut shapes = bodies::walls(pieces, &self.frame.rect);
+                shapes.extend(discs.iter().flat_map(|&(centre, radius)| self.paper().disc(centre, radius)));
+                (Group { name: Some("walls".to_owned()), shapes }, Vec::new())
             }
         }
+    }
+
+    fn paper(&self) -> bodies::Paper<'_> {
+        bodies::Paper { frame: &self.frame, palette: self.map.palette, range: self.range, font: self.font }
     }
 
     fn on_paper(&self, x: Point) -> (f64, f64) {

@@ -68,9 +68,11 @@ pub struct Link {
 pub(super) fn extent(layers: &[Layer]) -> Option<[f64; 2]> {
     let placed = layers.iter().flat_map(|layer| match layer {
         Layer::Bodies(placed) => placed.as_slice(),
-        Layer::Lines { .. } | Layer::Contours { .. } | Layer::Arrows { .. } | Layer::Links { .. } | Layer::Walls(_) => {
-            &[]
-        }
+        Layer::Lines { .. }
+        | Layer::Contours { .. }
+        | Layer::Arrows { .. }
+        | Layer::Links { .. }
+        | Layer::Walls { .. } => &[],
     });
     let values = placed.filter_map(|body| match body.fill {
         Fill::Value(value) => Some(value).filter(|value| value.is_finite()),
@@ -97,6 +99,14 @@ impl Paper<'_> {
             away += usize::from(shapes.len() == before);
         }
         (shapes, away)
+    }
+
+    /// A disc that is no body.
+    pub fn disc(&self, centre: Point, radius: f64) -> Vec<Shape> {
+        let (shape, pose) = (BodyShape::Disc { radius }, Pose { position: centre, angle: 0.0 });
+        let mut shapes = Vec::new();
+        self.body(&Placed { shape, pose, fill: Fill::Neutral, mark: false, name: String::new() }, &mut shapes);
+        shapes
     }
 
     fn body(&self, body: &Placed, shapes: &mut Vec<Shape>) {
@@ -243,10 +253,18 @@ fn clip(points: &[Xy], rect: &Rect) -> Vec<Xy> {
     })
 }
 
-/// The lines of contacts, and for each sign a sample of its widest line with its value.
-pub(super) fn links(links: &[Link], cut: impl Fn(&[Point]) -> Vec<Vec<Xy>>) -> (Vec<Shape>, Vec<(Vec<Shape>, f64)>) {
+/// The lines of contacts, and for each sign a sample of its widest line with its value; `unit` is a length 1 on paper. Lines
+/// between bodies that are small on paper are thin.
+pub(super) fn links(
+    links: &[Link],
+    cut: impl Fn(&[Point]) -> Vec<Vec<Xy>>,
+    unit: f64,
+) -> (Vec<Shape>, Vec<(Vec<Shape>, f64)>) {
     let largest = links.iter().map(|link| link.value.abs()).fold(0.0, f64::max);
-    let width = |value: f64| (WIDEST * value.abs() / largest).max(THINNEST);
+    let mut lengths: Vec<f64> = links.iter().map(|link| unit * (link.to - link.from).norm()).collect();
+    lengths.sort_by(f64::total_cmp);
+    let widest = lengths.get(lengths.len() / 2).map_or(WIDEST, |median| (0.25 * median).clamp(1.5, WIDEST));
+    let width = |value: f64| (widest * value.abs() / largest).max(THINNEST);
     let drawn = links.iter().filter(|link| link.value != 0.0);
     let shapes = drawn.flat_map(|link| {
         let pieces = cut(&[link.from, link.to]);

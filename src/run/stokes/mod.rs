@@ -1,12 +1,15 @@
 //! A Stokes flow and the bodies that it carries: report and run.
 
+mod stepper;
+
 use std::fmt;
 use std::sync::Arc;
+use std::time::Instant;
 
 use serde::Serialize;
 
 use super::available::available;
-use super::motion::MotionSummary;
+use super::motion::{self, MotionSummary, Plan};
 use super::{Options, RunError, memory, setup};
 use crate::contact::Law;
 use crate::mesh::Mesh;
@@ -17,6 +20,7 @@ use crate::model::momentum::MomentumError;
 use crate::scene::StokesScene;
 use crate::scene::bodies::Bodies;
 use crate::space::{Continuity, Space};
+use stepper::{Checkpoint, Stepper};
 
 /// What will be solved, and with how much.
 #[derive(Debug, Clone, Serialize)]
@@ -79,7 +83,9 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     let available = available()?;
     let mut remarks = remarks(scene);
     if available.is_some_and(|available| sizes.bytes > available) {
-        remarks.push("the run does not fit into the memory that is available; take a coarser mesh or a lower degree".into());
+        remarks.push(
+            "the run does not fit into the memory that is available; take a coarser mesh or a lower degree".into(),
+        );
     }
     let bodies = scene.bodies.as_ref();
     Ok(StokesReport {
@@ -185,6 +191,40 @@ pub(super) fn head(out: &mut fmt::Formatter<'_>, title: Option<&str>, terms: &[T
 /// # Errors
 /// Anything that is wrong before the first step, and results that cannot be written.
 pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunError> {
-    let _ = (scene, options);
-    unimplemented!("waits for the flow")
+    let begin = Instant::now();
+    let text = scene.resolved_toml();
+    let saved = motion::prepare(&text, options)?;
+    let Sizes { mesh, velocity, pressure, system, bytes } = sizes(scene)?;
+    if let Some(available) = available()?.filter(|available| bytes > *available) {
+        return Err(RunError::Memory {
+            origin: scene.source().origin().into(),
+            needed: bytes / memory::MIB,
+            available: available / memory::MIB,
+            hint: "take a coarser mesh or a lower degree `space.k`; MONOLAYER_MEMORY (MiB) sets what is available"
+                .into(),
+        });
+    }
+    let file = options.out.join("checkpoint.bin");
+    if saved.as_ref().is_some_and(|saved| saved.mesh != mesh.fingerprint()) {
+        return Err(RunError::OtherProblem { file: file.display().to_string(), key: "mesh".into() });
+    }
+    let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
+    let resumed = saved.as_ref().map(|saved| Checkpoint::read(&saved.state, &file)).transpose()?;
+    let mut stepper = Stepper::new(scene, &mesh, &walls, resumed)?;
+    let none = Vec::new();
+    let plan = Plan {
+        title: scene.title.as_deref(),
+        text,
+        time: scene.time,
+        outputs: &scene.outputs,
+        bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
+        walls,
+        terms: terms(scene),
+        remarks: remarks(scene),
+        mesh: Some(mesh.quality()),
+        fingerprint: mesh.fingerprint(),
+        unknowns: [velocity.dof_count(), pressure, system],
+        setup_seconds: begin.elapsed().as_secs_f64(),
+    };
+    motion::run(&plan, &mut stepper, options, saved)
 }

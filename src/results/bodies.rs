@@ -1,0 +1,172 @@
+//! Rigid bodies from the files of a run: `bodies.json`, `bodies.csv`, and `contacts.csv` where there is one.
+
+use std::path::Path;
+
+use super::ResultsError;
+use crate::body::{Pose, Twist};
+use crate::contact::{Contact, Partner};
+use crate::measure::bodies::Load;
+use crate::mesh::Point;
+use crate::output::bodies::{CAST_FILE, Cast, Moment};
+
+/// The bodies at a time that the table has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    pub cast: Cast,
+    pub time: f64,
+    pub poses: Vec<Pose>,
+    pub twists: Vec<Twist>,
+    pub loads: Vec<Load>,
+    /// Without their normals, which the table does not have.
+    pub contacts: Vec<Contact>,
+}
+
+/// A body on its way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track {
+    pub name: String,
+    /// Time, position, angle, velocity, spin.
+    pub rows: Vec<(f64, Pose, Twist)>,
+}
+
+/// Row of a table: its time, its texts and its numbers.
+type Row = (f64, Vec<String>, Vec<f64>);
+
+impl Seen {
+    /// The bodies at the last time at which all of them are in the table, or at a given time of it; `None` where a run has left none.
+    ///
+    /// # Errors
+    /// [`ResultsError::Broken`]: files that do not fit each other, or are no such tables.
+    pub fn read(folder: &Path, at: Option<f64>) -> Result<Option<Self>, ResultsError> {
+        let Some(cast) = cast(folder)? else { return Ok(None) };
+        let (mut rows, mut whole): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
+        each_row(&folder.join("bodies.csv"), 1, 9, |row| {
+            if at.is_none_or(|t| row.0 == t) {
+                if rows.first().is_some_and(|first| first.0 != row.0) {
+                    rows.clear();
+                }
+                rows.push(row);
+                if rows.len() == cast.bodies.len() {
+                    whole.clone_from(&rows);
+                }
+            }
+        })?;
+        let Some(&(time, ..)) = whole.first() else { return Ok(None) };
+        let known = whole.iter().zip(&cast.bodies).all(|((_, names, _), member)| names[0] == member.name);
+        if !known {
+            return Err(broken(&folder.join("bodies.csv"), "its bodies are not those of bodies.json".to_owned()));
+        }
+        let of = |k: usize| whole.iter().map(move |(_, _, n)| (Point::new(n[3 * k], n[3 * k + 1]), n[3 * k + 2]));
+        let contacts = contacts(folder, &cast, time)?;
+        Ok(Some(Self {
+            time,
+            poses: of(0).map(|(position, angle)| Pose { position, angle }).collect(),
+            twists: of(1).map(|(velocity, spin)| Twist { velocity, spin }).collect(),
+            loads: of(2).map(|(force, torque)| Load { force, torque }).collect(),
+            contacts,
+            cast,
+        }))
+    }
+
+    /// As what is drawn.
+    pub fn moment(&self) -> Moment<'_> {
+        Moment {
+            cast: &self.cast,
+            time: self.time,
+            poses: &self.poses,
+            twists: &self.twists,
+            loads: &self.loads,
+            contacts: &self.contacts,
+        }
+    }
+}
+
+/// The ways of these bodies, or of the first `most` that move if none are named; and how many that move are left out.
+///
+/// # Errors
+/// [`ResultsError::Broken`]; [`ResultsError::Option`] for a name that no body has.
+pub fn tracks(folder: &Path, names: &[String], most: usize) -> Result<(Vec<Track>, usize), ResultsError> {
+    let Some(cast) = cast(folder)? else { return Ok((Vec::new(), 0)) };
+    if let Some(unknown) = names.iter().find(|name| cast.bodies.iter().all(|member| member.name != **name)) {
+        return Err(ResultsError::Option {
+            option: "--body",
+            value: unknown.clone(),
+            rule: "no body has this name".to_owned(),
+            hint: "the names are in bodies.csv".to_owned(),
+        });
+    }
+    let moving = cast.bodies.iter().filter(|member| !member.fixed).map(|member| member.name.clone());
+    let all: Vec<String> = if names.is_empty() { moving.collect() } else { names.to_vec() };
+    let mut tracks: Vec<Track> =
+        all.iter().take(most).map(|name| Track { name: name.clone(), rows: Vec::new() }).collect();
+    each_row(&folder.join("bodies.csv"), 1, 9, |(time, names, n)| {
+        if let Some(track) = tracks.iter_mut().find(|track| track.name == names[0]) {
+            let pose = Pose { position: Point::new(n[0], n[1]), angle: n[2] };
+            let twist = Twist { velocity: Point::new(n[3], n[4]), spin: n[5] };
+            track.rows.push((time, pose, twist));
+        }
+    })?;
+    Ok((tracks, all.len().saturating_sub(most)))
+}
+
+fn broken(file: &Path, what: String) -> ResultsError {
+    let hint = "it must be as the program writes it; run again, or take the file away";
+    ResultsError::Broken { file: file.display().to_string(), what, hint }
+}
+
+fn cast(folder: &Path) -> Result<Option<Cast>, ResultsError> {
+    let path = folder.join(CAST_FILE);
+    if !path.exists() || !folder.join("bodies.csv").exists() {
+        return Ok(None);
+    }
+    Cast::read(&path).map(Some).map_err(|error| broken(&path, error.to_string()))
+}
+
+/// Visits the rows of a table with a time, texts and numbers; one that was cut off ends it.
+fn each_row(path: &Path, texts: usize, numbers: usize, mut visit: impl FnMut(Row)) -> Result<(), ResultsError> {
+    let mut reader = csv::Reader::from_path(path).map_err(|e| broken(path, e.to_string()))?;
+    let columns = reader.headers().map_err(|e| broken(path, e.to_string()))?.len();
+    if columns != 1 + texts + numbers {
+        return Err(broken(path, format!("it has {columns} columns, must have {}", 1 + texts + numbers)));
+    }
+    for (k, row) in reader.records().map_while(Result::ok).enumerate() {
+        let all = row.iter().skip(1 + texts).map(|text| text.parse().ok()).collect::<Option<Vec<f64>>>();
+        let Some((time, numbers)) = row[0].parse().ok().zip(all) else {
+            return Err(broken(path, format!("row {} has an entry that is not a number", k + 1)));
+        };
+        visit((time, row.iter().skip(1).take(texts).map(str::to_owned).collect(), numbers));
+    }
+    Ok(())
+}
+
+fn contacts(folder: &Path, cast: &Cast, time: f64) -> Result<Vec<Contact>, ResultsError> {
+    let path = folder.join("contacts.csv");
+    let mut found = Vec::new();
+    if !path.exists() {
+        return Ok(found);
+    }
+    let mut unknown = None;
+    let place = |name: &str| cast.bodies.iter().position(|member| member.name == name);
+    let wall = |name: &str| {
+        let number: usize = name.strip_prefix("wall-")?.parse().ok()?;
+        (1..=cast.walls.len()).contains(&number).then(|| Partner::Wall(number - 1))
+    };
+    each_row(&path, 2, 5, |(t, names, n)| {
+        if t != time {
+            return;
+        }
+        match (place(&names[0]), place(&names[1]).map(Partner::Body).or_else(|| wall(&names[1]))) {
+            (Some(body), Some(partner)) => found.push(Contact {
+                body,
+                partner,
+                gap: n[0],
+                force: n[1],
+                gamma: n[2],
+                point: Point::new(n[3], n[4]),
+                normal: Point::zeros(),
+            }),
+            _ => unknown = Some(format!("`{}` and `{}` are not both in bodies.json", names[0], names[1])),
+        }
+    })?;
+    unknown.map_or(Ok(found), |what| Err(broken(&path, what)))
+}

@@ -1,0 +1,231 @@
+//! Steps of a Stokes flow and its bodies.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::body::flow::{self, Flow};
+use crate::body::motion::Motion;
+use crate::body::{Body, Hold, Pose, Twist};
+use crate::contact::{Bonds, Contact, Freedom, Metric, Mover as Moving, Settings, Solver, Wall};
+use crate::mesh::Mesh;
+use crate::model::immersed::Carried;
+use crate::model::momentum::{MomentumError, outer_force};
+use crate::model::parameters::ElasticForce;
+use crate::model::{Parameters, Sources};
+use crate::output::OutputError;
+use crate::output::vtk::{self, Grid, write_vtu};
+use crate::run::RunError;
+use crate::run::motion::{Mover, Stride};
+use crate::run::writer::nodal;
+use crate::scene::{Field, StokesScene};
+use crate::space;
+
+/// What a restart needs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Checkpoint {
+    t: f64,
+    motion: Motion,
+    bonds: Bonds,
+    /// As they are shown.
+    twists: Vec<Twist>,
+    contacts: Vec<Contact>,
+}
+
+impl Checkpoint {
+    /// Unpacks what [`Mover::state`] has packed.
+    ///
+    /// # Errors
+    /// Bytes that are something else.
+    pub fn read(bytes: &[u8], file: &Path) -> Result<Self, RunError> {
+        postcard::from_bytes(bytes).map_err(|error| {
+            let (path, what) = (file.display().to_string(), format!("cannot be read ({error})"));
+            RunError::Output(OutputError::Malformed { path, what, hint: "run the scene again" })
+        })
+    }
+}
+
+/// A flow with its bodies, and the last good state.
+pub struct Stepper<'s> {
+    flow: Flow,
+    solver: Option<Solver>,
+    parameters: Parameters,
+    sources: Sources,
+    /// The flow at the current time.
+    carried: Carried,
+    /// What a checkpoint holds.
+    good: Checkpoint,
+    grid: Option<Grid>,
+    scene: &'s StokesScene,
+}
+
+/// Overlap that a step accepts at its beginning, relative to the smaller body: motions of second order round otherwise than contact does.
+const OVERLAP: f64 = 1e-6;
+
+impl<'s> Stepper<'s> {
+    pub fn new(
+        scene: &'s StokesScene,
+        mesh: &Arc<Mesh>,
+        walls: &[Wall],
+        resumed: Option<Checkpoint>,
+    ) -> Result<Self, RunError> {
+        let origin = || scene.source().origin().to_owned();
+        let model = |error: MomentumError| RunError::Model { origin: origin(), error: Box::new(error) };
+        let contact = |error| RunError::Contact { origin: origin(), error: Box::new(error) };
+        let (mut bodies, rigid) = match &scene.bodies {
+            Some(given) => (given.bodies.clone(), given.rigid),
+            None => (Vec::new(), crate::scene::bodies::Rigid { epsilon: 0.5, order: 1 }),
+        };
+        if let Some(resumed) = &resumed {
+            bodies.iter_mut().zip(&resumed.motion.poses).for_each(|(body, pose)| body.start = *pose);
+        }
+        let settings = flow::Settings { epsilon: rigid.epsilon, order: rigid.order };
+        let degrees = (scene.degrees[0], scene.degrees[1]);
+        let conditions = scene.conditions(mesh);
+        let t = resumed.as_ref().map_or(0.0, |resumed| resumed.t);
+        let mut flow =
+            Flow::new(mesh, degrees, &conditions, (scene.friction, scene.slip), bodies, settings, t).map_err(model)?;
+        let mut solver = None;
+        if let Some(contacts) = scene.bodies.as_ref().and_then(|bodies| bodies.contact) {
+            let settings = Settings { overlap: OVERLAP, ..contacts.settings() };
+            let mut made = Solver::new(walls, settings).map_err(contact)?;
+            if let Some(resumed) = &resumed {
+                made.restore(resumed.bonds.clone());
+            }
+            solver = Some(made);
+        }
+        if let Some(resumed) = &resumed {
+            flow.motion = resumed.motion.clone();
+        }
+        let sources = Sources { force: scene.force.clone(), ..Sources::default() };
+        let parameters = parameters(scene.friction);
+        let carried = solve(&flow, &parameters, &sources).map_err(model)?;
+        let good = resumed.unwrap_or_else(|| Checkpoint {
+            t,
+            motion: flow.motion.clone(),
+            bonds: Bonds::default(),
+            twists: carried.twists.clone(),
+            contacts: Vec::new(),
+        });
+        Ok(Self { flow, solver, parameters, sources, carried, good, grid: None, scene })
+    }
+
+    /// One step; `Err` leaves the flow broken, and the last good state as it was.
+    fn step(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
+        let text = |error: MomentumError| error.to_string();
+        // the loop's time is free of the rounding of many sums
+        self.flow.t = t;
+        let now = self.carried.twists.clone();
+        let mut by = self.flow.predicted(dt, &now).map_err(|error| error.to_string())?;
+        let (mut contacts, mut iterations) = (Vec::new(), 0);
+        let mut bonds = Bonds::default();
+        if let Some(solver) = &mut self.solver {
+            let movers: Vec<Moving> = self
+                .flow
+                .bodies
+                .iter()
+                .zip(&self.flow.motion.poses)
+                .zip(&by)
+                .map(|((b, p), w)| moving(b, *p, *w, dt))
+                .collect();
+            let projected = solver.project(&movers, dt, Metric::Resistance).map_err(|error| error.to_string())?;
+            (by, contacts, iterations) = (projected.twists, projected.contacts, projected.effort.iterations);
+            bonds = solver.bonds().clone();
+        }
+        self.flow.advance(dt, &now, &by).map_err(text)?;
+        self.flow.t = t + dt;
+        let carried = solve(&self.flow, &self.parameters, &self.sources).map_err(text)?;
+        let mut twists = carried.twists.clone();
+        // what contact holds back moves as contact lets it, whatever the flow would do
+        for contact in contacts.iter().filter(|contact| contact.force != 0.0) {
+            twists[contact.body] = by[contact.body];
+            if let crate::contact::Partner::Body(other) = contact.partner {
+                twists[other] = by[other];
+            }
+        }
+        self.carried = carried;
+        self.good = Checkpoint { t: t + dt, motion: self.flow.motion.clone(), bonds, twists, contacts };
+        Ok(Stride { iterations })
+    }
+}
+
+/// The flow at the current time and places.
+fn solve(flow: &Flow, parameters: &Parameters, sources: &Sources) -> Result<Carried, MomentumError> {
+    flow.solve(&outer_force(&flow.momentum.velocity, parameters, &flow.conditions, sources, flow.t))
+}
+
+/// A body in contact. Without a better guess of its resistance, that of a body is its area.
+fn moving(body: &Body, pose: Pose, predicted: Twist, dt: f64) -> Moving<'_> {
+    let (area, second) = (body.shape.area(), body.shape.second_moment());
+    let freedom = match &body.hold {
+        Hold::Free => Freedom::Free { mass: area, inertia: second },
+        Hold::Pinned(pivot) => Freedom::Pinned { pivot: *pivot, inertia: second + area * pivot.norm_squared() },
+        Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => {
+            let (position, angle) = (pose.position + dt * predicted.velocity, pose.angle + dt * predicted.spin);
+            Freedom::Given { next: Pose { position, angle } }
+        }
+    };
+    Moving { name: &body.name, shape: &body.shape, pose, predicted, freedom }
+}
+
+/// What the forms of a tissue ask for, of a fluid that has friction alone.
+fn parameters(friction: f64) -> Parameters {
+    Parameters {
+        friction,
+        traction: 0.0,
+        active_stress: 0.0,
+        peclet: 1.0,
+        coherence: 1.0,
+        elasticity: 0.0,
+        slip: 1.0,
+        elastic_force: ElasticForce::Stress,
+        density: None,
+    }
+}
+
+impl Mover for Stepper<'_> {
+    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
+        self.step(t, dt)
+    }
+
+    fn state(&self) -> Vec<u8> {
+        postcard::to_stdvec(&self.good).expect("numbers are always written")
+    }
+
+    fn poses(&self) -> &[Pose] {
+        &self.good.motion.poses
+    }
+
+    fn twists(&self) -> &[Twist] {
+        &self.good.twists
+    }
+
+    fn contacts(&self) -> &[Contact] {
+        &self.good.contacts
+    }
+
+    fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError> {
+        let momentum = &self.flow.momentum;
+        let mesh = &momentum.velocity.mesh;
+        let bent = mesh.curved.iter().flatten().map(|nodes| nodes.degree);
+        let degree = bent.chain([self.scene.degrees[0]]).max().unwrap_or(1);
+        let grid = self.grid.get_or_insert_with(|| Grid::new(mesh, degree));
+        let at_nodes: Vec<(usize, Vec<f64>)> = fields
+            .iter()
+            .map(|field| match field {
+                Field::Velocity => nodal(&space::Field::new(&momentum.velocity, self.carried.v.clone()), degree),
+                Field::Pressure => nodal(&space::Field::new(&momentum.pressure, self.carried.pi.clone()), degree),
+                Field::Density | Field::Polarity | Field::MolecularField | Field::StreamFunction => {
+                    unreachable!("refused")
+                }
+                Field::TissueVelocity | Field::PolarityLaplacian | Field::ElasticStrain => unreachable!("refused"),
+            })
+            .collect();
+        let named = fields.iter().zip(&at_nodes);
+        let list: Vec<vtk::Field> = named
+            .map(|(field, (components, values))| vtk::Field { name: field.name(), components: *components, values })
+            .collect();
+        Ok(write_vtu(path, grid, t, &list)?)
+    }
+}
