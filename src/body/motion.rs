@@ -1,4 +1,4 @@
-//! Where bodies go [L, alg. 1.1].
+//! Where bodies go (algorithm 1.1 of Lefebvre's thesis).
 
 use super::{Pose, Twist};
 use crate::mesh::Point;

@@ -22,7 +22,7 @@ pub(super) fn build(scene: &MeshScene) -> Result<Mesh, MeshError> {
     let part = |i: usize| i as f64 / n as f64;
     let lines = |quarter: usize, i: usize| {
         let (a, b) = (corners[quarter], corners[(quarter + 1) % 4]);
-        let direction = |k: usize| std::f64::consts::TAU * ((k as f64 - 2.5) / 4.0);
+        let direction = |k: usize| std::f64::consts::TAU * ((k as f64 - 1.5) / 4.0);
         let angle = direction(quarter) + 0.25 * std::f64::consts::TAU * part(i);
         let rim = centre + radius * Point::new(angle.cos(), angle.sin());
         let corner = |k: usize| {

@@ -1,0 +1,64 @@
+//! Scenes that the tests share.
+
+use std::sync::Arc;
+
+use monolayer::body::flow::{Flow, Settings};
+use monolayer::body::{Body, Hold, Pose, Shape, Twist};
+use monolayer::form::Linear;
+use monolayer::mesh::generate::{MeshScene, Shape as Domain};
+use monolayer::mesh::{Mesh, Point};
+use monolayer::model::immersed::Carried;
+use monolayer::model::momentum::{MomentumError, SlipTreatment};
+use monolayer::model::{Conditions, Expression, PolarityCondition, VelocityCondition};
+
+pub const MIDDLE: Point = Point::new(0.5, 0.5);
+
+/// The unit square with `2n²` cells.
+pub fn square(n: usize) -> Arc<Mesh> {
+    let scene = MeshScene { shape: Some(Domain::Square), n: Some(n), ..MeshScene::default() };
+    Arc::new(scene.build().expect("a square"))
+}
+
+pub fn disc(radius: f64, position: Point) -> Body {
+    Body {
+        name: "disc".into(),
+        shape: Shape::Disc { radius },
+        hold: Hold::Free,
+        density: 1.0,
+        force: [0.0, 0.0].map(Expression::constant),
+        torque: Expression::constant(0.0),
+        friction: 0.0,
+        start: Pose { position, angle: 0.0 },
+        start_twist: Twist::ZERO,
+    }
+}
+
+pub fn pushed(body: Body, force: [f64; 2], torque: f64) -> Body {
+    Body { force: force.map(Expression::constant), torque: Expression::constant(torque), ..body }
+}
+
+pub fn formula(text: &str) -> Expression {
+    Expression::parse(text, &[]).expect("a formula")
+}
+
+/// `left`, `right`, `bottom`, `top` with the same velocity.
+pub fn walls(velocity: [&str; 2]) -> Vec<Conditions> {
+    let velocity = VelocityCondition::Dirichlet(velocity.map(formula));
+    vec![Conditions { velocity, polarity: PolarityCondition::Neumann, density: None }; 4]
+}
+
+pub fn flow_of(
+    mesh: &Arc<Mesh>,
+    conditions: &[Conditions],
+    bodies: Vec<Body>,
+    epsilon: f64,
+) -> Result<Flow, MomentumError> {
+    let settings = Settings { epsilon, order: 2 };
+    Flow::new(mesh, (2, 1), conditions, (0.0, SlipTreatment::Rotated), bodies, settings, 0.0)
+}
+
+pub fn solved(mesh: &Arc<Mesh>, velocity: [&str; 2], bodies: Vec<Body>, epsilon: f64) -> (Flow, Carried) {
+    let flow = flow_of(mesh, &walls(velocity), bodies, epsilon).expect("a flow");
+    let carried = flow.solve(&Linear::zero()).expect("a solution");
+    (flow, carried)
+}
