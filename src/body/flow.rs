@@ -169,7 +169,7 @@ pub fn immerse(
 }
 
 /// A formula of a body.
-fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, ExpressionError> {
+pub(super) fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, ExpressionError> {
     let value = formula.eval_at(pose.position, pose.angle, t);
     if value.is_finite() {
         return Ok(value);
@@ -179,7 +179,7 @@ fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, ExpressionErr
 }
 
 /// Where a body is at time t if it follows a path, and where it starts otherwise.
-fn start(body: &Body, t: f64) -> Result<Pose, ExpressionError> {
+pub(super) fn start(body: &Body, t: f64) -> Result<Pose, ExpressionError> {
     match &body.hold {
         Hold::Path { position: [x, y], angle } => Ok(Pose {
             position: Point::new(value(x, &body.start, t)?, value(y, &body.start, t)?),
@@ -189,7 +189,7 @@ fn start(body: &Body, t: f64) -> Result<Pose, ExpressionError> {
     }
 }
 
-fn speed(hold: &Hold) -> Result<Option<[Expression; 3]>, ExpressionError> {
+pub(super) fn speed(hold: &Hold) -> Result<Option<[Expression; 3]>, ExpressionError> {
     match hold {
         Hold::Path { position: [x, y], angle } => Ok(Some([x.diff("t")?, y.diff("t")?, angle.diff("t")?])),
         Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => Ok(None),

@@ -6,6 +6,7 @@
 pub mod cut;
 pub mod distance;
 pub mod flow;
+pub mod guide;
 pub mod kernel;
 pub mod motion;
 pub mod outline;

@@ -7,6 +7,7 @@ pub mod bilinear;
 pub mod compression;
 pub mod density;
 pub mod elastic;
+pub mod ghost;
 pub mod gradient;
 pub mod integrate;
 mod kernel;

@@ -40,22 +40,23 @@ impl Budget {
         let k = v.space.degree;
         let stretch = |x: &crate::form::CellPoint| sym(&v.vector_gradient(&x.site));
         let mut budget = Self {
-            friction: m.friction * model.loops.sum(2 * k, |x| v.vector(&x.site).norm_squared()),
+            friction: m.friction * model.tissue().sum(2 * k, |x| v.vector(&x.site).norm_squared()),
             viscosity: 2.0 * model.loops.sum(2 * (k - 1), |x| stretch(x).norm_squared()),
-            traction: m.traction * model.loops.sum(k + p.space.degree, |x| p.vector(&x.site).dot(&v.vector(&x.site))),
+            traction: m.traction
+                * model.tissue().sum(k + p.space.degree, |x| p.vector(&x.site).dot(&v.vector(&x.site))),
             ..Self::default()
         };
         if m.active_stress != 0.0 {
             budget.active_stress = m.active_stress
-                * model.loops.sum(k - 1 + 2 * p.space.degree, |x| {
+                * model.tissue().sum(k - 1 + 2 * p.space.degree, |x| {
                     let p = p.vector(&x.site);
                     p.dot(&(stretch(x) * p))
                 });
         }
         if m.elasticity != 0.0 {
-            let well = model.polarity.molecular_functional(&model.loops, p, t);
+            let well = model.polarity.molecular_functional(model.tissue(), p, t);
             budget.rate = m.elasticity * dot(&well, rate_of_p);
-            budget.relaxation = m.elasticity * dot(&well, &model.polarity.mass_solve(&well)) / m.peclet;
+            budget.relaxation = m.elasticity * dot(&well, &model.polarity.project(&well)) / m.peclet;
         }
         budget
     }

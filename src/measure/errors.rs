@@ -127,7 +127,7 @@ pub fn errors(model: &dyn Sheet, exact: &Exact, state: &State, t: f64) -> Errors
 }
 
 fn incompressible(model: &Incompressible, exact: &Exact, state: &State, t: f64) -> Errors {
-    let laplacian = model.polarity.laplacian(&model.loops, &state.p, t);
+    let laplacian = model.polarity.laplacian(model.tissue(), &state.p, t);
     let (m, closed) = (&model.parameters, model.momentum.is_closed());
     let shifted = m.elastic_force == ElasticForce::Energy && m.elasticity != 0.0;
     let degree = 2 * state.p.space.degree + 2;
@@ -141,8 +141,8 @@ fn incompressible(model: &Incompressible, exact: &Exact, state: &State, t: f64) 
         ];
         (vectors, state.pressure().scalar(&x.site) - shift - values.volume)
     };
-    let mean = if closed { model.loops.sum(degree, |x| at(x).1) / model.area } else { 0.0 };
-    gather(&model.loops, degree, ErrorField::INCOMPRESSIBLE, |x| {
+    let mean = if closed { model.tissue().sum(degree, |x| at(x).1) / model.area } else { 0.0 };
+    gather(model.tissue(), degree, ErrorField::INCOMPRESSIBLE, |x| {
         let (vectors, pressure) = at(x);
         [vectors[0].norm(), (pressure - mean).abs(), vectors[1].norm(), vectors[2].norm()]
     })

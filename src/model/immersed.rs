@@ -161,9 +161,15 @@ impl Immersed {
     }
 
     /// Moves the bodies: integrates and eliminates anew what changed.
-    pub(super) fn move_to(&mut self, ground: Ground, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
+    pub(super) fn move_to(
+        &mut self,
+        ground: Ground,
+        loops: &Integrator,
+        poses: &[Pose],
+        keep: bool,
+    ) -> Result<(), MomentumError> {
         let (immersion, changed) = self.immersion.moved(loops, poses)?;
-        let kernel = Kernel::new(&immersion, ground.frames, Some(&self.kernel))?;
+        let kernel = Kernel::new(&immersion, ground.frames, keep.then_some(&self.kernel))?;
         let mut cells: BTreeSet<usize> = changed.into_iter().collect();
         let (old, new): (BTreeSet<_>, BTreeSet<_>) =
             (self.kernel.hosts.iter().copied().collect(), kernel.hosts.iter().copied().collect());
@@ -281,6 +287,21 @@ impl Immersed {
         let twists = self.immersion.means.iter().map(|means| means.twist(&v)).collect();
         let holding = constraints.holding(&y[self.kernel.fields.len()..]);
         Ok(Carried { v, pi, twists, holding })
+    }
+
+    /// Adds to the blocks of the balance, cell after cell, the bodies' own friction in place of the fluid's and a penalty of at most `1/SOFT`.
+    pub(super) fn add_soft_blocks(&self, blocks: &mut [f64]) {
+        const SOFT: f64 = 1e-4;
+        let size = self.immersion.velocity.cell_dof_count().pow(2);
+        for (parts, friction) in self.immersion.parts.iter().zip(&self.rigidity.friction) {
+            for (&cell, part) in parts {
+                let block = &mut blocks[cell * size..(cell + 1) * size];
+                axpy(friction - self.friction, &part.mass, block);
+                if let Some(viscosity) = &part.viscosity {
+                    axpy(1.0 / self.rigidity.epsilon.max(SOFT), viscosity, block);
+                }
+            }
+        }
     }
 
     /// What the bodies add to `K v`: their own friction in place of the fluid's, and the penalty of the difference to the nearest rigid motion.

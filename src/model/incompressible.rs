@@ -4,13 +4,18 @@ use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::expression::ExpressionError;
+use super::floating::{Floating, immerse};
 use super::formulas::check_formulas;
+use super::immersed::{Carried, Rigidity};
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::sources::Sources;
 pub use super::state::{Residuals, State};
+use crate::body::guide::Guide;
+use crate::body::penalty::Wrench;
+use crate::body::{Pose, Twist};
 use crate::form::power::{self, Power};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
@@ -59,7 +64,10 @@ pub struct Incompressible {
     pub parameters: Parameters,
     pub conditions: Vec<Conditions>,
     pub sources: Sources,
+    /// Over the whole mesh.
     pub loops: Integrator,
+    /// What covers a part of it.
+    pub bodies: Option<Arc<Floating>>,
     pub momentum: Arc<Momentum>,
     pub polarity: Polarity,
     /// `|Ω|`
@@ -83,7 +91,7 @@ impl Incompressible {
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
         let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, parameters.friction, *slip)?;
-        Self::assemble(loops, Arc::new(momentum), &space, parameters, conditions, sources)
+        Self::assemble(loops, None, Arc::new(momentum), &space, parameters, conditions, sources)
     }
 
     /// The same tissue with other parameters, and conditions and sources that may depend on them: keeps the mesh, the spaces and, where
@@ -103,20 +111,135 @@ impl Incompressible {
             old.clone()
         } else {
             let (velocity, pressure) = (&old.velocity, &old.pressure);
-            Arc::new(Momentum::new(&self.loops, velocity, pressure, conditions, parameters.friction, old.slip)?)
+            let friction = parameters.friction;
+            Arc::new(match old.bodies() {
+                None => Momentum::new(&self.loops, velocity, pressure, conditions, friction, old.slip)?,
+                Some(bodies) => {
+                    let (spaces, bodies) = ((velocity, pressure), (bodies.immersion.clone(), bodies.rigidity.clone()));
+                    Momentum::with_bodies(&self.loops, spaces, conditions, friction, old.slip, bodies)?
+                }
+            })
         };
-        Self::assemble(self.loops.clone(), momentum, &self.polarity.space, parameters, conditions, sources)
+        Self::assemble(
+            self.loops.clone(),
+            self.bodies.clone(),
+            momentum,
+            &self.polarity.space,
+            parameters,
+            conditions,
+            sources,
+        )
+    }
+
+    /// As [`Incompressible::new`] with rigid bodies in the tissue   [L1.13]
+    ///
+    /// # Errors
+    /// As [`Incompressible::new`] and [`Momentum::with_bodies`].
+    pub fn around(
+        mesh: &Arc<Mesh>,
+        description: &Description,
+        guide: &Arc<Guide>,
+        poses: &[Pose],
+        epsilon: f64,
+    ) -> Result<Self, MomentumError> {
+        let Description { parameters, degrees, conditions, sources, slip } = description;
+        let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.velocity, 2));
+        let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.pressure, 1));
+        let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
+        let loops = Integrator::new(mesh);
+        let immersion = immerse(&loops, &velocity, &guide.bodies, poses)?;
+        let floating = Arc::new(Floating::new(&loops, guide, &immersion));
+        let rigidity = Rigidity { epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
+        let (spaces, bodies) = ((&velocity, &pressure), (immersion, rigidity));
+        let momentum = Momentum::with_bodies(&loops, spaces, conditions, parameters.friction, *slip, bodies)?;
+        Self::assemble(loops, Some(floating), Arc::new(momentum), &space, parameters, conditions, sources)
+    }
+
+    /// Moves the bodies: keeps the mesh, the spaces, the structure of the coupled matrix, and of the flow's factors what lies away from the bodies.
+    ///
+    /// # Errors
+    /// As [`Momentum::place_bodies`].
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn place_bodies(&mut self, poses: &[Pose]) -> Result<(), MomentumError> {
+        let guide = self.bodies.as_ref().expect("a tissue with bodies").guide.clone();
+        let momentum = Arc::get_mut(&mut self.momentum).expect("nobody else holds a flow whose bodies move");
+        momentum.place_bodies(&self.loops, poses)?;
+        let immersion = &momentum.bodies().expect("a flow with bodies").immersion;
+        let floating = Arc::new(Floating::new(&self.loops, &guide, immersion));
+        let (m, slopes) = (&self.parameters, self.sources.boundary().cloned());
+        let covered = &floating.covered;
+        let (space, passive) = (&self.polarity.space, Some(&covered.passive));
+        self.polarity = Polarity::around(&covered.tissue, space, &self.conditions, m, slopes, passive)?;
+        self.bodies = Some(floating);
+        Ok(())
+    }
+
+    /// Where the bodies are.
+    pub fn poses(&self) -> &[Pose] {
+        self.bodies.as_ref().map_or(&[], |bodies| &bodies.poses)
+    }
+
+    /// How a flow moves the bodies.
+    pub fn twists(&self, v: &Field) -> Vec<Twist> {
+        let means = self.momentum.bodies().map_or(&[][..], |bodies| &bodies.immersion.means);
+        means.iter().map(|means| means.twist(&v.values)).collect()
+    }
+
+    /// The flow that follows from a change of the force, where all that is prescribed stays.
+    ///
+    /// # Errors
+    /// As [`Momentum::solve`].
+    pub fn change_of_flow(&self, force: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
+        let rest = vec![0.0; self.momentum.velocity.dof_count()];
+        let Some(floating) = &self.bodies else { return self.momentum.solve(force, &rest) };
+        let rules = floating.guide.rules_of_change(&floating.poses);
+        let carried = self.momentum.carry(force, &rest, &vec![Wrench::ZERO; rules.len()], &rules)?;
+        Ok((carried.v, carried.pi))
+    }
+
+    /// Adds the forces on the bodies, from outside and those that hold them to what is prescribed of them.
+    fn add_body_forces(&self, force: &mut [f64], inputs: &Inputs) -> Result<(), MomentumError> {
+        let Some(floating) = &self.bodies else { return Ok(()) };
+        let holding = self.carry(force, inputs)?.holding;
+        self.momentum.add_body_loads(&floating.guide.loads(&floating.poses, inputs.t)?, force);
+        self.momentum.add_body_loads(&holding, force);
+        Ok(())
+    }
+
+    /// The flow with the forces that hold the bodies to what is prescribed of them.
+    ///
+    /// # Errors
+    /// As [`Momentum::carry`].
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<Carried, MomentumError> {
+        let floating = self.bodies.as_ref().expect("a tissue with bodies");
+        let (guide, poses) = (&floating.guide, &floating.poses);
+        let (loads, rules) = (guide.loads(poses, inputs.t)?, guide.rules(poses, inputs.t)?);
+        self.momentum.carry(force, &inputs.prescribed, &loads, &rules)
     }
 
     fn assemble(
         loops: Integrator,
+        bodies: Option<Arc<Floating>>,
         momentum: Arc<Momentum>,
         space: &Arc<Space>,
         parameters: &Parameters,
         conditions: &[Conditions],
         sources: &Sources,
     ) -> Result<Self, MomentumError> {
-        let polarity = Polarity::new(&loops, space, conditions, parameters, sources.boundary().cloned())?;
+        let slopes = sources.boundary().cloned();
+        let polarity = match &bodies {
+            None => Polarity::new(&loops, space, conditions, parameters, slopes)?,
+            Some(floating) => {
+                let covered = &floating.covered;
+                let passive = Some(&covered.passive);
+                Polarity::around(&covered.tissue, space, conditions, parameters, slopes, passive)?
+            }
+        };
         let both = |free: &dyn Fn(&Conditions) -> bool| {
             let of_kind = conditions.iter().enumerate().filter(|(_, c)| free(c));
             of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
@@ -133,10 +256,16 @@ impl Incompressible {
             sources: sources.clone(),
             area: loops.mesh.area(),
             loops,
+            bodies,
             momentum,
             polarity,
             structure: Found::default(),
         })
+    }
+
+    /// Loops over the tissue: all of the mesh that no body covers.
+    pub fn tissue(&self) -> &Integrator {
+        self.bodies.as_ref().map_or(&self.loops, |bodies| &bodies.covered.tissue)
     }
 
     /// The state of rest.
@@ -158,7 +287,7 @@ impl Incompressible {
         let force = if form.is_zero() {
             vec![0.0; self.momentum.velocity.dof_count()]
         } else {
-            self.loops.vector(&form, &self.momentum.velocity)
+            self.tissue().vector(&form, &self.momentum.velocity)
         };
         let prescribed = self.momentum.frames.prescribed(&self.conditions, t)?;
         Ok(Inputs { t, force, source: self.polarity_source(&sources, t), density: Vec::new(), prescribed })
@@ -191,12 +320,12 @@ impl Incompressible {
                     let [open, dirichlet] = self.natural_faces;
                     let shift = power::natural_traction(velocity, p, m.coherence, open, dirichlet);
                     return self
-                        .loops
+                        .tissue()
                         .vector(&(self.with_active_stress(form, p) + b * power.force() - b * shift), velocity);
                 }
             }
         }
-        self.loops.vector(&self.with_active_stress(form, p), velocity)
+        self.tissue().vector(&self.with_active_stress(form, p), velocity)
     }
 
     fn with_active_stress<'a>(&self, form: Linear<'a, Vector>, p: &'a Field) -> Linear<'a, Vector> {
@@ -208,7 +337,7 @@ impl Incompressible {
 
     /// `L_h/B` where the model has elasticity.
     pub fn molecular(&self, p: &Field, t: f64) -> Option<Field> {
-        (self.parameters.elasticity != 0.0).then(|| self.polarity.molecular_over_b(&self.loops, p, t))
+        (self.parameters.elasticity != 0.0).then(|| self.polarity.molecular_over_b(self.tissue(), p, t))
     }
 
     /// All forces of the polarity `p` and from outside   [7.11a]
@@ -230,7 +359,7 @@ impl Incompressible {
             return vec![0.0; space.dof_count()];
         }
         let value = |x: &CellPoint| sources.polarity(&self.parameters, x.site.x, t);
-        self.loops.vector(&mass::load(space, FORMULA_DEGREE, value), space)
+        self.tissue().vector(&mass::load(space, FORMULA_DEGREE, value), space)
     }
 
     /// Evaluates every source and boundary formula wherever the forms do.
@@ -267,7 +396,13 @@ impl Incompressible {
     /// # Errors
     /// As [`Momentum::solve`].
     pub fn flow_of(&self, force: &[f64], inputs: &Inputs) -> Result<(Field, Field), MomentumError> {
-        let (v, pi) = self.momentum.solve(force, &inputs.prescribed)?;
+        let (v, pi) = match &self.bodies {
+            None => self.momentum.solve(force, &inputs.prescribed)?,
+            Some(_) => {
+                let carried = self.carry(force, inputs)?;
+                (carried.v, carried.pi)
+            }
+        };
         Ok((Field::new(&self.momentum.velocity, v), Field::new(&self.momentum.pressure, pi)))
     }
 
@@ -277,7 +412,9 @@ impl Incompressible {
     /// As [`Momentum::residual_norms`]; formulas that are not finite.
     pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
         let root = self.area.sqrt();
-        let force = self.force(&state.p, &state.v, &self.inputs(t)?);
+        let inputs = self.inputs(t)?;
+        let mut force = self.force(&state.p, &state.v, &inputs);
+        self.add_body_forces(&mut force, &inputs)?;
         let [velocity, pressure] = self.momentum.residual_norms(&force, &state.v.values, &state.pressure().values)?;
         let r = self.polarity_residual(state, t);
         let polarity = crate::solve::root(dot(&r, &self.polarity.mass_solve(&r)));
@@ -286,7 +423,7 @@ impl Incompressible {
 
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
-        let molecular = self.polarity.molecular_functional(&self.loops, &state.p, t);
+        let molecular = self.polarity.molecular_functional(self.tissue(), &state.p, t);
         let source = self.polarity_source(&self.sources.at_time(t), t);
         self.polarity_residual_of(Carrier::from(&state.v), &state.p, &molecular, &source, t)
     }
@@ -300,7 +437,7 @@ impl Incompressible {
         source: &[f64],
         t: f64,
     ) -> Vec<f64> {
-        let mut r = self.polarity.carried(&self.loops, carrier, p, t);
+        let mut r = self.polarity.carried(self.tissue(), carrier, p, t);
         axpy(1.0, molecular, &mut r);
         axpy(-1.0, source, &mut r);
         r
@@ -308,7 +445,7 @@ impl Incompressible {
 
     /// `κ² l_swip(q) + (f_p|q)`: the inputs of the polarity that do not depend on the flow   [7.11c]
     pub fn polarity_inputs(&self, inputs: &Inputs) -> Vec<f64> {
-        let mut out = self.polarity.diffusion_data(&self.loops, inputs.t);
+        let mut out = self.polarity.diffusion_data(self.tissue(), inputs.t);
         axpy(1.0, &inputs.source, &mut out);
         out
     }
@@ -357,7 +494,7 @@ impl Incompressible {
             ElasticForce::Energy if m.elasticity != 0.0 => {
                 let p = &state.p;
                 let density = |x: &CellPoint| m.elasticity * power::energy_density(p, &x.site, m.coherence);
-                let mut shift = self.momentum.project_pressure(&self.loops, 4 * p.space.degree, density)?;
+                let mut shift = self.momentum.project_pressure(self.tissue(), 4 * p.space.degree, density)?;
                 let mean = if self.momentum.is_closed() { self.momentum.mean(&shift) } else { 0.0 };
                 shift.iter_mut().zip(&state.pressure().values).for_each(|(s, pi)| *s = pi - (*s - mean));
                 Ok(Field::new(&self.momentum.pressure, shift))
@@ -373,6 +510,7 @@ impl Incompressible {
             return 0.0;
         }
         let data = |s: &FacePoint| self.polarity.data(s, t);
-        m.elasticity * elastic::energy_over_b(&self.loops, p, m.coherence, self.polarity.dirichlet, data)
+        let tissue = elastic::energy_over_b(self.tissue(), p, m.coherence, self.polarity.dirichlet, data);
+        m.elasticity * (tissue + self.polarity.ghost_energy(p))
     }
 }

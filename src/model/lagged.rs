@@ -406,7 +406,7 @@ impl<'t> Parts<'t> {
         let Some(by_field) = &force.by_field else { return };
         // F_L M⁻¹, component by component
         let mut pushed = block(by_field);
-        let inverse = self.model().polarity.mass_inverse_of(cell);
+        let inverse = self.model().polarity.projection_of(cell);
         for c in [0, n] {
             let part = pushed.columns(c, n) * &inverse;
             pushed.columns_mut(c, n).copy_from(&part);

@@ -3,6 +3,7 @@
 pub mod boundary;
 pub mod compressible;
 pub mod expression;
+pub mod floating;
 pub mod formulas;
 pub mod frames;
 pub mod immersed;
@@ -13,6 +14,7 @@ pub mod manufactured;
 pub mod momentum;
 pub mod names;
 pub mod parameters;
+pub mod passive;
 pub mod polarity;
 pub mod sources;
 pub mod start;

@@ -198,8 +198,14 @@ impl Momentum {
     }
 
     /// Dense blocks of `2(D(v)|D(w)) + C_F(v|w)` and of `b(w,ξ)`, cell after cell, rows w.
+    ///
+    /// Bodies add a penalty that is soft enough for factors without their rigid motions; those are no exact inverse then.
     pub fn element_blocks(&self, loops: &Integrator) -> (Vec<f64>, Vec<f64>) {
-        element_blocks(loops, (&self.velocity, &self.pressure), self.friction, self.penalty)
+        let mut blocks = element_blocks(loops, (&self.velocity, &self.pressure), self.friction, self.penalty);
+        if let Some(bodies) = self.bodies() {
+            bodies.add_soft_blocks(&mut blocks.0);
+        }
+        blocks
     }
 
     /// Whether the pressure is only defined up to a constant, and normalised to mean zero.
@@ -231,10 +237,25 @@ impl Momentum {
     /// # Panics
     /// Without bodies.
     pub fn move_bodies(&mut self, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
+        self.bodies_to(loops, poses, true)
+    }
+
+    /// As [`Momentum::move_bodies`], with a result that does not depend on where the bodies were before.
+    ///
+    /// # Errors
+    /// As [`Momentum::move_bodies`].
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn place_bodies(&mut self, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
+        self.bodies_to(loops, poses, false)
+    }
+
+    fn bodies_to(&mut self, loops: &Integrator, poses: &[Pose], keep: bool) -> Result<(), MomentumError> {
         let ground = Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames };
         match &mut self.system {
             System::Open(_) | System::Closed { .. } => panic!("there are no bodies to move"),
-            System::Immersed { bodies, .. } => bodies.move_to(ground, loops, poses),
+            System::Immersed { bodies, .. } => bodies.move_to(ground, loops, poses, keep),
         }
     }
 

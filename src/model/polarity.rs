@@ -9,6 +9,7 @@ use super::boundary::{Conditions, PolarityCondition};
 use super::expression::Expression;
 use super::manufactured::Exact;
 use super::parameters::{ModelKind, Parameters};
+use super::passive::{Around, Passive};
 use crate::form::upwind::Carrier;
 use crate::form::words::{Scalar, Vector};
 use crate::form::{Bilinear, Density, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, swip, upwind};
@@ -49,16 +50,36 @@ pub struct Polarity {
     steady_data: Option<Vec<f64>>,
     /// Neumann faces with the slope `∂_np` of exact fields.
     slopes: Option<(Faces, Arc<Exact>)>,
+    /// What bodies in the tissue change.
+    around: Option<Around>,
 }
 
 impl Polarity {
     /// Assembles mass and diffusion.
+    ///
+    /// # Errors
+    /// A degenerate cell.
     pub fn new(
         loops: &Integrator,
         space: &Arc<Space>,
         conditions: &[Conditions],
         parameters: &Parameters,
         slopes: Option<Arc<Exact>>,
+    ) -> Result<Self, SolveError> {
+        Self::around(loops, space, conditions, parameters, slopes, None)
+    }
+
+    /// As [`Polarity::new`] around bodies: `loops` are those over the tissue alone.
+    ///
+    /// # Errors
+    /// As [`Polarity::new`].
+    pub fn around(
+        loops: &Integrator,
+        space: &Arc<Space>,
+        conditions: &[Conditions],
+        parameters: &Parameters,
+        slopes: Option<Arc<Exact>>,
+        passive: Option<&Passive>,
     ) -> Result<Self, SolveError> {
         let mesh = &space.mesh;
         let of_kind = |dirichlet: bool| {
@@ -75,7 +96,12 @@ impl Polarity {
             let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet, Density::One);
             loops.add_rows(&form, (space, space), &mut diffusion.diagonal, &mut diffusion.off);
         }
-        let mass = loops.cell_blocks(&mass::mass(space), space, space);
+        let whole = passive.map_or(loops, |passive| &passive.whole);
+        let mass = whole.cell_blocks(&mass::mass(space), space, space);
+        let around = passive.map(|passive| {
+            passive.add_to(space, dirichlet, parameters.coherence.powi(2), &mut diffusion);
+            Around::new(loops, space, passive, &mass)
+        });
         let mass_inverse = invert_blocks(&mass, space.n)?;
         let order = downstream_order(mesh);
         let mut rank = vec![0; order.len()];
@@ -93,6 +119,7 @@ impl Polarity {
             rank: Arc::new(rank),
             steady_data: None,
             slopes,
+            around: around.transpose()?,
         };
         let moving =
             this.slopes.is_some() || conditions.iter().filter_map(data_of).flatten().any(Expression::depends_on_time);
@@ -140,10 +167,41 @@ impl Polarity {
 
     /// `L_h / B`, the molecular field of `p` over the elasticity, cell by cell   [7.10]
     pub fn molecular_over_b(&self, loops: &Integrator, p: &Field, t: f64) -> Field {
-        Field::new(&self.space, self.mass_solve(&self.molecular_functional(loops, p, t)))
+        Field::new(&self.space, self.project(&self.molecular_functional(loops, p, t)))
     }
 
-    /// `M⁻¹ f`.
+    /// The function whose products with the polarity space are `f`: `M⁻¹ f`, in a cell that a body cuts as in [`super::passive`], and zero inside of bodies.
+    pub fn project(&self, f: &[f64]) -> Vec<f64> {
+        match &self.around {
+            None => self.mass_solve(f),
+            Some(around) => times_each(&around.projection, self.space.n, 2, f),
+        }
+    }
+
+    /// What multiplies `Pe ∂_t p`: `M y`, in a cell that a body cuts as in [`super::passive`], and zero inside of bodies.
+    pub fn inertia_times(&self, y: &[f64]) -> Vec<f64> {
+        times_each(self.inertia(), self.space.n, 2, y)
+    }
+
+    fn inertia(&self) -> &[f64] {
+        self.around.as_ref().map_or(&self.mass, |around| &around.inertia)
+    }
+
+    /// `(p|q)` over the tissue.
+    pub fn products(&self, loops: &Integrator, p: &Field) -> Vec<f64> {
+        match &self.around {
+            None => self.mass_times(&p.values),
+            Some(_) => loops.vector(&mass::load(&self.space, self.space.degree, |x| p.vector(&x.site)), &self.space),
+        }
+    }
+
+    /// `½ κ² γ Σ g_S(p,p)`: what the ghost penalty adds to the free energy over B.
+    pub fn ghost_energy(&self, p: &Field) -> f64 {
+        let kappa2 = self.parameters.coherence.powi(2);
+        self.around.as_ref().map_or(0.0, |around| 0.5 * kappa2 * around.ghost_energy(p))
+    }
+
+    /// `M⁻¹ f` on whole cells: for norms.
     pub fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
         times_each(&self.mass_inverse, self.space.n, 2, f)
     }
@@ -163,13 +221,14 @@ impl Polarity {
         &self.neighbours
     }
 
-    /// `M⁻¹` of one component on `cell`.
-    pub fn mass_inverse_of(&self, cell: usize) -> DMatrix<f64> {
+    /// The inverse that [`Polarity::project`] takes, of one component on `cell`.
+    pub fn projection_of(&self, cell: usize) -> DMatrix<f64> {
         let n = self.space.n;
-        DMatrix::from_row_slice(n, n, &self.mass_inverse[cell * n * n..(cell + 1) * n * n])
+        let inverse = self.around.as_ref().map_or(&self.mass_inverse, |around| &around.projection);
+        DMatrix::from_row_slice(n, n, &inverse[cell * n * n..(cell + 1) * n * n])
     }
 
-    /// `M x`.
+    /// `M x` on whole cells: for norms.
     pub fn mass_times(&self, x: &[f64]) -> Vec<f64> {
         times_each(&self.mass, self.space.n, 2, x)
     }
@@ -199,7 +258,7 @@ impl Polarity {
         let space = &*self.space;
         let mut diagonal = self.diffusion.diagonal.clone();
         let scale = self.parameters.peclet * w;
-        diagonal.par_iter_mut().zip(&self.mass).for_each(|(a, mass)| *a += scale * mass);
+        diagonal.par_iter_mut().zip(self.inertia()).for_each(|(a, mass)| *a += scale * mass);
         out.off.copy_from_slice(&self.diffusion.off);
         loops.add_rows(alike, (space, space), &mut diagonal, &mut out.off);
         out.diagonal.fill(0.0);
@@ -249,7 +308,7 @@ impl Polarity {
         let mut r = self.diffusion_data(loops, t);
         crate::solve::axpy(-1.0, &self.diffusion.times(&p.values), &mut r);
         let kappa2 = self.parameters.coherence.powi(2);
-        Field::new(&self.space, self.mass_solve(&r).into_iter().map(|v| v / kappa2).collect())
+        Field::new(&self.space, self.project(&r).into_iter().map(|v| v / kappa2).collect())
     }
 
     /// Room for an operator.
@@ -329,13 +388,17 @@ fn downstream_order(mesh: &Mesh) -> Vec<usize> {
 pub(super) fn invert_blocks(blocks: &[f64], n: usize) -> Result<Vec<f64>, SolveError> {
     let mut out = Vec::with_capacity(blocks.len());
     for (cell, block) in blocks.chunks(n * n).enumerate() {
-        let inverse = DMatrix::from_row_slice(n, n, block).cholesky().map(|c| c.inverse());
-        let inverse = inverse.ok_or_else(|| SolveError::Factorise {
-            system: "mass".into(),
-            reason: format!("the mass matrix of cell {cell} is not positive definite"),
-            hint: "the cell is degenerate".into(),
-        })?;
-        out.extend(inverse.iter());
+        out.extend(invert_block(cell, block, n)?.iter());
     }
     Ok(out)
+}
+
+/// The inverse of a mass block.
+pub(super) fn invert_block(cell: usize, block: &[f64], n: usize) -> Result<DMatrix<f64>, SolveError> {
+    let inverse = DMatrix::from_row_slice(n, n, block).cholesky().map(|c| c.inverse());
+    inverse.ok_or_else(|| SolveError::Factorise {
+        system: "mass".into(),
+        reason: format!("the mass matrix of cell {cell} is not positive definite"),
+        hint: "the cell is degenerate".into(),
+    })
 }

@@ -48,7 +48,7 @@ impl<'m> Tangent<'m> {
     /// `w = α₀/Δt` the weight of the new polarity in the time derivative (0 for the stationary equations).
     pub fn new(model: &'m Incompressible, state: &'m State, before: &'m Field, w: f64, t: f64) -> Self {
         let carrier = model.carrier(&state.v, before);
-        let (loops, p) = (&model.loops, &state.p);
+        let (loops, p) = (model.tissue(), &state.p);
         let molecular = model.polarity.molecular_tangent(loops, p);
         let operator = model.polarity.tangent(loops, w, carrier, &molecular);
         let l = model.molecular(p, t);
@@ -83,7 +83,7 @@ impl<'m> Tangent<'m> {
         if let Some(rows) = &self.force.by_field {
             let mut well = vec![0.0; phi.len()];
             self.molecular.times(phi, &mut well);
-            let lambda = self.model.polarity.mass_solve(&well);
+            let lambda = self.model.polarity.project(&well);
             crate::solve::axpy(1.0, &self.times_force(rows, &lambda), &mut out);
         }
         out
@@ -94,8 +94,7 @@ impl<'m> Tangent<'m> {
     /// # Errors
     /// As [`super::momentum::Momentum::solve`].
     pub fn flow_of(&self, phi: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
-        let momentum = &self.model.momentum;
-        momentum.solve(&self.force_of(phi), &vec![0.0; momentum.velocity.dof_count()])
+        self.model.change_of_flow(&self.force_of(phi))
     }
 
     /// `y = (J_pp + D S⁻¹ F′) φ`: the derivative of the polarity's equation with the flow eliminated.
@@ -173,8 +172,8 @@ fn rows(model: &Incompressible, form: &Bilinear<Vector, Vector>, kind: ElasticFo
     let size = (test.cell_dof_count(), trial.cell_dof_count());
     let mut out = Rows::zero(model.polarity.neighbours(), size, kind == ElasticForce::Energy);
     match kind {
-        ElasticForce::Stress => model.loops.add_cell_blocks(form, trial, test, &mut out.own),
-        ElasticForce::Energy => model.loops.add_rows(form, (trial, test), &mut out.own, &mut out.off),
+        ElasticForce::Stress => model.tissue().add_cell_blocks(form, trial, test, &mut out.own),
+        ElasticForce::Energy => model.tissue().add_rows(form, (trial, test), &mut out.own, &mut out.off),
     }
     out
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::motion::MotionSummary;
-use super::{Ending, Options, RunError, Summary, particles, report, stokes};
+use super::{Ending, Options, RunError, Summary, particles, report, stokes, tissue};
 use crate::mesh::Mesh;
 use crate::scene::{AnyScene, SceneError};
 
@@ -48,6 +48,7 @@ impl fmt::Display for AnySummary {
 pub fn run(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunError> {
     let made = !options.out.exists();
     let result = match scene {
+        AnyScene::Tissue(scene) if tissue::has_moving_bodies(scene) => tissue::run(scene, options),
         AnyScene::Tissue(scene) => return super::run(scene, options).map(|s| AnySummary::Tissue(Box::new(s))),
         AnyScene::Stokes(scene) => stokes::run(scene, options),
         AnyScene::Particles(scene) => particles::run(scene, options),

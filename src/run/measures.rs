@@ -57,7 +57,11 @@ impl<'s> Gauges<'s> {
                 What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => {}
             }
         }
-        let centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
+        let mut centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
+        let mut radius = scene.mesh.radius.unwrap_or(1.0);
+        if let Some((middle, end)) = super::tissue::wake(scene) {
+            (centre, radius) = (middle.into(), end - middle.x);
+        }
         let loops = setup.model.loops();
         let degree = 2 * setup.model.polarity().space.degree;
         let mirror = if due.iter().any(|(m, _)| *m == Measure::Asymmetry) {
@@ -74,7 +78,7 @@ impl<'s> Gauges<'s> {
             track: scene.mesh.track(),
             residual_each_step: scene.time.stop_residual.is_some(),
             energy_each_step: scene.time.stop_energy_rate.is_some(),
-            radius: scene.mesh.radius.unwrap_or(1.0),
+            radius,
             centre,
             end: setup.mesh.vertices.iter().fold(f64::MIN, |m, x| m.max(x.x)),
             exact: scene.sources.exact.clone(),

@@ -17,6 +17,7 @@ pub mod steady;
 pub mod stokes;
 mod strain;
 pub mod summary;
+pub mod tissue;
 pub mod writer;
 
 use std::path::{Path, PathBuf};

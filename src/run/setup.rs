@@ -115,13 +115,18 @@ impl Setup {
         let mesh = Arc::new(build_mesh(scene)?);
         scene.check_tags(&mesh.tags)?;
         scene.check_bodies(&mesh)?;
+        super::tissue::check(scene)?;
         check_measures(scene, &mesh)?;
         check_exact(scene, &mesh)?;
         let description = describe(scene, &mesh);
         let need = memory::need(scene, &Unknowns::new(scene, &mesh, &description).layout())?;
         memory::check(scene, &need, available)?;
-        let model = build(scene.parameters.kind(), &mesh, &description)
-            .map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
+        let model: Result<Box<dyn Sheet>, _> = match &scene.bodies {
+            None => build(scene.parameters.kind(), &mesh, &description),
+            Some(bodies) => super::tissue::around(&mesh, &description, bodies).map(|model| Box::new(model) as _),
+        };
+        let model =
+            model.map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
         if let Some(structure) = need.structure {
             model.know_structure(structure);
         }
@@ -266,6 +271,9 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     });
     let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
+    if asked && super::tissue::wake(scene).is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end)) {
+        return Ok(());
+    }
     if asked && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { behind }));
     }

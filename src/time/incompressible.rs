@@ -89,7 +89,7 @@ impl Sheet for Incompressible {
 
     fn inertia_times(&self, _: &State, y: &[f64]) -> Vec<f64> {
         let pe = self.parameters.peclet;
-        self.polarity.mass_times(y).into_iter().map(|v| pe * v).collect()
+        self.polarity.inertia_times(y).into_iter().map(|v| pe * v).collect()
     }
 
     fn without_conserved(&self, _: &mut [f64]) {}
@@ -115,10 +115,10 @@ impl Sheet for Incompressible {
     fn evaluate(&self, equations: &Equations, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
         let (inputs, before) = (&equations.inputs, &equations.before);
         let p = Field::new(&self.polarity.space, y.clone());
-        let well = phases.measure("residual", || self.polarity.molecular_functional(&self.loops, &p, inputs.t));
+        let well = phases.measure("residual", || self.polarity.molecular_functional(self.tissue(), &p, inputs.t));
         let force = phases.measure("force", || {
             let l = (self.parameters.elasticity != 0.0)
-                .then(|| Field::new(&self.polarity.space, self.polarity.mass_solve(&well)));
+                .then(|| Field::new(&self.polarity.space, self.polarity.project(&well)));
             self.force_of(&p, l.as_ref(), before, inputs)
         });
         let (v, pi) = phases.measure("stokes", || self.flow_of(&force, inputs))?;
@@ -127,7 +127,7 @@ impl Sheet for Incompressible {
             axpy(equations.weights.polarity, &p.values, &mut rate);
             let carrier = self.carrier(&v, before);
             let mut r = self.polarity_residual_of(carrier, &p, &well, &inputs.source, inputs.t);
-            axpy(self.parameters.peclet, &self.polarity.mass_times(&rate), &mut r);
+            axpy(self.parameters.peclet, &self.polarity.inertia_times(&rate), &mut r);
             r
         });
         equations.trial(y, State::incompressible(v, pi, p), residual)
@@ -181,7 +181,7 @@ impl Sheet for Incompressible {
     fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64 {
         match self.parameters.elasticity {
             0.0 => 0.0,
-            b => b * dot(&self.polarity.molecular_functional(&self.loops, &state.p, t), rate_of_p),
+            b => b * dot(&self.polarity.molecular_functional(self.tissue(), &state.p, t), rate_of_p),
         }
     }
 
@@ -207,11 +207,11 @@ impl Sheet for Incompressible {
     }
 
     fn molecular_field(&self, state: &State, t: f64) -> Field {
-        scaled(self.polarity.molecular_over_b(&self.loops, &state.p, t), self.parameters.elasticity)
+        scaled(self.polarity.molecular_over_b(self.tissue(), &state.p, t), self.parameters.elasticity)
     }
 
     fn polarity_laplacian(&self, state: &State, t: f64) -> Field {
-        scaled(self.polarity.laplacian(&self.loops, &state.p, t), self.parameters.coherence.powi(2))
+        scaled(self.polarity.laplacian(self.tissue(), &state.p, t), self.parameters.coherence.powi(2))
     }
 
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {
@@ -234,7 +234,7 @@ impl Tangent for tangent::Tangent<'_> {
     }
 
     fn factors_are_exact(&self) -> bool {
-        self.model.parameters.elastic_force == ElasticForce::Stress
+        self.model.parameters.elastic_force == ElasticForce::Stress && self.model.bodies.is_none()
     }
 }
 
@@ -253,7 +253,7 @@ impl<'e> InTurn<'e> {
     fn new(model: &'e Incompressible, equations: &'e Equations<'e>) -> Self {
         let mut fixed = model.polarity_inputs(&equations.inputs);
         let pe = model.parameters.peclet;
-        for (f, h) in fixed.iter_mut().zip(model.polarity.mass_times(&equations.history)) {
+        for (f, h) in fixed.iter_mut().zip(model.polarity.inertia_times(&equations.history)) {
             *f -= pe * h;
         }
         Self { model, equations, fixed, operator: model.polarity.empty_operator(), factors: None }
@@ -268,10 +268,10 @@ impl Passes for InTurn<'_> {
         let (v, pi) = phases.measure("stokes", || model.flow_of(&force, inputs))?;
         let carrier = model.carrier(&v, before);
         phases.measure("polarity assembly", || {
-            model.polarity.operator(&model.loops, weights.polarity, carrier, &state.p, &mut self.operator);
+            model.polarity.operator(model.tissue(), weights.polarity, carrier, &state.p, &mut self.operator);
         });
-        let mut b = phases.measure("polarity assembly", || model.polarity.inflow(&model.loops, carrier, inputs.t));
-        for ((b, f), p) in b.iter_mut().zip(&self.fixed).zip(model.polarity.mass_times(&state.p.values)) {
+        let mut b = phases.measure("polarity assembly", || model.polarity.inflow(model.tissue(), carrier, inputs.t));
+        for ((b, f), p) in b.iter_mut().zip(&self.fixed).zip(model.polarity.products(model.tissue(), &state.p)) {
             *b += f + p;
         }
         // factors of the first iterate serve the whole step: later ones differ little

@@ -126,6 +126,47 @@ pub struct Checkpoint {
     pub origin: Option<Origin>,
 }
 
+/// What a step begins with: counts, step control, and where Newton's factors come from.
+pub(super) type Entry = (Counts, Control, Option<Origin>);
+
+/// A march without its model.
+#[derive(Debug)]
+pub struct Parked {
+    settings: MarchSettings,
+    t: f64,
+    pub state: State,
+    counts: Counts,
+    phases: Phases,
+    quiet: usize,
+    control: Control,
+    past: Vec<(f64, Vec<f64>)>,
+    rate_of_p: Vec<f64>,
+    gained: Vec<f64>,
+    gain: f64,
+    limited: usize,
+    memory: Memory,
+}
+
+impl Parked {
+    /// The state of the march, as [`March::checkpoint`] has it.
+    pub fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            t: self.t,
+            counts: self.counts,
+            control: self.control.clone(),
+            past: self.past.clone(),
+            velocity: self.state.v.values.clone(),
+            volume: self.state.volume().values.clone(),
+            rate_of_p: self.rate_of_p.clone(),
+            gained: self.gained.clone(),
+            gain: self.gain,
+            limited: self.limited,
+            quiet: self.quiet,
+            origin: self.memory.origin().cloned(),
+        }
+    }
+}
+
 /// What interrupts a march that nobody interrupts.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
@@ -286,58 +327,128 @@ impl<'m> March<'m> {
     pub fn advance(&mut self, landing: f64) -> Result<StepReport, MarchError> {
         let step = self.counts.steps + 1;
         let (mut rejected, mut cap) = (0, f64::INFINITY);
-        let entry = (self.counts, self.control.clone(), self.memory.origin().cloned());
-        let stiffness = self.model.stiffness(&self.state);
+        let entry = self.entry();
         loop {
-            let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
-            let lands = self.t + dt >= landing - 1e-9 * dt;
-            let t = if lands { landing } else { self.t + dt };
-            let order = self.order_for(dt);
-            let known: Vec<(f64, &[f64])> =
-                self.past.iter().take(self.usable(dt).min(order + 1)).map(|(t, y)| (*t, &y[..])).collect();
-            let density = match self.density_step(t, stiffness * dt) {
-                Ok(density) => density,
-                Err(cause) => return Err(MarchError::Failed { step, t: self.t, cause: Box::new(cause.into()) }),
-            };
-            let coupling = &self.settings.coupling;
-            let attempt = Step {
-                model: self.model,
-                t,
-                past: &known[..order],
-                known: &known,
-                density: density.as_ref(),
-                guess: &self.state,
-                settings: coupling,
-                interrupt: self.interrupt,
-            };
-            match solve_step(&attempt, &mut self.memory, &mut self.phases) {
-                Ok(outcome) => return Ok(self.accept(outcome, t, order, rejected, density.as_ref())),
-                Err(StepFailure::Interrupted) => {
-                    // a resumed run begins this step anew, with what it began with
-                    let origin;
-                    (self.counts, self.control, origin) = entry;
-                    self.memory.rewind(origin);
-                    return Err(MarchError::Interrupted { step, t: self.t });
-                }
-                Err(cause) if !cause.may_be_cured_by_a_smaller_step() => {
-                    return Err(MarchError::Failed { step, t: self.t, cause: Box::new(cause) });
-                }
-                Err(cause) => {
-                    rejected += 1;
-                    self.counts.rejected += 1;
-                    cap = 0.5 * dt;
-                    if cap < self.settings.control.step_min {
-                        let step_min = self.settings.control.step_min;
-                        let hint = hint(&cause, coupling.kind);
-                        let cause = Box::new(cause);
-                        return Err(MarchError::StepTooSmall { step, t: self.t, step_min, cause, hint });
-                    }
-                    // a step that was trimmed to a sliver says nothing about the steps to come
-                    if dt > 0.5 * self.control.step {
-                        self.control.halve(&self.settings.control);
-                    }
-                }
+            let (t, dt) = self.aim(cap, landing);
+            match self.attempt(t, dt, rejected) {
+                Ok(report) => return Ok(report),
+                Err(cause) => cap = self.after_failure(cause, (step, dt), &mut rejected, &entry)?,
             }
+        }
+    }
+
+    /// What an interrupted step goes back to.
+    pub(super) fn entry(&self) -> Entry {
+        (self.counts, self.control.clone(), self.memory.origin().cloned())
+    }
+
+    /// Where the next step leads, and its Δt, of at most `cap` and trimmed to land on `landing`.
+    pub(super) fn aim(&self, cap: f64, landing: f64) -> (f64, f64) {
+        let step = self.counts.steps + 1;
+        let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
+        let lands = self.t + dt >= landing - 1e-9 * dt;
+        (if lands { landing } else { self.t + dt }, dt)
+    }
+
+    /// One try of a step to `t`.
+    pub(super) fn attempt(&mut self, t: f64, dt: f64, rejected: usize) -> Result<StepReport, StepFailure> {
+        let stiffness = self.model.stiffness(&self.state);
+        let order = self.order_for(dt);
+        let known: Vec<(f64, &[f64])> =
+            self.past.iter().take(self.usable(dt).min(order + 1)).map(|(t, y)| (*t, &y[..])).collect();
+        let density = self.density_step(t, stiffness * dt)?;
+        let attempt = Step {
+            model: self.model,
+            t,
+            past: &known[..order],
+            known: &known,
+            density: density.as_ref(),
+            guess: &self.state,
+            settings: &self.settings.coupling,
+            interrupt: self.interrupt,
+        };
+        let outcome = solve_step(&attempt, &mut self.memory, &mut self.phases)?;
+        Ok(self.accept(outcome, t, order, rejected, density.as_ref()))
+    }
+
+    /// The bound on Δt of the next try.
+    ///
+    /// # Errors
+    /// Where there can be none.
+    pub(super) fn after_failure(
+        &mut self,
+        cause: StepFailure,
+        (step, dt): (usize, f64),
+        rejected: &mut usize,
+        entry: &Entry,
+    ) -> Result<f64, MarchError> {
+        if matches!(cause, StepFailure::Interrupted) {
+            // a resumed run begins this step anew, with what it began with
+            (self.counts, self.control) = (entry.0, entry.1.clone());
+            self.memory.rewind(entry.2.clone());
+            return Err(MarchError::Interrupted { step, t: self.t });
+        }
+        if !cause.may_be_cured_by_a_smaller_step() {
+            return Err(MarchError::Failed { step, t: self.t, cause: Box::new(cause) });
+        }
+        *rejected += 1;
+        self.counts.rejected += 1;
+        let cap = 0.5 * dt;
+        if cap < self.settings.control.step_min {
+            let step_min = self.settings.control.step_min;
+            let hint = hint(&cause, self.settings.coupling.kind);
+            let cause = Box::new(cause);
+            return Err(MarchError::StepTooSmall { step, t: self.t, step_min, cause, hint });
+        }
+        // a step that was trimmed to a sliver says nothing about the steps to come
+        if dt > 0.5 * self.control.step {
+            self.control.halve(&self.settings.control);
+        }
+        Ok(cap)
+    }
+
+    /// Puts the march down, to be taken up with another model of the same unknowns.
+    pub fn park(self) -> Parked {
+        let Self { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, .. } =
+            self;
+        let memory = self.memory;
+        Parked { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, memory }
+    }
+
+    /// Takes up a march with a model of the same unknowns; `forget` what was factorised for the other one.
+    pub fn unpark(model: &'m dyn Sheet, parked: Parked, forget: bool) -> Self {
+        let Parked {
+            settings,
+            t,
+            state,
+            counts,
+            phases,
+            quiet,
+            control,
+            past,
+            rate_of_p,
+            gained,
+            gain,
+            limited,
+            memory,
+        } = parked;
+        let memory = if forget { Memory::default() } else { memory };
+        Self {
+            model,
+            settings,
+            t,
+            state,
+            counts,
+            phases,
+            quiet,
+            interrupt: &NEVER,
+            control,
+            past,
+            rate_of_p,
+            gained,
+            gain,
+            limited,
+            memory,
         }
     }
 

@@ -10,6 +10,7 @@ pub mod equations;
 mod incompressible;
 pub mod march;
 pub mod memory;
+pub mod moving;
 pub mod newton;
 pub mod phases;
 pub mod schedule;

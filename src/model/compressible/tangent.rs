@@ -256,7 +256,7 @@ impl Tangent<'_> {
         let mut by_polarity = self.force_by_polarity.own_of(cell).to_vec();
         let pushed = self.force_by_field.as_ref().map(|by_field| {
             let mut pushed = DMatrix::from_row_slice(rows, m, by_field.own_of(cell));
-            let inverse = self.model.polarity.mass_inverse_of(cell);
+            let inverse = self.model.polarity.projection_of(cell);
             for c in [0, m / 2] {
                 let part = pushed.columns(c, m / 2) * &inverse;
                 pushed.columns_mut(c, m / 2).copy_from(&part);

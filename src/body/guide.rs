@@ -1,0 +1,110 @@
+//! What acts on bodies from outside and what is prescribed of their motion, at given poses and times.
+
+use std::sync::Arc;
+
+use super::flow::{speed, start, value};
+use super::motion::Motion;
+use super::penalty::Wrench;
+use super::{Body, Hold, Pose, Twist, turned};
+use crate::mesh::Point;
+use crate::model::expression::{Expression, ExpressionError};
+use crate::model::immersed::Rule;
+
+/// Bodies with the derivatives of their paths.
+#[derive(Debug, Clone)]
+pub struct Guide {
+    pub bodies: Arc<[Body]>,
+    speeds: Vec<Option<[Expression; 3]>>,
+}
+
+impl Guide {
+    /// Prepares the bodies.
+    ///
+    /// # Errors
+    /// A path that has no derivative.
+    pub fn new(bodies: Vec<Body>) -> Result<Self, ExpressionError> {
+        let speeds = bodies.iter().map(|body| speed(&body.hold)).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { bodies: bodies.into(), speeds })
+    }
+
+    /// Where bodies on paths are at `t`, and the others at their start.
+    ///
+    /// # Errors
+    /// A formula that is not finite.
+    pub fn starts(&self, t: f64) -> Result<Vec<Pose>, ExpressionError> {
+        self.bodies.iter().map(|body| start(body, t)).collect()
+    }
+
+    /// Whether nothing ever moves.
+    pub fn is_at_rest(&self) -> bool {
+        self.bodies.iter().all(|body| matches!(body.hold, Hold::Fixed))
+    }
+
+    /// External forces and torques.
+    ///
+    /// # Errors
+    /// A formula that is not finite.
+    pub fn loads(&self, poses: &[Pose], t: f64) -> Result<Vec<Wrench>, ExpressionError> {
+        let load = |(body, pose): (&Body, &Pose)| {
+            let force = Point::new(value(&body.force[0], pose, t)?, value(&body.force[1], pose, t)?);
+            Ok(Wrench { force, torque: value(&body.torque, pose, t)? })
+        };
+        self.bodies.iter().zip(poses).map(load).collect()
+    }
+
+    /// What is prescribed of the motions.
+    ///
+    /// # Errors
+    /// A formula that is not finite.
+    pub fn rules(&self, poses: &[Pose], t: f64) -> Result<Vec<Rule>, ExpressionError> {
+        let rule = |((body, pose), speed): ((&Body, &Pose), &Option<[Expression; 3]>)| {
+            let twist = |[x, y, spin]: [&Expression; 3]| {
+                let velocity = Point::new(value(x, pose, t)?, value(y, pose, t)?);
+                Ok(Rule::Held(Twist { velocity, spin: value(spin, pose, t)? }))
+            };
+            match (&body.hold, speed) {
+                (Hold::Free, _) => Ok(Rule::Free),
+                (Hold::Fixed, _) => Ok(Rule::Held(Twist::ZERO)),
+                (Hold::Pinned(point), _) => Ok(Rule::Pinned(pose.to_space(*point))),
+                (Hold::Held { velocity: [x, y], spin }, _) => twist([x, y, spin]),
+                (Hold::Path { .. }, speed) => twist(speed.as_ref().expect("a path has a speed").each_ref()),
+            }
+        };
+        self.bodies.iter().zip(poses).zip(&self.speeds).map(rule).collect()
+    }
+
+    /// The same rules of a change of the flow: what is prescribed does not change.
+    pub fn rules_of_change(&self, poses: &[Pose]) -> Vec<Rule> {
+        let rule = |(body, pose): (&Body, &Pose)| match &body.hold {
+            Hold::Free => Rule::Free,
+            Hold::Pinned(point) => Rule::Pinned(pose.to_space(*point)),
+            Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => Rule::Held(Twist::ZERO),
+        };
+        self.bodies.iter().zip(poses).map(rule).collect()
+    }
+
+    /// The twists W by which bodies with the twists `now` move from `t` in a step: `x ← x + Δt W`.
+    ///
+    /// # Errors
+    /// A path that is not finite.
+    pub fn predicted(&self, motion: &Motion, t: f64, dt: f64, now: &[Twist]) -> Result<Vec<Twist>, ExpressionError> {
+        let mut by = motion.predicted(dt, now);
+        for ((body, pose), by) in self.bodies.iter().zip(&motion.poses).zip(&mut by) {
+            match &body.hold {
+                Hold::Path { .. } => {
+                    let next = start(body, t + dt)?;
+                    let (velocity, spin) = (next.position - pose.position, next.angle - pose.angle);
+                    *by = Twist { velocity: velocity / dt, spin: spin / dt };
+                }
+                Hold::Pinned(point) => {
+                    // the pin stays where it is, whatever the order
+                    let position = pose.to_space(*point) - turned(*point, pose.angle + dt * by.spin);
+                    by.velocity = (position - pose.position) / dt;
+                }
+                Hold::Fixed => *by = Twist::ZERO,
+                Hold::Free | Hold::Held { .. } => {}
+            }
+        }
+        Ok(by)
+    }
+}

@@ -1,0 +1,331 @@
+//! A tissue in which bodies move: what of a scene it cannot have, and its run.
+//!
+//! Bodies that are all fixed need none of this: their scene runs like any other, search for a steady state included.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::motion::{self, MotionSummary, Mover, Plan, Stride};
+use super::setup::{Setup, describe};
+use super::{Options, RunError, writer};
+use crate::body::guide::Guide;
+use crate::body::{Body, Hold, Pose, Shape, Twist};
+use crate::contact::{Bonds, Contact, Freedom, Metric, Mover as Moved, Solver};
+use crate::mesh::{Mesh, Point};
+use crate::model::incompressible::{Description, Incompressible};
+use crate::model::momentum::MomentumError;
+use crate::output::OutputError;
+use crate::output::vtk::{self, Grid, write_vtu};
+use crate::scene::bodies::Bodies;
+use crate::scene::particles::MotionTime;
+use crate::scene::{Field, Scene, SceneError, What};
+use crate::time::Sheet;
+use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
+
+/// Whether a scene has bodies that move.
+pub fn has_moving_bodies(scene: &Scene) -> bool {
+    let rests = |body: &Body| matches!(body.hold, Hold::Fixed);
+    scene.bodies.as_ref().is_some_and(|bodies| !bodies.bodies.iter().all(rests))
+}
+
+/// Centre and downstream end of the one disc in a scene, where it is a body.
+pub fn wake(scene: &Scene) -> Option<(Point, f64)> {
+    let [Body { shape: Shape::Disc { radius }, start, .. }] = &scene.bodies.as_ref()?.bodies[..] else { return None };
+    Some((start.position, start.position.x + radius))
+}
+
+/// The tissue around the bodies of a scene, where they start.
+///
+/// # Errors
+/// As [`Incompressible::around`]; paths without a derivative.
+pub fn around(mesh: &Arc<Mesh>, description: &Description, bodies: &Bodies) -> Result<Incompressible, MomentumError> {
+    let guide = Arc::new(Guide::new(bodies.bodies.clone())?);
+    let poses = guide.starts(0.0)?;
+    Incompressible::around(mesh, description, &guide, &poses, bodies.rigid.epsilon)
+}
+
+/// Refuses what would read the inside of bodies as tissue, or what does not exist with bodies that move.
+///
+/// # Errors
+/// The first key.
+pub fn check(scene: &Scene) -> Result<(), RunError> {
+    if scene.bodies.is_none() {
+        return Ok(());
+    }
+    let refuse = |key: String, value: &str, rule: &str, hint: &str| {
+        let [value, rule, hint] = [value, rule, hint].map(str::to_owned);
+        Err(RunError::from(SceneError::Value { place: scene.source().place(&key), key, value, rule, hint }))
+    };
+    let moving = has_moving_bodies(scene);
+    let energy = scene.parameters.elastic_force == crate::model::ElasticForce::Energy;
+    if moving && energy && scene.parameters.elasticity != 0.0 {
+        let rule = "this form of the elastic force has no traction on bodies that move";
+        let hint = "take elastic_force = \"stress\", or fix the bodies";
+        return refuse("model.elastic_force".into(), "\"energy-consistent\"", rule, hint);
+    }
+    for (at, output) in scene.outputs.iter().enumerate() {
+        match &output.what {
+            What::Measures(measures) => {
+                for measure in measures.iter().filter(|measure| !measure.is_of_bodies()) {
+                    let key = format!("output.{at}.measures");
+                    let name = format!("\"{}\"", measure.name());
+                    if moving {
+                        let rule = "this measure is not taken in a tissue with bodies that move";
+                        return refuse(key, &name, rule, "measure the bodies (`body`, `gap`, …), or fix them");
+                    }
+                    if reads_bodies(*measure) {
+                        let rule = "this measure would take the inside of bodies for tissue";
+                        return refuse(key, &name, rule, "leave it out, or take a mesh with a hole");
+                    }
+                }
+            }
+            What::Maps(requests) if moving => {
+                let known = |request: &&crate::scene::MapRequest| request.of != crate::scene::Quantity::Bodies;
+                if let Some(request) = requests.iter().find(known) {
+                    let (key, name) = (format!("output.{at}.maps"), format!("\"{}\"", request.name));
+                    let rule = "of a tissue with bodies that move, only the bodies are drawn";
+                    return refuse(key, &name, rule, "take maps = [\"bodies\"], and `fields` for the tissue");
+                }
+            }
+            What::Cuts(_) if moving => {
+                let rule = "there are no cuts of a tissue with bodies that move";
+                return refuse(format!("output.{at}.cuts"), "(given)", rule, "ask for `fields`");
+            }
+            What::Maps(_) | What::Cuts(_) | What::Fields(_) | What::Bodies { .. } | What::Checkpoint => {}
+        }
+    }
+    if !moving {
+        return Ok(());
+    }
+    let rest = "bodies that move";
+    if scene.steady.is_some() {
+        let rule = format!("a tissue with {rest} has no steady state to look for");
+        return refuse("steady".into(), "(given)", &rule, "fix the bodies, or march");
+    }
+    if scene.time.stop_residual.is_some() || scene.time.stop_energy_rate.is_some() {
+        let rule = format!("a tissue with {rest} is not tested for rest");
+        return refuse("time.stop".into(), "(given)", &rule, "remove it; `time.end` ends the run");
+    }
+    Ok(())
+}
+
+/// Whether a measure of the tissue integrates or counts over the whole mesh.
+fn reads_bodies(measure: crate::scene::Measure) -> bool {
+    use crate::scene::Measure as M;
+    match measure {
+        M::Asymmetry | M::Defects | M::Circulation | M::ElasticStrain => true,
+        M::Overshoot | M::FreeEnergy | M::EnergyBudget | M::Mass | M::DensityMin | M::LimitedCells => false,
+        M::KineticEnergy | M::Gap | M::Overlap | M::Contacts | M::WallForce | M::Body => false,
+    }
+}
+
+/// Runs a scene with bodies that move to its end and leaves the results in `options.out`.
+///
+/// # Errors
+/// Anything that is wrong before the first step, and results that cannot be written.
+pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> {
+    let begin = Instant::now();
+    let text = scene.resolved_toml();
+    let saved = motion::prepare(&text, options)?;
+    let setup = Setup::new(scene)?;
+    let origin = scene.source().origin();
+    let bodies = scene.bodies.as_ref().expect("the scene has bodies");
+    let p = setup.initial(scene)?.values;
+    let remarks = setup.remarks(scene);
+    let Setup { mesh, quality, model, .. } = setup;
+    let unknowns =
+        [model.velocity().dof_count(), model.volume().dof_count(), model.flow_unknowns() + model.carried_len()];
+    // the model is needed by value
+    drop(model);
+    let failed = |error: MomentumError| RunError::Model { origin: origin.into(), error: Box::new(error) };
+    let model = around(&mesh, &describe(scene, &mesh), bodies).map_err(failed)?;
+    let walls = bodies.walls_on(&mesh);
+    let mut contact = match &bodies.contact {
+        None => None,
+        Some(settings) => {
+            let settings = crate::contact::Settings { overlap: 1e-3, ..settings.settings() };
+            let solver = Solver::new(&walls, settings);
+            let solver = solver.map_err(|error| RunError::Contact { origin: origin.into(), error: Box::new(error) })?;
+            let (kept, bodies, friction) = (solver.bonds().clone(), bodies.bodies.clone(), scene.parameters.friction);
+            Some(Pushed { bodies, solver, kept, contacts: Vec::new(), friction })
+        }
+    };
+    let mut contacts = Vec::new();
+    let march = match &saved {
+        None => MovingMarch::start(model, scene.march(), p, bodies.rigid.order)
+            .map_err(|error| RunError::begin(origin, error))?,
+        Some(saved) => {
+            let file = options.out.join("checkpoint.bin").display().to_string();
+            let (hint, what) = ("run the scene again", "does not fit its scene".to_owned());
+            let unfit = || RunError::Output(OutputError::Malformed { path: file.clone(), what, hint });
+            if saved.mesh != mesh.fingerprint() {
+                return Err(RunError::OtherProblem { file: file.clone(), key: "mesh".into() });
+            }
+            let (state, found, bonds): (MovingCheckpoint, Vec<Contact>, Option<Bonds>) =
+                postcard::from_bytes(&saved.state).map_err(|_| unfit())?;
+            contacts = found;
+            if let (Some(pushed), Some(bonds)) = (&mut contact, bonds) {
+                pushed.kept = bonds;
+            }
+            MovingMarch::resume(model, scene.march(), state).map_err(failed)?
+        }
+    };
+    let plan = Plan {
+        title: scene.title.as_deref(),
+        text,
+        time: MotionTime { step: scene.time.control.step, end: scene.time.end, max_steps: scene.time.max_steps },
+        outputs: &scene.outputs,
+        bodies: &bodies.bodies,
+        walls,
+        terms: scene.parameters.terms(),
+        remarks,
+        mesh: Some(quality),
+        fingerprint: mesh.fingerprint(),
+        unknowns,
+        setup_seconds: begin.elapsed().as_secs_f64(),
+    };
+    let mut mover = Swimmers { march, contact, grid: None, contacts };
+    motion::run(&plan, &mut mover, options, saved)
+}
+
+/// Bodies in a tissue.
+struct Swimmers {
+    march: MovingMarch,
+    contact: Option<Pushed>,
+    grid: Option<Grid>,
+    contacts: Vec<Contact>,
+}
+
+/// What contact leaves of the twists that a tissue gives to bodies.
+///
+/// The projection weighs the bodies by resistances: `4π + C_F|B|` against translation and `4π r²` against rotation, r the largest radius.
+struct Pushed {
+    bodies: Vec<Body>,
+    solver: Solver,
+    /// After the last accepted step.
+    kept: Bonds,
+    contacts: Vec<Contact>,
+    friction: f64,
+}
+
+impl Referee for Pushed {
+    fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, String> {
+        let four_pi = 4.0 * std::f64::consts::PI;
+        let moved = |((body, pose), twist): ((&'_ Body, &Pose), &Twist)| {
+            let mass = four_pi + self.friction * body.shape.area();
+            let inertia = four_pi * body.shape.circumradius().powi(2);
+            let next = Pose { position: pose.position + twist.velocity * dt, angle: pose.angle + twist.spin * dt };
+            match &body.hold {
+                Hold::Free => Freedom::Free { mass, inertia },
+                Hold::Pinned(pivot) => {
+                    Freedom::Pinned { pivot: *pivot, inertia: inertia + mass * pivot.norm_squared() }
+                }
+                Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => Freedom::Given { next },
+            }
+        };
+        let movers: Vec<Moved> = self
+            .bodies
+            .iter()
+            .zip(poses)
+            .zip(&predicted)
+            .map(|((body, pose), twist)| Moved {
+                name: &body.name,
+                shape: &body.shape,
+                pose: *pose,
+                predicted: *twist,
+                freedom: moved(((body, pose), twist)),
+            })
+            .collect();
+        self.solver.restore(self.kept.clone());
+        let found = self.solver.project(&movers, dt, Metric::Resistance).map_err(|error| error.to_string())?;
+        self.contacts = found.contacts;
+        Ok(found.twists)
+    }
+
+    fn accept(&mut self) {
+        self.kept = self.solver.bonds().clone();
+    }
+}
+
+/// No step is given up half-way: the loop ends after it.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+impl Mover for Swimmers {
+    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
+        let mut stride = Stride::default();
+        loop {
+            let now = self.march.with(|march| march.t);
+            if now >= t + dt - 1e-9 * dt {
+                return Ok(stride);
+            }
+            let referee: &mut dyn Referee = match &mut self.contact {
+                Some(pushed) => pushed,
+                None => &mut NoReferee,
+            };
+            let report = self.march.advance(t + dt, &NEVER, referee).map_err(|error: MovingError| error.to_string())?;
+            stride.iterations += report.iterations;
+            if let Some(pushed) = &self.contact {
+                self.contacts.clone_from(&pushed.contacts);
+            }
+        }
+    }
+
+    fn state(&self) -> Vec<u8> {
+        let bonds = self.contact.as_ref().map(|pushed| &pushed.kept);
+        postcard::to_stdvec(&(self.march.checkpoint(), &self.contacts, bonds)).expect("numbers are always written")
+    }
+
+    fn poses(&self) -> &[Pose] {
+        self.march.poses()
+    }
+
+    fn twists(&self) -> &[Twist] {
+        self.march.twists()
+    }
+
+    fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
+    fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError> {
+        let model = self.march.model();
+        let degree = model.momentum.velocity.degree.max(model.polarity.space.degree);
+        let bent = model.loops.mesh.curved.iter().flatten().map(|nodes| nodes.degree).max().unwrap_or(1);
+        let grid = self.grid.get_or_insert_with(|| Grid::new(&model.loops.mesh, degree.max(bent)));
+        let named = self.march.with(|march| -> Result<Vec<_>, RunError> {
+            fields.iter().map(|field| Ok((*field, of(march, *field)?))).collect()
+        })?;
+        let at_nodes: Vec<_> =
+            named.iter().map(|(field, values)| (*field, writer::nodal(values, grid.degree))).collect();
+        let list: Vec<vtk::Field> = at_nodes
+            .iter()
+            .map(|(field, (components, values))| vtk::Field { name: field.name(), components: *components, values })
+            .collect();
+        Ok(write_vtu(path, grid, t, &list)?)
+    }
+}
+
+/// A field at the current state.
+fn of(march: &crate::time::March, field: Field) -> Result<crate::space::Field, RunError> {
+    let (state, model): (_, &dyn Sheet) = (&march.state, march.model);
+    Ok(match field {
+        Field::Velocity => state.v.clone(),
+        Field::Pressure => model.pressure(state)?,
+        Field::Density => state.volume().clone(),
+        Field::Polarity => state.p.clone(),
+        Field::MolecularField => model.molecular_field(state, march.t),
+        Field::StreamFunction => {
+            crate::measure::StreamFunction::new(model.loops(), model.velocity())?.of(model.loops(), &state.v)?
+        }
+        Field::PolarityLaplacian => model.polarity_laplacian(state, march.t),
+        Field::TissueVelocity => {
+            let speed = model.parameters().traction / model.parameters().friction;
+            let mut v = state.v.clone();
+            v.values.iter_mut().step_by(2).for_each(|v1| *v1 -= speed);
+            v
+        }
+        Field::ElasticStrain => unreachable!("refused with the scene"),
+    })
+}

@@ -1,0 +1,138 @@
+//! Orders of the polarity outside of a fixed disc, with `∂p/∂n = 0` on it.
+
+use std::sync::Arc;
+
+use crate::common::*;
+use monolayer::body::cut::Cover;
+use monolayer::body::{Pose, Shape};
+use monolayer::form::upwind::Carrier;
+use monolayer::form::{CellPoint, mass};
+use monolayer::mesh::{Mesh, Point};
+use monolayer::model::passive::{Continuation, Covered};
+use monolayer::model::polarity::Polarity;
+use monolayer::model::{Conditions, ElasticForce, Expression, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::space::{Field, project};
+
+const CENTRE: [f64; 2] = [0.513, 0.478];
+const RADIUS: f64 = 0.23;
+const SPIN: f64 = 0.8;
+const PARAMETERS: Parameters = Parameters {
+    friction: 1.0,
+    traction: 0.0,
+    active_stress: 0.0,
+    peclet: 1.5,
+    coherence: 0.3,
+    elasticity: 0.0,
+    slip: 1.0,
+    elastic_force: ElasticForce::Stress,
+    density: None,
+};
+
+/// `c + A (y + R² y/|y|²)`, `y = x − x_c`: harmonic with `∂p/∂n = 0` on the disc.
+fn formulas() -> [Expression; 2] {
+    let ([a, b], r2) = (CENTRE, RADIUS * RADIUS);
+    let factor = format!("(1 + {r2}/((x-{a})^2 + (y-{b})^2))");
+    let texts = [format!("0.5 + 0.6*(x-{a})*{factor}"), format!("0.3 + (0.4*(y-{b}) + 0.2*(x-{a}))*{factor}")];
+    texts.map(|text| Expression::parse(&text, &[]).unwrap())
+}
+
+fn mesh_of(n: usize) -> Arc<Mesh> {
+    mesh(&format!("shape = \"square\"\nn = {n}\ndistortion = 0.15\nseed = 3"))
+}
+
+/// Errors over the tissue, in L² and of the gradient, and the largest coefficient in the continuation.
+fn errors(n: usize, degree: usize, weights: Continuation) -> [f64; 3] {
+    let mesh = mesh_of(n);
+    let loops = loops(&mesh);
+    let pose = Pose { position: Point::from(CENTRE), angle: 0.0 };
+    let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::Disc { radius: RADIUS }, pose)]));
+    let covered = Covered::new(&loops, &cover, weights);
+    let space = discontinuous(&mesh, degree, 2);
+    let exact = formulas();
+    let condition = Conditions {
+        velocity: VelocityCondition::Slip,
+        polarity: PolarityCondition::Dirichlet(exact.clone()),
+        density: None,
+    };
+    let conditions = vec![condition; mesh.tags.len()];
+    let tissue = &covered.tissue;
+    let polarity = Polarity::around(tissue, &space, &conditions, &PARAMETERS, None, Some(&covered.passive)).unwrap();
+    let flow = project::interpolate_vector(&continuous(&mesh, 2, 2), |x| {
+        let y = x - Point::from(CENTRE);
+        Point::new(-y.y, y.x) * SPIN
+    });
+    let at = |x: Point| {
+        let [p, q] = exact.each_ref().map(|f| f.taylor(x, 0.0));
+        let gradient = nalgebra::Matrix2::new(p.gradient()[0], p.gradient()[1], q.gradient()[0], q.gradient()[1]);
+        (Point::new(p.value(), q.value()), gradient)
+    };
+    let source = |x: &CellPoint| {
+        let (p, gradient) = at(x.site.x);
+        let y = x.site.x - Point::from(CENTRE);
+        let carried = gradient * Point::new(-y.y, y.x) * SPIN - Point::new(-p.y, p.x) * SPIN;
+        carried * PARAMETERS.peclet + p * (p.norm_squared() - 1.0)
+    };
+    let source = tissue.vector(&mass::load(&space, degree + 4, source), &space);
+    let mut p = project::interpolate_vector(&space, |_| Point::new(0.5, 0.3));
+    for k in 0.. {
+        let mut r = polarity.carried(tissue, Carrier::from(&flow), &p, 0.0);
+        let well = polarity.molecular_functional(tissue, &p, 0.0);
+        r.iter_mut().zip(&well).zip(&source).for_each(|((r, w), f)| *r = f - *r - w);
+        let operator = polarity.tangent(tissue, 0.0, Carrier::from(&flow), &polarity.molecular_tangent(tissue, &p));
+        let factors = polarity.precondition(&operator).unwrap();
+        let mut step = vec![0.0; r.len()];
+        polarity.solve(&operator, &factors, &r, &mut step, 1e-9).unwrap();
+        p.values.iter_mut().zip(&step).for_each(|(p, s)| *p += s);
+        if step.iter().fold(0.0_f64, |m, s| m.max(s.abs())) < 1e-8 {
+            break;
+        }
+        assert!(k < 20, "Newton's method converges");
+    }
+    let value = tissue.sum(2 * degree + 4, |x| (p.vector(&x.site) - at(x.site.x).0).norm_squared());
+    let slope = tissue.sum(2 * degree + 4, |x| (p.vector_gradient(&x.site) - at(x.site.x).1).norm_squared());
+    let inner: Vec<usize> = (0..mesh.cells.len()).filter(|&c| covered.is_body(c)).collect();
+    let largest = inner.iter().flat_map(|&c| p.coefficients(c, 0)).fold(0.0_f64, |m, v| m.max(v.abs()));
+    [value.max(0.0).sqrt(), slope.max(0.0).sqrt(), largest]
+}
+
+fn table(degree: usize, sizes: &[usize], weights: Continuation) -> Vec<[f64; 3]> {
+    let rows: Vec<[f64; 3]> = sizes.iter().map(|&n| errors(n, degree, weights)).collect();
+    for (k, row) in rows.iter().enumerate() {
+        let order = |c: usize| if k == 0 { f64::NAN } else { (rows[k - 1][c] / row[c]).log2() };
+        println!(
+            "P{degree} n {:3}: {:.3e} ({:.2})  {:.3e} ({:.2})  inside {:.2}",
+            sizes[k],
+            row[0],
+            order(0),
+            row[1],
+            order(1),
+            row[2]
+        );
+    }
+    rows
+}
+
+#[test]
+#[ignore = "a search over weights"]
+fn weights() {
+    for ghost in [1e-3, 1e-2, 1e-1, 1.0, 10.0] {
+        for degree in [3, 4] {
+            println!("ghost {ghost}");
+            table(degree, &[8, 16], Continuation { ghost, ..Continuation::default() });
+        }
+    }
+    for mass in [1e-4, 1e-3, 1e-2] {
+        println!("mass {mass}");
+        table(3, &[8, 16], Continuation { mass, ..Continuation::default() });
+    }
+}
+
+#[test]
+fn the_polarity_around_a_disc_has_the_order_of_its_degree() {
+    for (degree, sizes) in [(3, [5, 10, 20]), (4, [5, 8, 11])] {
+        let rows = table(degree, &sizes, Continuation::default());
+        let steps = (sizes[2] as f64 / sizes[0] as f64).ln();
+        let order = |c: usize| (rows[0][c] / rows[2][c]).ln() / steps;
+        assert!(order(0) > degree as f64 + 0.6 && order(1) > degree as f64 - 0.4, "{} {}", order(0), order(1));
+    }
+}
