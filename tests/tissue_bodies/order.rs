@@ -11,7 +11,7 @@ use monolayer::mesh::{Mesh, Point};
 use monolayer::model::passive::{Continuation, Covered};
 use monolayer::model::polarity::Polarity;
 use monolayer::model::{Conditions, ElasticForce, Expression, Parameters, PolarityCondition, VelocityCondition};
-use monolayer::space::{Field, project};
+use monolayer::space::project;
 
 const CENTRE: [f64; 2] = [0.513, 0.478];
 const RADIUS: f64 = 0.23;
