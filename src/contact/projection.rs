@@ -116,10 +116,11 @@ impl Problem {
         worst
     }
 
-    /// `max |M (u − u*) − Bᵀμ|` relative to the sums of the terms.
+    /// `max |M (u − u*) − Bᵀμ|` relative to the sums of the terms, of which none counts as less than a momentum of the fastest unknown.
     pub fn imbalance(&self, u: &[f64], multipliers: &[f64]) -> f64 {
+        let fastest = u.iter().chain(&self.target).fold(0.0, |most: f64, u| most.max(u.abs()));
         let mut residual: Vec<f64> = (0..u.len()).map(|k| self.metric[k] * (u[k] - self.target[k])).collect();
-        let mut size: Vec<f64> = (0..u.len()).map(|k| self.metric[k] * (u[k].abs() + self.target[k].abs())).collect();
+        let mut size: Vec<f64> = self.metric.iter().map(|m| m * fastest).collect();
         for (row, mu) in self.rows.iter().zip(multipliers) {
             for &(k, b) in &row.entries {
                 residual[k] -= b * mu;
