@@ -4,19 +4,23 @@
 //! u ← argmin ½|u − u*|²_M + Σ max(0, μ − σ w)²/(2σ),   μ ← max(0, μ − σ w)
 //! ```
 //! The inner function is strictly convex and piecewise quadratic, so that Newton's method with an exact search along the line ends after finitely
-//! many steps, whatever the rows: redundant ones, and more of them than unknowns, do no harm. Its matrix `M + Σ σ bbᵀ` over the active rows is
-//! sparse and positive definite. At last the active rows alone are solved by refinement, which takes away the rounding that a large σ leaves.
+//! many steps, whatever the rows: redundant ones, and more of them than unknowns, do no harm. Whole steps change many rows at once where the search
+//! along the line adds them one by one; so they are tried first, and the search is what is left when they go in circles. The matrix `M + Σ σ bbᵀ`
+//! over the active rows is sparse and positive definite. At last the active rows alone are solved by refinement, which takes away what a finite σ
+//! and the rounding of a large one leave.
 
 use super::projection::{Problem, Projection, Unsolved};
 use crate::solve::sparse::{Cholesky, Symmetric};
 
 /// σ in units of the inverse response of a row.
-pub(super) const PENALTY: f64 = 1e7;
+pub(super) const PENALTY: f64 = 1e6;
 
 /// Penalties above this leave too few digits for refinement.
-const MOST_PENALTY: f64 = 1e13;
+const MOST_PENALTY: f64 = 1e11;
 const OUTER: usize = 60;
-const INNER: usize = 200;
+const INNER: usize = 100;
+/// Whole steps before the search along the line.
+const WHOLE: usize = 20;
 const POLISH: usize = 20;
 
 /// A row with a bound `b > −∞` is shifted by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least 0.
@@ -45,6 +49,12 @@ pub(super) fn solve(problem: &Problem, warm: &[f64], penalty: f64) -> Result<Pro
     let mut u = problem.answer(warm);
     let mut worst = (0, f64::INFINITY);
     let mut scale = penalty;
+    // the rows of a pile at rest are those of the step before
+    if work.excess(&u, &mu) <= 1.0
+        && let Some(done) = work.polish(&mut u, &mut mu)
+    {
+        return Ok(done);
+    }
     for _ in 0..OUTER {
         work.minimise(&mut u, &mu).ok_or(failed(work.iterations))?;
         for (c, row) in problem.rows.iter().enumerate() {
@@ -164,7 +174,7 @@ impl<'a> Workspace<'a> {
             if step.iter().any(|s| !s.is_finite()) {
                 return None;
             }
-            let length = self.search(u, &step, &ahead);
+            let length = if tried < WHOLE { 1.0 } else { self.search(u, &step, &ahead) };
             let negligible = self.is_negligible(&step, u);
             for (u, s) in u.iter_mut().zip(&step) {
                 *u += length * s;
@@ -181,7 +191,7 @@ impl<'a> Workspace<'a> {
     fn is_negligible(&self, step: &[f64], u: &[f64]) -> bool {
         let metric = &self.shifted.problem.metric;
         let energy = |v: &[f64]| v.iter().zip(metric).map(|(v, m)| m * v * v).sum::<f64>();
-        energy(step) <= 1e-30 * (energy(u) + energy(&self.shifted.target))
+        energy(step) <= 1e-26 * (energy(u) + energy(&self.shifted.target))
     }
 
     /// Where the inner function is least along `step`: its derivative is piecewise linear and ascending.
@@ -217,16 +227,21 @@ impl<'a> Workspace<'a> {
     }
 
     /// Solves the active rows as equations by refinement; the projection when it keeps all rules. What is gained stays when it does not.
-    fn polish(&mut self, u: &mut [f64], mu: &mut [f64]) -> Option<Projection> {
-        let problem = self.shifted.problem;
+    fn polish(&mut self, u: &mut Vec<f64>, mu: &mut Vec<f64>) -> Option<Projection> {
         let active: Vec<bool> = (0..mu.len()).map(|c| !self.shifted.one_sided[c] || mu[c] > 0.0).collect();
         let mut last = f64::INFINITY;
         for _ in 0..POLISH {
-            let bounded = self.with_bounds(mu);
-            let (imbalance, worst) = (problem.imbalance(u, &bounded), problem.worst(u, &bounded).1);
-            let excess = worst.max(imbalance / problem.tolerance);
+            let excess = self.excess(u, mu);
             if excess <= 1.0 {
-                return Some(self.finish(u.to_vec(), bounded));
+                // a gap within its slack may leave forces along soft chains of contacts that are not
+                let kept = (u.clone(), mu.clone());
+                self.factorise(&active)?;
+                self.refine(u, mu, &active);
+                let gained = self.excess(u, mu) < excess;
+                if !gained {
+                    (*u, *mu) = kept;
+                }
+                return Some(self.finish(u, mu));
             }
             // so slow a gain means other rows, or a larger penalty
             if excess.is_nan() || excess > 0.1 * last {
@@ -237,6 +252,14 @@ impl<'a> Workspace<'a> {
             self.refine(u, mu, &active);
         }
         None
+    }
+
+    /// By how many of its slacks, or of the tolerance of the balance, the worst rule is broken.
+    fn excess(&self, u: &[f64], mu: &[f64]) -> f64 {
+        let (problem, bounded) = (self.shifted.problem, self.with_bounds(mu));
+        let worst = problem.worst(u, &bounded).1;
+        // NaN is no less than a number
+        if worst.is_nan() { worst } else { worst.max(problem.imbalance(u, &bounded) / problem.tolerance) }
     }
 
     fn refine(&mut self, u: &mut [f64], mu: &mut [f64], active: &[bool]) {
@@ -261,10 +284,10 @@ impl<'a> Workspace<'a> {
     }
 
     /// Takes the velocity that the multipliers give, which keeps momentum to rounding, where it keeps the rules as well.
-    fn finish(&self, u: Vec<f64>, multipliers: Vec<f64>) -> Projection {
-        let problem = self.shifted.problem;
+    fn finish(&self, u: &[f64], mu: &[f64]) -> Projection {
+        let (problem, multipliers) = (self.shifted.problem, self.with_bounds(mu));
         let exact = problem.answer(&multipliers);
-        let velocity = if problem.worst(&exact, &multipliers).1 <= 1.0 { exact } else { u };
+        let velocity = if problem.worst(&exact, &multipliers).1 <= 1.0 { exact } else { u.to_vec() };
         Projection { velocity, multipliers, iterations: self.iterations, factorisations: self.factorisations }
     }
 }

@@ -8,6 +8,10 @@
 
 use super::newton;
 
+/// Steps of Uzawa's method before it gives up, and of its accelerated form where Newton's method has.
+const MOST: usize = 1_000_000;
+const FALLBACK: usize = 20_000;
+
 /// One row `w = c + B u`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
@@ -49,7 +53,7 @@ pub struct Problem {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Augmented Lagrangian with a semismooth Newton method.
+    /// Augmented Lagrangian with a semismooth Newton method; where that fails twice, the accelerated one.
     #[default]
     Newton,
     /// Uzawa's method, the reference.
@@ -116,10 +120,11 @@ impl Problem {
         worst
     }
 
-    /// `max |M (u − u*) − Bᵀμ|` relative to the sums of the terms.
+    /// `max |M (u − u*) − Bᵀμ|` relative to the sums of the terms, of which none counts as less than a momentum of the fastest unknown.
     pub fn imbalance(&self, u: &[f64], multipliers: &[f64]) -> f64 {
+        let fastest = u.iter().chain(&self.target).fold(0.0, |most: f64, u| most.max(u.abs()));
         let mut residual: Vec<f64> = (0..u.len()).map(|k| self.metric[k] * (u[k] - self.target[k])).collect();
-        let mut size: Vec<f64> = (0..u.len()).map(|k| self.metric[k] * (u[k].abs() + self.target[k].abs())).collect();
+        let mut size: Vec<f64> = self.metric.iter().map(|m| m * fastest).collect();
         for (row, mu) in self.rows.iter().zip(multipliers) {
             for &(k, b) in &row.entries {
                 residual[k] -= b * mu;
@@ -140,13 +145,25 @@ impl Problem {
             return Ok(Projection { velocity: self.target.clone(), multipliers, ..Projection::default() });
         }
         match method {
-            // a warm start may mislead: then once more from nothing, with another penalty
-            Method::Newton => newton::solve(self, &warm, newton::PENALTY)
-                .or_else(|_| newton::solve(self, &self.cold(), 1e2 * newton::PENALTY))
-                .or_else(|_| newton::solve(self, &self.cold(), 1e-3 * newton::PENALTY)),
-            Method::Uzawa => self.uzawa(&warm, false),
-            Method::Accelerated => self.uzawa(&warm, true),
+            Method::Newton => self.newton(&warm),
+            Method::Uzawa => self.uzawa(&warm, false, MOST),
+            Method::Accelerated => self.uzawa(&warm, true, MOST),
         }
+    }
+
+    /// Newton's method; a warm start may mislead: then once more from nothing, with another penalty, and at last without factors.
+    fn newton(&self, warm: &[f64]) -> Result<Projection, Unsolved> {
+        let mut spent = 0;
+        let mut or_spend = |tried: Result<Projection, Unsolved>| match tried {
+            Ok(found) => Ok(Projection { iterations: found.iterations + spent, ..found }),
+            Err(unsolved) => {
+                spent += unsolved.iterations;
+                Err(Unsolved { iterations: spent, ..unsolved })
+            }
+        };
+        or_spend(newton::solve(self, warm, newton::PENALTY))
+            .or_else(|_| or_spend(newton::solve(self, &self.cold(), 1e2 * newton::PENALTY)))
+            .or_else(|_| or_spend(self.uzawa(&self.cold(), true, FALLBACK)))
     }
 
     fn cold(&self) -> Vec<f64> {
@@ -166,12 +183,11 @@ impl Problem {
     }
 
     /// `u ← u* + M⁻¹Bᵀμ, μ ← max(bound, μ − ρ w)` with `ρ‖B M⁻¹ Bᵀ‖ ≤ 1.9`; accelerated with ρ of 1 and momentum.
-    fn uzawa(&self, warm: &[f64], accelerated: bool) -> Result<Projection, Unsolved> {
-        const MOST: usize = 3_000_000;
+    fn uzawa(&self, warm: &[f64], accelerated: bool, most: usize) -> Result<Projection, Unsolved> {
         let rho = if accelerated { 1.0 } else { 1.9 } / self.largest();
         let (mut mu, mut ahead) = (warm.to_vec(), warm.to_vec());
         let mut momentum: f64 = 1.0;
-        for iteration in 0..MOST {
+        for iterations in 1..=most {
             let u = self.answer(&ahead);
             let mut turned = 0.0;
             let next_momentum = if accelerated { 0.5 * (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) } else { 1.0 };
@@ -187,15 +203,15 @@ impl Problem {
             if turned > 0.0 {
                 ahead.copy_from_slice(&mu);
             }
-            if iteration % 10 == 9 || !accelerated {
+            // looking costs as much as an iteration
+            if iterations % 10 == 0 {
                 let velocity = self.answer(&mu);
                 if self.worst(&velocity, &mu).1 <= 1.0 {
-                    let iterations = iteration + 1;
                     return Ok(Projection { velocity, multipliers: mu, iterations, factorisations: 0 });
                 }
             }
         }
         let (row, excess) = self.worst(&self.answer(&mu), &mu);
-        Err(Unsolved { row, excess, iterations: MOST })
+        Err(Unsolved { row, excess, iterations: most })
     }
 }

@@ -11,7 +11,7 @@ use crate::body::{Pose, Shape, Twist, perpendicular, turned};
 use crate::mesh::Point;
 
 /// Rounds of one step, and searches for pairs.
-const ROUNDS: usize = 60;
+const ROUNDS: usize = 150;
 const SEARCHES: usize = 40;
 
 /// A touch with its row.
@@ -121,7 +121,7 @@ impl<'a> Step<'a> {
         let ranges: Vec<_> = self.movers.iter().zip(&self.reach).map(|(m, reach)| range(m, reach + margin)).collect();
         let pairs = pairs::find(&ranges, self.solver.walls.all());
         let mut found = Vec::new();
-        self.near.clear();
+        let before = std::mem::take(&mut self.near);
         for &(body, partner) in &pairs {
             let reach = margin + self.pair_reach(body, partner);
             found.clear();
@@ -132,7 +132,11 @@ impl<'a> Step<'a> {
             let bonds = self.solver.bonds.shared(body, partner, &slots);
             for (touch, bond) in found.iter().zip(bonds) {
                 self.solver.refuse_overlap(self.movers, body, partner, touch)?;
-                let near = self.near(body, partner, *touch, bond);
+                let mut near = self.near(body, partner, *touch, bond);
+                // the search before may have been nearly far enough
+                let first = before.partition_point(|n| (n.body, n.partner) < (body, partner));
+                let mut of_pair = before[first..].iter().take_while(|n| (n.body, n.partner) == (body, partner));
+                near.warm = of_pair.find(|n| n.touch.slot == touch.slot).map_or(near.warm, |n| n.warm);
                 self.near.push(near);
             }
         }
@@ -208,7 +212,11 @@ impl<'a> Step<'a> {
             let (metric, target) = (self.metric.clone(), self.target.clone());
             let problem = Problem { metric, target, rows, tolerance: self.solver.settings.tolerance };
             let warm: Vec<f64> = self.near.iter().map(|near| near.warm).collect();
-            let solution = problem.solve(method, &warm).map_err(|unsolved| {
+            let solved = match self.kept(&problem, &warm) {
+                Some(kept) if round == 0 => Ok(kept),
+                Some(_) | None => problem.solve(method, &warm),
+            };
+            let solution = solved.map_err(|unsolved| {
                 let near = &self.near[unsolved.row];
                 let miss = unsolved.excess * near.row.slack;
                 let first = self.movers[near.body].name.to_owned();
@@ -232,6 +240,15 @@ impl<'a> Step<'a> {
             }
         }
         Ok(())
+    }
+
+    /// What a search that was not far enough found, when it keeps the rows of the farther pairs too.
+    fn kept(&self, problem: &Problem, warm: &[f64]) -> Option<Projection> {
+        let velocity = &self.solution.velocity;
+        if velocity.len() != problem.target.len() || problem.worst(velocity, warm).1 > 1.0 {
+            return None;
+        }
+        Some(Projection { velocity: velocity.clone(), multipliers: warm.to_vec(), ..Projection::default() })
     }
 
     /// Compares the rows with the gaps at the end of the step, and moves those that a gap misses: the direction of their force stays. The

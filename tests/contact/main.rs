@@ -3,5 +3,7 @@
 mod common;
 mod gaps;
 mod glue;
+mod obstacles;
 mod particles;
+mod piles;
 mod projection;

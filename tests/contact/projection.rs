@@ -111,6 +111,18 @@ fn rows_that_contradict_each_other_are_an_error() {
         Problem { metric: vec![1.0], target: vec![0.0], rows: vec![row(1.0, -1.0), row(-1.0, 0.0)], tolerance: 1e-12 };
     let unsolved = problem.solve(Method::Newton, &[0.0; 2]).expect_err("u ≥ 1 and u ≤ 0");
     assert!(unsolved.excess > 1.0);
+    // the method without factors was the last to be tried
+    assert!(unsolved.iterations > 20_000, "{} iterations", unsolved.iterations);
+}
+
+#[test]
+fn an_unknown_at_rest_without_a_row_does_not_keep_the_balance_from_its_tolerance() {
+    let row = Row { entries: vec![(0, 1.0)], slack: 1e-12, ..Row::default() };
+    let (metric, target) = (vec![1.0; 2], vec![-1.0, 0.0]);
+    let problem = Problem { metric, target, rows: vec![row], tolerance: 1e-12 };
+    assert!(problem.imbalance(&[0.0, 1e-25], &[1.0]) < 1e-24);
+    assert!(problem.imbalance(&[0.0, 1e-6], &[1.0]) > 1e-7);
+    assert!(problem.imbalance(&[0.0, 0.0], &[1.0 + 1e-6]) > 1e-7);
 }
 
 /// Bodies in a row between walls, pushed to one side; every second one is 1e9 times heavier.
