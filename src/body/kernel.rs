@@ -1,7 +1,7 @@
 //! The velocities on which the penalty vanishes: rigid motions of bodies, as unknowns of their own.
 //!
-//! On a cell that meets a body, a polynomial without strain in the body has none in the whole cell. So the penalty vanishes exactly for nodal fields that
-//! are rigid on all cells of a body's patch. Where patches share nodes the motions agree there; where conditions prescribe a velocity, they follow it. With
+//! The penalty grows without bounds, like 1/ε, in the cells of a body's patch alone: those that the body fills, or the one where most of a body is that fills
+//! none. It vanishes there for nodal fields that are rigid on the patch; in the cells around it is bounded and does no harm. Where patches share nodes the motions agree there; where conditions prescribe a velocity, they follow it. With
 //! these fields as unknowns in exchange for as many nodal ones (the hosts), 1/ε multiplies what is small of order ε alone, and rounding of 1/ε never meets
 //! the balance of forces.
 
@@ -186,9 +186,9 @@ impl Cluster {
     }
 }
 
-/// Nodes of the cells that a body makes rigid.
+/// Nodes of the cells that a body fills.
 fn patch(immersion: &Immersion, body: usize) -> Vec<usize> {
-    let cells = immersion.parts[body].iter().filter(|(_, part)| part.viscosity.is_some());
+    let cells = immersion.parts[body].iter().filter(|(_, part)| part.rigid);
     let nodes: BTreeSet<usize> =
         cells.flat_map(|(&cell, _)| immersion.velocity.cell_nodes(cell)).map(|&node| node as usize).collect();
     nodes.into_iter().collect()
@@ -243,7 +243,7 @@ fn hosts(
 ) -> Vec<usize> {
     let mut candidates = BTreeSet::new();
     for &body in bodies {
-        let parts = immersion.parts[body].iter().filter(|(_, part)| part.viscosity.is_some());
+        let parts = immersion.parts[body].iter().filter(|(_, part)| part.rigid);
         let best = parts.clone().map(|(_, part)| part.area).fold(0.0, f64::max);
         for (&cell, _) in parts.filter(|(_, part)| part.area >= STRONG * best) {
             let nodes = immersion.velocity.cell_nodes(cell);

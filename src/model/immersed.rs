@@ -1,4 +1,5 @@
-//! Rigid bodies in the momentum balance: `(2/ε) ∫_B D(v):D(w)` and the bodies' own friction on top of a generalised Stokes problem [L1.13].
+//! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of [`crate::body::penalty`] and the bodies' own friction on top of a
+//! generalised Stokes problem [L1.13].
 //!
 //! With the [`Kernel`] of the penalty as unknowns c in exchange for the nodal unknowns of its hosts, and constraints on twists with multipliers λ,
 //!
@@ -7,7 +8,7 @@
 //! QᵀK  QᵀKQ   −QᵀLᵀ   c  =  Qᵀf        v = v_D + lift + x + Qc
 //! ℓ    LQ      0      λ     target
 //! ```
-//! K is the matrix without the penalty, and A with it and without the hosts. A is sparse and factorised along an elimination tree of the mesh, so that a move
+//! K is the matrix without the penalty where the kernel is rigid, and A with all of it and without the hosts. A is sparse and factorised along an elimination tree of the mesh, so that a move
 //! changes few fronts; the rest is eliminated block by block. λ are the forces and torques that hold the bodies.
 
 use std::collections::BTreeSet;
@@ -209,6 +210,19 @@ impl Immersed {
         Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means }
     }
 
+    /// Makes the factors anew as a whole.
+    pub(super) fn refactor(&mut self, ground: Ground) -> Result<(), MomentumError> {
+        let layout = ground.layout(self.closed, &self.neighbours);
+        let (immersion, rigidity) = (&self.immersion, &self.rigidity);
+        let source = Source { layout, immersion, rigidity, friction: self.friction, hosts: &self.kernel.hosts };
+        let filled = Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means };
+        let (scales, symbolic) = (&self.scales, self.factors.symbolic().clone());
+        self.factors = Multifrontal::keeping(symbolic, |e, out| filled.fill_scaled(e, scales, out))?;
+        self.share = 1.0;
+        self.couple(ground);
+        Ok(())
+    }
+
     /// The borders of the rigid motions.
     fn couple(&mut self, ground: Ground) {
         let filled = self.filled(ground);
@@ -302,7 +316,8 @@ impl Immersed {
                 for (k, &dof) in dofs.iter().enumerate() {
                     out[dof] += surplus * dot(&part.mass[k * m..(k + 1) * m], &local);
                     if let Some(viscosity) = &part.viscosity {
-                        out[dof] += dot(&viscosity[k * m..(k + 1) * m], &bent) / self.rigidity.epsilon;
+                        let strength = part.strength(self.rigidity.epsilon);
+                        out[dof] += strength * dot(&viscosity[k * m..(k + 1) * m], &bent);
                     }
                 }
             }
@@ -363,7 +378,7 @@ impl Filled<'_> {
             for (&cell, part) in parts {
                 let Some(viscosity) = &part.viscosity else { continue };
                 for k in 0..nv {
-                    let a = viscosity[k * nv + k] / self.source.rigidity.epsilon;
+                    let a = viscosity[k * nv + k] * part.strength(self.source.rigidity.epsilon);
                     unknowns(cell, k).for_each(|(unknown, b)| size[unknown] += a * b * b);
                 }
             }
@@ -417,8 +432,8 @@ impl Filled<'_> {
             if *friction != self.source.friction {
                 axpy(friction - self.source.friction, &part.mass, &mut block);
             }
-            if let Some(viscosity) = part.viscosity.as_ref().filter(|_| penalty) {
-                axpy(1.0 / self.source.rigidity.epsilon, viscosity, &mut block);
+            if let Some(viscosity) = part.viscosity.as_ref().filter(|_| penalty || !part.rigid) {
+                axpy(part.strength(self.source.rigidity.epsilon), viscosity, &mut block);
             }
         }
         let values = &mut out.values;
@@ -485,6 +500,9 @@ impl Filled<'_> {
             for (parts, friction) in self.source.immersion.parts.iter().zip(&self.source.rigidity.friction) {
                 if let Some(part) = parts.get(&cell) {
                     axpy(friction - self.source.friction, &part.mass, &mut block);
+                    if let Some(viscosity) = part.viscosity.as_ref().filter(|_| !part.rigid) {
+                        axpy(part.strength(self.source.rigidity.epsilon), viscosity, &mut block);
+                    }
                 }
             }
             for (k, &dof) in dofs.iter().enumerate() {
