@@ -8,6 +8,10 @@
 //! ```
 //! At the surface of a rigid body the strain is that of fluid in layers along it, whose viscosities add up like resistances in series: the harmonic mean
 //! over the cell, `1/(1−θ+θε/(1+ε)) = 1 + θ/(ε+1−θ)`, is what ε_K gives a constant strain. A cell that is all body has `ε_K = ε`.
+//!
+//! A disc that falls in a box (`cargo run --release --example bodies -- settling`), ε = 1e-8, squares of 2n² triangles that the disc cuts, n = 10, 20, 40, 80:
+//! least-squares orders 1.37 in L², 0.44 in H¹, and 1.3 of the speed, beside 1.44 and 0.44 of the L² projection of the exact flow; with `ε_K = ε`
+//! 0.54, 0.22 and 0.51. On meshes whose edges follow the disc up to slivers, 2.85 and 1.68 (n = 6 to 12).
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
