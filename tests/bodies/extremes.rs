@@ -71,7 +71,7 @@ fn a_fixed_body_may_lie_on_a_wall_at_rest_but_a_moving_one_may_not() {
     let (_, carried) =
         solved(&square(10), ["0", "0"], vec![fixed, pushed(disc(0.1, Point::new(0.6, 0.5)), [0.0, 1.0], 0.0)], 1e-8);
     let [fixed, moving] = [carried.twists[0].velocity.norm(), carried.twists[1].velocity.y];
-    assert!(moving > 0.0 && fixed < 1e-2 * moving, "{:?}", carried.twists);
+    assert!(moving > 0.0 && fixed < 2e-2 * moving, "{:?}", carried.twists);
     let hold = Hold::Held { velocity: [formula("1"), formula("0")], spin: formula("0") };
     let message = refusal(["0", "0"], vec![Body { hold, ..disc(0.15, place) }]);
     assert!(message.contains("contradicts"), "{message}");
