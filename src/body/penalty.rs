@@ -206,11 +206,6 @@ impl Immersion {
                 }
                 part.rigid = part.viscosity.is_some() && part.share > 1.0 - SOFT;
             }
-            if parts.values().all(|part| !part.rigid) {
-                // a body that fills no cell has its motions in the one where most of it is
-                let most = parts.values_mut().reduce(|most, part| if part.area > most.area { part } else { most });
-                most.expect("a body inside the mesh has cells").rigid = true;
-            }
         }
         let domain = loops.mesh.area();
         match self.means.iter().position(|m| m.area > (1.0 - 1e-9) * domain) {

@@ -567,12 +567,18 @@ impl Constraints {
         let svd = padded.svd(true, false);
         let u = svd.u.expect("it was asked for");
         let largest = svd.singular_values.max();
+        let soft = (0..single.len()).filter(|&i| !immersed.kernel.has_patch(single[i].body));
         let kept: Vec<usize> = (0..single.len()).filter(|&k| svd.singular_values[k] > RANK * largest).collect();
-        if kept.len() == single.len() {
+        if kept.len() + soft.count() == single.len() {
             let works = single.iter().map(|c| vec![(c.body, c.weights)]).collect();
             return Ok(Self { rows: by_unknown, on_kernel, targets: rest.as_slice().to_vec(), works, bodies });
         }
         let u = u.select_columns(&kept);
+        // what nothing makes rigid takes any motion
+        let unit = |i: usize| DVector::from_fn(single.len(), |k, _| f64::from(u8::from(k == i)));
+        let soft = (0..single.len()).filter(|&i| !immersed.kernel.has_patch(single[i].body));
+        let columns: Vec<DVector<f64>> = u.column_iter().map(|c| c.into_owned()).chain(soft.map(unit)).collect();
+        let u = DMatrix::from_fn(single.len(), columns.len(), |i, k| columns[k][i]);
         let misfit = &rest - &u * (u.transpose() * &rest);
         if misfit.amax() > MISFIT * fastest {
             let body = single[misfit.iamax()].body;
@@ -583,10 +589,10 @@ impl Constraints {
             by_unknown.iter().enumerate().for_each(|(i, single)| axpy(u[(i, k)], single, &mut row));
             row
         };
-        let works = (0..kept.len())
+        let works = (0..u.ncols())
             .map(|k| single.iter().enumerate().map(|(i, c)| (c.body, c.weights * u[(i, k)])).collect())
             .collect();
-        let rows = (0..kept.len()).map(combine).collect();
+        let rows = (0..u.ncols()).map(combine).collect();
         let targets = (u.transpose() * rest).as_slice().to_vec();
         Ok(Self { rows, on_kernel: u.transpose() * on_kernel, targets, works, bodies })
     }
