@@ -1,8 +1,8 @@
-//! Rigid bodies by penalty in a Stokes flow: `cargo run --release --example bodies -- shear|settling|epsilon|factors`.
+//! Rigid bodies by penalty in a Stokes flow: `cargo run --release --example bodies -- shear|offset|settling|epsilon|factors`.
 //!
-//! `shear`: spin of a disc in a shear flow, exactly 1/2. `settling`: errors and orders in the cell size of a disc that falls in a box, on meshes whose edges
-//! follow it and on meshes that it cuts. `epsilon`: orders in the penalty. `factors`: what a moved body costs with factors made anew, made anew in part, and
-//! kept as a preconditioner.
+//! `shear`: spin of a disc in a shear flow, exactly 1/2. `offset`: spin of a disc beside the middle of a flow that is no shear. `settling`: errors and orders
+//! in the cell size of a disc that falls in a box, on meshes whose edges follow it and on meshes that it cuts. `epsilon`: orders in the penalty. `factors`:
+//! what a moved body costs with factors made anew as a whole and in part.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,16 +24,23 @@ type Failure = Box<dyn std::error::Error>;
 fn main() -> Result<(), Failure> {
     match std::env::args().nth(1).as_deref() {
         Some("shear") => shear(),
+        Some("offset") => offset(),
         Some("settling") => settling(),
         Some("epsilon") => epsilon(),
         Some("factors") => factors(),
-        Some(_) | None => Err("name one of shear, settling, epsilon, factors".into()),
+        Some(_) | None => Err("name one of shear, offset, settling, epsilon, factors".into()),
     }
 }
 
 /// The unit square with `2n²` cells.
 fn cartesian(n: usize) -> Result<Arc<Mesh>, Failure> {
-    Ok(Arc::new(MeshScene { shape: Some(Domain::Square), n: Some(n), ..MeshScene::default() }.build()?))
+    distorted(n, 0.0, 0)
+}
+
+/// The same with vertices moved at random by up to `distortion` cells.
+fn distorted(n: usize, distortion: f64, seed: u64) -> Result<Arc<Mesh>, Failure> {
+    let (shape, n, distortion, seed) = (Some(Domain::Square), Some(n), Some(distortion), Some(seed));
+    Ok(Arc::new(MeshScene { shape, n, distortion, seed, ..MeshScene::default() }.build()?))
 }
 
 /// The unit square whose edges follow a circle about its middle.
@@ -83,16 +90,22 @@ const MIDDLE: Point = Point::new(0.5, 0.5);
 /// `v = (0, x)` on the sides: the disc turns with spin 1/2.
 fn shear() -> Result<(), Failure> {
     println!("|ω − 1/2| of a disc in the middle of the unit square, v = (0, x) on the sides, ε = 1e-8");
-    println!("{:>6} {}", "n", [0.05, 0.1, 0.2, 0.3].map(|r| format!("{:>10}", format!("r = {r}"))).join(" "));
+    println!("{:>24} {}", "mesh", [0.05, 0.1, 0.2, 0.3].map(|r| format!("{:>10}", format!("r = {r}"))).join(" "));
+    let mut meshes = Vec::new();
     for n in [13, 25, 50] {
-        let mesh = cartesian(n)?;
+        meshes.push((format!("n = {n}"), cartesian(n)?));
+    }
+    for (distortion, seed) in [(0.1, 1), (0.2, 1), (0.2, 2), (0.3, 1), (0.3, 2)] {
+        meshes.push((format!("n = 50, {distortion}, seed {seed}"), distorted(50, distortion, seed)?));
+    }
+    for (name, mesh) in meshes {
         let mut row = Vec::new();
         for radius in [0.05, 0.1, 0.2, 0.3] {
             let disc = body(Shape::Disc { radius }, MIDDLE, [0.0, 0.0]);
             let carried = flow(&mesh, ["0", "x"], disc, 1e-8)?.solve(&Linear::zero())?;
             row.push(format!("{:>10.2e}", (carried.twists[0].spin - 0.5).abs()));
         }
-        println!("{n:>6} {}", row.join(" "));
+        println!("{name:>24} {}", row.join(" "));
     }
     println!("spin by penalty, n = 25, r = 0.1");
     let mesh = cartesian(25)?;
@@ -100,6 +113,25 @@ fn shear() -> Result<(), Failure> {
         let disc = body(Shape::Disc { radius: 0.1 }, MIDDLE, [0.0, 0.0]);
         let carried = flow(&mesh, ["0", "x"], disc, epsilon)?.solve(&Linear::zero())?;
         println!("{epsilon:>8.0e} {:.15}", carried.twists[0].spin);
+    }
+    Ok(())
+}
+
+/// `v = (0, x²)` on the sides.
+fn offset() -> Result<(), Failure> {
+    const FINE: usize = 112;
+    println!(
+        "spin of a disc of radius 0.17 at (0.43, 0.52), v = (0, x²) on the sides, ε = 1e-8; differences to the first one"
+    );
+    let spin = |n: usize| -> Result<f64, Failure> {
+        let disc = body(Shape::Disc { radius: 0.17 }, Point::new(0.43, 0.52), [0.0, 0.0]);
+        Ok(flow(&cartesian(n)?, ["0", "x^2"], disc, 1e-8)?.solve(&Linear::zero())?.twists[0].spin)
+    };
+    let fine = spin(FINE)?;
+    println!("{FINE:>6} {fine:.8}");
+    for n in [7, 10, 14, 20, 28, 40, 56] {
+        let spin = spin(n)?;
+        println!("{n:>6} {spin:.8} {:>10.2e}", (spin - fine).abs());
     }
     Ok(())
 }
@@ -151,58 +183,59 @@ fn projection(flow: &Flow, (w, locator): (&Field, &Locator)) -> Result<Vec<f64>,
     Ok(Factored::new("velocity mass", flow.momentum.velocity_mass.clone())?.solve(&load)?)
 }
 
+/// Least-squares orders of errors in 1/n.
+fn orders(rows: &[(f64, [f64; 5])]) -> String {
+    let mean = |of: &dyn Fn(&(f64, [f64; 5])) -> f64| rows.iter().map(of).sum::<f64>() / rows.len() as f64;
+    let x = mean(&|row| row.0.ln());
+    let order = |k: usize| {
+        let y = mean(&|row| row.1[k].ln());
+        -mean(&|row| (row.0.ln() - x) * (row.1[k].ln() - y)) / mean(&|row| (row.0.ln() - x).powi(2))
+    };
+    (0..5).map(|k| format!("{:>6.2}", order(k))).collect::<Vec<_>>().join(" ")
+}
+
 fn settling() -> Result<(), Failure> {
     let start = Instant::now();
     let mesh = fitted(REFERENCE, RADIUS)?;
     let (flow, carried) = falling(&mesh, polygon(REFERENCE, RADIUS), 1e-8)?;
-    let size = flow.loops.sum(4, |_| 1.0);
     let reference = Field::new(&flow.momentum.velocity, carried.v.clone());
     let locator = Locator::new(&mesh);
-    println!(
-        "reference: {} cells, V = {:.6}, area {size:.3}, {:.1?}",
-        mesh.cells.len(),
-        carried.twists[0].velocity.y,
-        start.elapsed()
-    );
+    let speed = carried.twists[0].velocity.y;
+    println!("reference: {} cells, V = {speed:.6}, {:.1?}", mesh.cells.len(), start.elapsed());
     type Case = Box<dyn Fn(usize) -> Result<(Arc<Mesh>, Shape), Failure>>;
     let disc = || Shape::Disc { radius: RADIUS };
-    let cases: [(&str, Vec<usize>, f64, Case); 3] = [
+    let cases: [(&str, Vec<usize>, f64, Case); 4] = [
         ("fitted, ε = 1e-8", vec![3, 6, 12, 24], 1e-8, Box::new(|n| Ok((fitted(n, RADIUS)?, polygon(n, RADIUS))))),
-        ("Cartesian, ε = 1e-8", vec![10, 20, 40, 80], 1e-8, Box::new(move |n| Ok((cartesian(n)?, disc())))),
         (
-            "Cartesian, ε = 1e-2",
-            vec![10, 20, 40, 80],
-            1e-2,
-            Box::new(move |n| Ok((cartesian(n)?, Shape::Disc { radius: RADIUS }))),
+            "fitted, the disc itself, ε = 1e-8",
+            vec![3, 6, 12, 24],
+            1e-8,
+            Box::new(move |n| Ok((fitted(n, RADIUS)?, disc()))),
         ),
+        ("Cartesian, ε = 1e-8", vec![10, 20, 40, 80], 1e-8, Box::new(move |n| Ok((cartesian(n)?, disc())))),
+        ("Cartesian, ε = 1e-2", vec![10, 20, 40, 80], 1e-2, Box::new(move |n| Ok((cartesian(n)?, disc())))),
     ];
     for (name, sizes, epsilon, case) in cases {
         println!("{name}");
         println!(
-            "{:>6} {:>7} {:>10} {:>10} {:>10} {:>10} {:>10}  orders",
-            "n", "cells", "V", "L²", "H¹", "best L²", "best H¹"
+            "{:>6} {:>7} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}  orders",
+            "n", "cells", "V", "V error", "L²", "H¹", "best L²", "best H¹"
         );
-        let mut before: Option<[f64; 4]> = None;
+        let mut rows: Vec<(f64, [f64; 5])> = Vec::new();
         for n in sizes {
             let (mesh, shape) = case(n)?;
             let (flow, carried) = falling(&mesh, shape, epsilon)?;
             let [l2, h1] = distance(&flow, &carried.v, (&reference, &locator));
             let best = projection(&flow, (&reference, &locator))?;
             let [best_l2, best_h1] = distance(&flow, &best, (&reference, &locator));
-            let errors = [l2, h1, best_l2, best_h1];
-            let orders = before.map_or(String::new(), |old: [f64; 4]| {
-                let order = |k: usize| format!("{:>6.2}", (old[k] / errors[k]).log2());
-                (0..4).map(order).collect::<Vec<_>>().join(" ")
-            });
             let fall = carried.twists[0].velocity.y;
-            println!(
-                "{n:>6} {:>7} {fall:>10.6} {:>10.3e} {:>10.3e} {best_l2:>10.3e} {best_h1:>10.3e} {orders}",
-                mesh.cells.len(),
-                errors[0],
-                errors[1]
-            );
-            before = Some(errors);
+            let errors = [(fall - speed).abs(), l2, h1, best_l2, best_h1];
+            let orders = rows.last().map_or(String::new(), |row| orders(&[*row, (n as f64, errors)]));
+            let numbers = errors.map(|e| format!("{e:>10.3e}")).join(" ");
+            println!("{n:>6} {:>7} {fall:>10.6} {numbers} {orders}", mesh.cells.len());
+            rows.push((n as f64, errors));
         }
+        println!("{:>80} {}", "least squares", orders(&rows));
     }
     println!("{:.1?}", start.elapsed());
     Ok(())
@@ -247,31 +280,46 @@ fn epsilon() -> Result<(), Failure> {
     Ok(())
 }
 
+/// Milliseconds of a computation.
+fn timed<T>(of: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let value = of();
+    (value, 1e3 * start.elapsed().as_secs_f64())
+}
+
 fn factors() -> Result<(), Failure> {
+    const MOVES: usize = 3;
+    println!(
+        "milliseconds of a move with factors made anew in part, of factors made anew as a whole, and of a solution"
+    );
+    println!(
+        "{:>6} {:>6} {:>10} {:>8} {:>6} {:>8} {:>8}",
+        "cells", "radius", "move/cell", "in part", "share", "whole", "solve"
+    );
     for n in [39, 77] {
         let mesh = cartesian(n)?;
         for radius in [0.05, 0.2] {
-            for share in [0.1, 1.0] {
-                let disc = body(Shape::Disc { radius }, MIDDLE, [0.0, -1.0]);
-                let mut flow = flow(&mesh, ["0", "0"], disc, 1e-8)?;
-                let step = share / n as f64;
+            let disc = body(Shape::Disc { radius }, MIDDLE, [0.0, -1.0]);
+            let mut flow = flow(&mesh, ["0", "0"], disc, 1e-8)?;
+            for distance in [0.1, 1.0] {
+                let step = distance / n as f64;
                 let twist = [Twist { velocity: Point::new(0.6, -0.8), spin: 0.0 }];
-                let (mut moves, mut solves, mut part) = (0.0, 0.0, 0.0);
-                for _ in 0..5 {
-                    let start = Instant::now();
-                    flow.advance(step, &twist, &twist)?;
-                    moves += start.elapsed().as_secs_f64() / 5.0;
-                    part += flow.momentum.bodies().expect("a body").share / 5.0;
-                    let start = Instant::now();
-                    flow.solve(&Linear::zero())?;
-                    solves += start.elapsed().as_secs_f64() / 5.0;
+                let (mut sums, mut share) = ([0.0; 3], 0.0);
+                for _ in 0..MOVES {
+                    let (moved, part) = timed(|| flow.advance(step, &twist, &twist));
+                    moved?;
+                    share += flow.momentum.bodies().expect("a body").share;
+                    let (whole, whole_time) = timed(|| flow.momentum.refactor_bodies());
+                    whole?;
+                    let (solved, solve) = timed(|| flow.solve(&Linear::zero()));
+                    solved?;
+                    sums.iter_mut().zip([part, whole_time, solve]).for_each(|(sum, t)| *sum += t);
                 }
+                let [part, whole, solve] = sums.map(|sum| sum / MOVES as f64);
                 println!(
-                    "{} cells, radius {radius}, moves of {share} cells: move {:.1} ms ({:.0} % of the operations), solve {:.1} ms",
+                    "{:>6} {radius:>6} {distance:>10} {part:>8.1} {:>5.0}% {whole:>8.1} {solve:>8.1}",
                     mesh.cells.len(),
-                    1e3 * moves,
-                    100.0 * part,
-                    1e3 * solves
+                    100.0 * share / MOVES as f64
                 );
             }
         }

@@ -1,9 +1,10 @@
 //! The velocities on which the penalty vanishes: rigid motions of bodies, as unknowns of their own.
 //!
-//! On a cell that meets a body, a polynomial without strain in the body has none in the whole cell. So the penalty vanishes exactly for nodal fields that
-//! are rigid on all cells of a body's patch. Where patches share nodes the motions agree there; where conditions prescribe a velocity, they follow it. With
-//! these fields as unknowns in exchange for as many nodal ones (the hosts), 1/ε multiplies what is small of order ε alone, and rounding of 1/ε never meets
-//! the balance of forces.
+//! The penalty grows without bounds, like 1/ε, in the cells that a body fills; in those that it cuts it is bounded and does no harm. Cells that a body fills
+//! and that hang together by edges are a patch: the penalty vanishes for nodal fields that are rigid on it. A body without such cells has no patch; one
+//! whose cells meet in a vertex alone has several, which that vertex joins like a hinge. Where patches share nodes the motions agree there; where
+//! conditions prescribe a velocity, they follow it. With these fields as unknowns in exchange for as many nodal ones (the hosts), 1/ε multiplies
+//! what is small of order ε alone, and rounding of 1/ε never meets the balance of forces.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,13 +24,24 @@ const STRONG: f64 = 0.3;
 /// A nodal field in terms of free unknowns.
 pub type Sparse = Vec<(usize, f64)>;
 
-/// Bodies that share nodes, and the conditions on their rigid motions.
+/// Cells of a body that hang together, all filled by it.
+#[derive(Debug, Clone)]
+struct Patch {
+    body: usize,
+    cells: Vec<usize>,
+    /// Ascending.
+    nodes: Vec<usize>,
+    /// Largest distance of a node from the body's centre.
+    reach: f64,
+}
+
+/// Patches that share nodes, and the conditions on their rigid motions.
 #[derive(Debug, Clone)]
 struct Cluster {
-    bodies: Vec<usize>,
-    /// Node, body (by its place in the cluster) and the directions in which the node is prescribed; `None` for a node of two bodies, whose row holds 0.
+    patches: Vec<usize>,
+    /// Node and direction in which it is prescribed; `None` for a node of two patches, whose row holds 0.
     rows: Vec<Option<(usize, Point)>>,
-    /// Of the conditions, one per row, on the coefficients of the bodies' motions.
+    /// Of the conditions, one per row, on the coefficients of the patches' motions.
     conditions: Option<SVD<f64, nalgebra::Dyn, nalgebra::Dyn>>,
     matrix: DMatrix<f64>,
 }
@@ -41,10 +53,8 @@ pub struct Kernel {
     pub fields: Vec<Sparse>,
     /// As many free unknowns, ascending, whose nodal functions the fields replace.
     pub hosts: Vec<usize>,
-    /// Nodes of every body's patch, ascending.
-    pub patches: Vec<Vec<usize>>,
+    patches: Vec<Patch>,
     clusters: Vec<Cluster>,
-    reaches: Vec<f64>,
 }
 
 impl Kernel {
@@ -53,17 +63,14 @@ impl Kernel {
     /// # Errors
     /// Nodes that have no components of their own.
     pub fn new(immersion: &Immersion, frames: &Frames, old: Option<&Kernel>) -> Result<Self, BodyError> {
-        let patches: Vec<Vec<usize>> = (0..immersion.parts.len()).map(|body| patch(immersion, body)).collect();
-        let distance = |body: usize, node: usize| (immersion.positions()[node] - immersion.poses[body].position).norm();
-        let reach = |(body, nodes): (usize, &Vec<usize>)| nodes.iter().map(|&n| distance(body, n)).fold(0.0, f64::max);
-        let reaches: Vec<f64> = patches.iter().enumerate().map(reach).collect();
-        let mut kernel = Self { fields: Vec::new(), hosts: Vec::new(), patches, clusters: Vec::new(), reaches };
+        let patches = (0..immersion.parts.len()).flat_map(|body| patches(immersion, body)).collect();
+        let mut kernel = Self { fields: Vec::new(), hosts: Vec::new(), patches, clusters: Vec::new() };
         let owners = kernel.owners();
-        for bodies in clusters(kernel.patches.len(), &owners) {
-            let cluster = kernel.cluster(immersion, frames, bodies, &owners)?;
+        for patches in clusters(kernel.patches.len(), &owners) {
+            let cluster = kernel.cluster(immersion, frames, patches, &owners)?;
             let fields: Vec<Sparse> =
-                cluster.free_motions().iter().map(|c| kernel.field(immersion, frames, &cluster.bodies, c)).collect();
-            let hosts = hosts(immersion, frames, &cluster.bodies, &fields, old);
+                cluster.free_motions().iter().map(|c| kernel.field(immersion, frames, &cluster.patches, c)).collect();
+            let hosts = kernel.hosts_of(immersion, frames, &cluster.patches, &fields, old);
             kernel.fields.extend(fields);
             kernel.hosts.extend(hosts);
             kernel.clusters.push(cluster);
@@ -72,17 +79,23 @@ impl Kernel {
         Ok(kernel)
     }
 
-    /// The rigid motion `k` of a body at a node; rotations have the size of translations at the patch's rim.
-    fn motion(&self, immersion: &Immersion, body: usize, k: usize, node: usize) -> Point {
-        let scale = if k == 2 { 1.0 / self.reaches[body] } else { 1.0 };
+    /// Whether the penalty of a body is without bounds somewhere.
+    pub fn has_patch(&self, body: usize) -> bool {
+        self.patches.iter().any(|patch| patch.body == body)
+    }
+
+    /// The rigid motion `k` of a patch at a node; rotations have the size of translations at the patch's rim.
+    fn motion(&self, immersion: &Immersion, patch: usize, k: usize, node: usize) -> Point {
+        let Patch { body, reach, .. } = self.patches[patch];
+        let scale = if k == 2 { 1.0 / reach } else { 1.0 };
         rigid_motion(k, immersion.poses[body].position, immersion.positions()[node]) * scale
     }
 
-    /// The bodies whose patch holds a node.
+    /// The patches that hold a node.
     fn owners(&self) -> BTreeMap<usize, Vec<usize>> {
         let mut owners: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (body, nodes) in self.patches.iter().enumerate() {
-            nodes.iter().for_each(|&node| owners.entry(node).or_default().push(body));
+        for (index, patch) in self.patches.iter().enumerate() {
+            patch.nodes.iter().for_each(|&node| owners.entry(node).or_default().push(index));
         }
         owners
     }
@@ -91,48 +104,48 @@ impl Kernel {
         &self,
         immersion: &Immersion,
         frames: &Frames,
-        bodies: Vec<usize>,
+        patches: Vec<usize>,
         owners: &BTreeMap<usize, Vec<usize>>,
     ) -> Result<Cluster, BodyError> {
         let (mut rows, mut entries) = (Vec::new(), Vec::new());
-        let column = |body: usize| 3 * bodies.iter().position(|&b| b == body).expect("a body of the cluster");
-        let nodes: BTreeSet<usize> = bodies.iter().flat_map(|&b| &self.patches[b]).copied().collect();
+        let column = |patch: usize| 3 * patches.iter().position(|&p| p == patch).expect("a patch of the cluster");
+        let nodes: BTreeSet<usize> = patches.iter().flat_map(|&p| &self.patches[p].nodes).copied().collect();
         for node in nodes {
             let here = &owners[&node];
             for pair in here.windows(2) {
                 for c in 0..2 {
-                    let row = pair.iter().zip([1.0, -1.0]).flat_map(|(&body, sign)| {
-                        (0..3).map(move |k| (column(body) + k, sign * self.motion(immersion, body, k, node)[c]))
+                    let row = pair.iter().zip([1.0, -1.0]).flat_map(|(&patch, sign)| {
+                        (0..3).map(move |k| (column(patch) + k, sign * self.motion(immersion, patch, k, node)[c]))
                     });
                     entries.push(row.collect::<Vec<_>>());
                     rows.push(None);
                 }
             }
-            let body = here[0];
-            let bent = || BodyError::Bent { body: immersion.names[body].clone() };
+            let patch = here[0];
+            let bent = || BodyError::Bent { body: immersion.names[self.patches[patch].body].clone() };
             for direction in prescribed_directions(frames, node).ok_or_else(bent)? {
-                let row = (0..3).map(|k| (column(body) + k, self.motion(immersion, body, k, node).dot(&direction)));
+                let row = (0..3).map(|k| (column(patch) + k, self.motion(immersion, patch, k, node).dot(&direction)));
                 entries.push(row.collect());
                 rows.push(Some((node, direction)));
             }
         }
-        let columns = 3 * bodies.len();
+        let columns = 3 * patches.len();
         // as many rows as columns at least, so that the decomposition has all right singular vectors
         let mut matrix = DMatrix::zeros(rows.len().max(columns), columns);
         entries.iter().enumerate().for_each(|(i, row)| row.iter().for_each(|&(j, value)| matrix[(i, j)] += value));
         let conditions = (!rows.is_empty()).then(|| matrix.clone().svd(true, true));
-        Ok(Cluster { bodies, rows, conditions, matrix })
+        Ok(Cluster { patches, rows, conditions, matrix })
     }
 
     /// A nodal field that is rigid on the patches, in terms of the free unknowns: `Tᵀ r`.
-    fn field(&self, immersion: &Immersion, frames: &Frames, bodies: &[usize], coefficients: &DVector<f64>) -> Sparse {
+    fn field(&self, immersion: &Immersion, frames: &Frames, patches: &[usize], coefficients: &DVector<f64>) -> Sparse {
         let mut field = BTreeMap::new();
-        for (&body, c) in bodies.iter().zip(coefficients.as_slice().chunks_exact(3)) {
+        for (&patch, c) in patches.iter().zip(coefficients.as_slice().chunks_exact(3)) {
             if c.iter().all(|c| *c == 0.0) {
                 continue;
             }
-            for &node in &self.patches[body] {
-                let r: Point = (0..3).map(|k| self.motion(immersion, body, k, node) * c[k]).sum();
+            for &node in &self.patches[patch].nodes {
+                let r: Point = (0..3).map(|k| self.motion(immersion, patch, k, node) * c[k]).sum();
                 field.extend(frames.owned(node).map(|unknown| (unknown, 0.0)));
                 for component in 0..2 {
                     for (unknown, a) in frames.of(2 * node + component) {
@@ -142,6 +155,40 @@ impl Kernel {
             }
         }
         field.into_iter().filter(|(_, value)| *value != 0.0).collect()
+    }
+
+    /// Free unknowns on which the fields are independent, by elimination with the largest pivots, from cells that the bodies fill well.
+    fn hosts_of(
+        &self,
+        immersion: &Immersion,
+        frames: &Frames,
+        patches: &[usize],
+        fields: &[Sparse],
+        old: Option<&Kernel>,
+    ) -> Vec<usize> {
+        let mut candidates = BTreeSet::new();
+        for patch in patches.iter().map(|&patch| &self.patches[patch]) {
+            let area = |cell: &usize| immersion.parts[patch.body][cell].area;
+            let best = patch.cells.iter().map(area).fold(0.0, f64::max);
+            for &cell in patch.cells.iter().filter(|cell| area(cell) >= STRONG * best) {
+                let nodes = immersion.velocity.cell_nodes(cell);
+                candidates.extend(nodes.iter().flat_map(|&node| frames.owned(node as usize)));
+            }
+        }
+        let values = |unknown: usize| -> Vec<f64> {
+            let at = |field: &Sparse| field.binary_search_by_key(&unknown, |(u, _)| *u).map_or(0.0, |i| field[i].1);
+            fields.iter().map(at).collect()
+        };
+        let rows: Vec<(usize, Vec<f64>)> = candidates.iter().map(|&u| (u, values(u))).collect();
+        let (fresh, pivot) = eliminate(rows, fields.len());
+        let kept: Vec<(usize, Vec<f64>)> = old
+            .iter()
+            .flat_map(|kernel| &kernel.hosts)
+            .filter(|u| candidates.contains(u))
+            .map(|&u| (u, values(u)))
+            .collect();
+        let (kept, kept_pivot) = eliminate(kept, fields.len());
+        if kept.len() == fields.len() && kept_pivot > 0.3 * pivot { kept } else { fresh }
     }
 
     /// A field that is rigid on the patches and follows the prescribed velocities `v_D` of nodes there, by free unknown.
@@ -164,10 +211,10 @@ impl Kernel {
             let c = svd.solve(&right, RANK * svd.singular_values.max()).expect("both factors were asked for");
             let misfit = (&cluster.matrix * &c - right).amax() / largest;
             if misfit > MISFIT {
-                let body = immersion.names[cluster.bodies[0]].clone();
+                let body = immersion.names[self.patches[cluster.patches[0]].body].clone();
                 return Err(BodyError::Wall { body, misfit });
             }
-            lift.extend(self.field(immersion, frames, &cluster.bodies, &c));
+            lift.extend(self.field(immersion, frames, &cluster.patches, &c));
         }
         Ok(lift)
     }
@@ -176,7 +223,7 @@ impl Kernel {
 impl Cluster {
     /// Coefficients of motions that meet the conditions.
     fn free_motions(&self) -> Vec<DVector<f64>> {
-        let columns = 3 * self.bodies.len();
+        let columns = 3 * self.patches.len();
         let Some(svd) = &self.conditions else {
             return (0..columns).map(|k| DVector::from_fn(columns, |i, _| f64::from(u8::from(i == k)))).collect();
         };
@@ -186,22 +233,40 @@ impl Cluster {
     }
 }
 
-/// Nodes of the cells that a body makes rigid.
-fn patch(immersion: &Immersion, body: usize) -> Vec<usize> {
-    let cells = immersion.parts[body].iter().filter(|(_, part)| part.viscosity.is_some());
-    let nodes: BTreeSet<usize> =
-        cells.flat_map(|(&cell, _)| immersion.velocity.cell_nodes(cell)).map(|&node| node as usize).collect();
-    nodes.into_iter().collect()
+/// The cells that a body fills, in groups that hang together by edges.
+fn patches(immersion: &Immersion, body: usize) -> Vec<Patch> {
+    let (space, centre) = (&*immersion.velocity, immersion.poses[body].position);
+    let mut left: BTreeSet<usize> =
+        immersion.parts[body].iter().filter(|(_, part)| part.rigid).map(|(&cell, _)| cell).collect();
+    let mut found = Vec::new();
+    while let Some(first) = left.pop_first() {
+        let mut cells = vec![first];
+        let mut next = 0;
+        while next < cells.len() {
+            for &face in &space.mesh.cell_faces[cells[next]] {
+                let face = &space.mesh.faces[face];
+                let sides = std::iter::once(face.minus).chain(face.plus).map(|side| side.cell);
+                cells.extend(sides.filter(|cell| left.remove(cell)));
+            }
+            next += 1;
+        }
+        cells.sort_unstable();
+        let nodes: BTreeSet<usize> =
+            cells.iter().flat_map(|&cell| space.cell_nodes(cell)).map(|&node| node as usize).collect();
+        let reach = nodes.iter().map(|&n| (immersion.positions()[n] - centre).norm()).fold(0.0, f64::max);
+        found.push(Patch { body, cells, nodes: nodes.into_iter().collect(), reach });
+    }
+    found
 }
 
-/// Groups of bodies that are linked by shared nodes, each ascending.
-fn clusters(bodies: usize, owners: &BTreeMap<usize, Vec<usize>>) -> Vec<Vec<usize>> {
-    let mut parent: Vec<usize> = (0..bodies).collect();
-    fn root(parent: &[usize], mut body: usize) -> usize {
-        while parent[body] != body {
-            body = parent[body];
+/// Groups of patches that are linked by shared nodes, each ascending.
+fn clusters(patches: usize, owners: &BTreeMap<usize, Vec<usize>>) -> Vec<Vec<usize>> {
+    let mut parent: Vec<usize> = (0..patches).collect();
+    fn root(parent: &[usize], mut patch: usize) -> usize {
+        while parent[patch] != patch {
+            patch = parent[patch];
         }
-        body
+        patch
     }
     for here in owners.values() {
         for pair in here.windows(2) {
@@ -210,7 +275,7 @@ fn clusters(bodies: usize, owners: &BTreeMap<usize, Vec<usize>>) -> Vec<Vec<usiz
         }
     }
     let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    (0..bodies).for_each(|body| groups.entry(root(&parent, body)).or_default().push(body));
+    (0..patches).for_each(|patch| groups.entry(root(&parent, patch)).or_default().push(patch));
     groups.into_values().collect()
 }
 
@@ -231,39 +296,6 @@ fn prescribed_directions(frames: &Frames, node: usize) -> Option<Vec<Point>> {
         1 => vec![Point::new(-free[(1, 0)], free[(0, 0)])],
         _ => Vec::new(),
     })
-}
-
-/// Free unknowns on which the fields are independent, by elimination with the largest pivots, from cells that the bodies fill well.
-fn hosts(
-    immersion: &Immersion,
-    frames: &Frames,
-    bodies: &[usize],
-    fields: &[Sparse],
-    old: Option<&Kernel>,
-) -> Vec<usize> {
-    let mut candidates = BTreeSet::new();
-    for &body in bodies {
-        let parts = immersion.parts[body].iter().filter(|(_, part)| part.viscosity.is_some());
-        let best = parts.clone().map(|(_, part)| part.area).fold(0.0, f64::max);
-        for (&cell, _) in parts.filter(|(_, part)| part.area >= STRONG * best) {
-            let nodes = immersion.velocity.cell_nodes(cell);
-            candidates.extend(nodes.iter().flat_map(|&node| frames.owned(node as usize)));
-        }
-    }
-    let values = |unknown: usize| -> Vec<f64> {
-        let at = |field: &Sparse| field.binary_search_by_key(&unknown, |(u, _)| *u).map_or(0.0, |i| field[i].1);
-        fields.iter().map(at).collect()
-    };
-    let rows: Vec<(usize, Vec<f64>)> = candidates.iter().map(|&u| (u, values(u))).collect();
-    let (fresh, pivot) = eliminate(rows, fields.len());
-    let kept: Vec<(usize, Vec<f64>)> = old
-        .iter()
-        .flat_map(|kernel| &kernel.hosts)
-        .filter(|u| candidates.contains(u))
-        .map(|&u| (u, values(u)))
-        .collect();
-    let (kept, kept_pivot) = eliminate(kept, fields.len());
-    if kept.len() == fields.len() && kept_pivot > 0.3 * pivot { kept } else { fresh }
 }
 
 /// The rows of a Gauss elimination with the largest pivots, and the smallest of these.

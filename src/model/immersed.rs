@@ -1,4 +1,5 @@
-//! Rigid bodies in the momentum balance: `(2/ε) ∫_B D(v):D(w)` and the bodies' own friction on top of a generalised Stokes problem [L1.13].
+//! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of [`crate::body::penalty`] and the bodies' own friction on top of a
+//! generalised Stokes problem [L1.13].
 //!
 //! With the [`Kernel`] of the penalty as unknowns c in exchange for the nodal unknowns of its hosts, and constraints on twists with multipliers λ,
 //!
@@ -7,7 +8,7 @@
 //! QᵀK  QᵀKQ   −QᵀLᵀ   c  =  Qᵀf        v = v_D + lift + x + Qc
 //! ℓ    LQ      0      λ     target
 //! ```
-//! K is the matrix without the penalty, and A with it and without the hosts. A is sparse and factorised along an elimination tree of the mesh, so that a move
+//! K is the matrix without the penalty where the kernel is rigid, and A with all of it and without the hosts. A is sparse and factorised along an elimination tree of the mesh, so that a move
 //! changes few fronts; the rest is eliminated block by block. λ are the forces and torques that hold the bodies.
 
 use std::collections::BTreeSet;
@@ -215,6 +216,19 @@ impl Immersed {
         Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means }
     }
 
+    /// Makes the factors anew as a whole.
+    pub(super) fn refactor(&mut self, ground: Ground) -> Result<(), MomentumError> {
+        let layout = ground.layout(self.closed, &self.neighbours);
+        let (immersion, rigidity) = (&self.immersion, &self.rigidity);
+        let source = Source { layout, immersion, rigidity, friction: self.friction, hosts: &self.kernel.hosts };
+        let filled = Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means };
+        let (scales, symbolic) = (&self.scales, self.factors.symbolic().clone());
+        self.factors = Multifrontal::keeping(symbolic, |e, out| filled.fill_scaled(e, scales, out))?;
+        self.share = 1.0;
+        self.couple(ground);
+        Ok(())
+    }
+
     /// The borders of the rigid motions.
     fn couple(&mut self, ground: Ground) {
         let filled = self.filled(ground);
@@ -323,7 +337,8 @@ impl Immersed {
                 for (k, &dof) in dofs.iter().enumerate() {
                     out[dof] += surplus * dot(&part.mass[k * m..(k + 1) * m], &local);
                     if let Some(viscosity) = &part.viscosity {
-                        out[dof] += dot(&viscosity[k * m..(k + 1) * m], &bent) / self.rigidity.epsilon;
+                        let strength = part.strength(self.rigidity.epsilon);
+                        out[dof] += strength * dot(&viscosity[k * m..(k + 1) * m], &bent);
                     }
                 }
             }
@@ -384,7 +399,7 @@ impl Filled<'_> {
             for (&cell, part) in parts {
                 let Some(viscosity) = &part.viscosity else { continue };
                 for k in 0..nv {
-                    let a = viscosity[k * nv + k] / self.source.rigidity.epsilon;
+                    let a = viscosity[k * nv + k] * part.strength(self.source.rigidity.epsilon);
                     unknowns(cell, k).for_each(|(unknown, b)| size[unknown] += a * b * b);
                 }
             }
@@ -438,8 +453,8 @@ impl Filled<'_> {
             if *friction != self.source.friction {
                 axpy(friction - self.source.friction, &part.mass, &mut block);
             }
-            if let Some(viscosity) = part.viscosity.as_ref().filter(|_| penalty) {
-                axpy(1.0 / self.source.rigidity.epsilon, viscosity, &mut block);
+            if let Some(viscosity) = part.viscosity.as_ref().filter(|_| penalty || !part.rigid) {
+                axpy(part.strength(self.source.rigidity.epsilon), viscosity, &mut block);
             }
         }
         let values = &mut out.values;
@@ -506,6 +521,9 @@ impl Filled<'_> {
             for (parts, friction) in self.source.immersion.parts.iter().zip(&self.source.rigidity.friction) {
                 if let Some(part) = parts.get(&cell) {
                     axpy(friction - self.source.friction, &part.mass, &mut block);
+                    if let Some(viscosity) = part.viscosity.as_ref().filter(|_| !part.rigid) {
+                        axpy(part.strength(self.source.rigidity.epsilon), viscosity, &mut block);
+                    }
                 }
             }
             for (k, &dof) in dofs.iter().enumerate() {
@@ -570,12 +588,18 @@ impl Constraints {
         let svd = padded.svd(true, false);
         let u = svd.u.expect("it was asked for");
         let largest = svd.singular_values.max();
+        let soft = (0..single.len()).filter(|&i| !immersed.kernel.has_patch(single[i].body));
         let kept: Vec<usize> = (0..single.len()).filter(|&k| svd.singular_values[k] > RANK * largest).collect();
-        if kept.len() == single.len() {
+        if kept.len() + soft.count() == single.len() {
             let works = single.iter().map(|c| vec![(c.body, c.weights)]).collect();
             return Ok(Self { rows: by_unknown, on_kernel, targets: rest.as_slice().to_vec(), works, bodies });
         }
         let u = u.select_columns(&kept);
+        // what nothing makes rigid takes any motion
+        let unit = |i: usize| DVector::from_fn(single.len(), |k, _| f64::from(u8::from(k == i)));
+        let soft = (0..single.len()).filter(|&i| !immersed.kernel.has_patch(single[i].body));
+        let columns: Vec<DVector<f64>> = u.column_iter().map(|c| c.into_owned()).chain(soft.map(unit)).collect();
+        let u = DMatrix::from_fn(single.len(), columns.len(), |i, k| columns[k][i]);
         let misfit = &rest - &u * (u.transpose() * &rest);
         if misfit.amax() > MISFIT * fastest {
             let body = single[misfit.iamax()].body;
@@ -586,10 +610,10 @@ impl Constraints {
             by_unknown.iter().enumerate().for_each(|(i, single)| axpy(u[(i, k)], single, &mut row));
             row
         };
-        let works = (0..kept.len())
+        let works = (0..u.ncols())
             .map(|k| single.iter().enumerate().map(|(i, c)| (c.body, c.weights * u[(i, k)])).collect())
             .collect();
-        let rows = (0..kept.len()).map(combine).collect();
+        let rows = (0..u.ncols()).map(combine).collect();
         let targets = (u.transpose() * rest).as_slice().to_vec();
         Ok(Self { rows, on_kernel: u.transpose() * on_kernel, targets, works, bodies })
     }

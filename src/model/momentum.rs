@@ -259,6 +259,21 @@ impl Momentum {
         }
     }
 
+    /// Makes the factors anew as a whole where the bodies are, which [`Momentum::move_bodies`] spares; for comparisons.
+    ///
+    /// # Errors
+    /// A factorisation that fails.
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn refactor_bodies(&mut self) -> Result<(), MomentumError> {
+        let ground = Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames };
+        match &mut self.system {
+            System::Open(_) | System::Closed { .. } => panic!("there are no bodies"),
+            System::Immersed { bodies, .. } => bodies.refactor(ground),
+        }
+    }
+
     /// Solves for the flow with the force `f` and prescribed nodal values, and for the bodies, with external loads about their centres and rules of
     /// their motion.
     ///

@@ -16,7 +16,7 @@ fn refusal(velocity: [&str; 2], bodies: Vec<Body>) -> String {
     }
 }
 
-/// Its whole cell is rigid, and a triangle turns a little with the strain too.
+/// A triangle turns a little with the strain too.
 #[test]
 fn a_body_in_one_cell_turns_like_the_flow() {
     for radius in [1e-2, 1e-4, 1e-6] {
@@ -29,28 +29,33 @@ fn a_body_in_one_cell_turns_like_the_flow() {
     }
 }
 
-/// Two bodies that share a cell move as one, whatever the penalty.
+/// Two bodies that share a cell leave it fluid: the pushed one is the faster one, and the penalty, which fills no cell, does not matter.
 #[test]
-fn two_bodies_in_a_cell_move_together() {
+fn two_bodies_in_a_cell_move_with_its_flow() {
     let (a, b) = (Point::new(0.52, 0.51), Point::new(0.57, 0.52));
-    for epsilon in [1e-6, 1e-10, 1e-14] {
+    let twists = |epsilon: f64| {
         let bodies = vec![pushed(disc(0.02, a), [1.0, 0.0], 0.0), disc(0.02, b)];
-        let (_, carried) = solved(&square(8), ["0", "0"], bodies, epsilon);
-        let [first, second] = carried.twists[..] else { panic!("two bodies") };
-        assert!(first.velocity.x > 0.0);
-        let apart = (first.at(b, a) - second.velocity).norm();
-        assert!(apart < 1e3 * epsilon.max(1e-10) * first.velocity.norm(), "ε {epsilon:e}: {apart:e}");
+        solved(&square(8), ["0", "0"], bodies, epsilon).1.twists
+    };
+    let last = twists(1e-14);
+    assert!(last[0].velocity.x > last[1].velocity.x && last[1].velocity.x > 0.0, "{last:?}");
+    for epsilon in [1e-4, 1e-8, 1e-12] {
+        let now = twists(epsilon);
+        let apart = now.iter().zip(&last).map(|(a, b)| (a.velocity - b.velocity).norm()).fold(0.0, f64::max);
+        assert!(apart < (10.0 * epsilon).max(1e-11) * last[0].velocity.norm(), "ε {epsilon:e}: {apart:e}");
     }
 }
 
+/// The cells that it fills rest, those that it cuts yield to its force a little.
 #[test]
-fn a_body_on_a_wall_at_rest_rests() {
-    let on_wall = pushed(disc(0.15, Point::new(0.02, 0.5)), [0.0, -1.0], 0.0);
-    for epsilon in [1e-4, 1e-8, 1e-14] {
-        let (_, carried) = solved(&square(10), ["0", "0"], vec![on_wall.clone()], epsilon);
-        let speed = carried.twists[0].velocity.norm();
-        assert!(speed < 10.0 * epsilon.max(1e-13), "ε {epsilon:e}: {speed:e}");
-    }
+fn a_body_on_a_wall_at_rest_hardly_moves() {
+    let on_wall = |place| pushed(disc(0.15, place), [0.0, -1.0], 0.0);
+    let speed =
+        |place, epsilon| solved(&square(10), ["0", "0"], vec![on_wall(place)], epsilon).1.twists[0].velocity.norm();
+    let free = speed(MIDDLE, 1e-8);
+    let speeds = [1e-4, 1e-8, 1e-14].map(|epsilon| speed(Point::new(0.02, 0.5), epsilon));
+    assert!(speeds.iter().all(|speed| *speed < 0.05 * free), "{speeds:?} of {free}");
+    assert!((speeds[2] - speeds[1]).abs() < 1e-6 * free && (speeds[2] - speeds[0]).abs() < 1e-2 * free, "{speeds:?}");
 }
 
 #[test]
@@ -65,7 +70,8 @@ fn a_fixed_body_may_lie_on_a_wall_at_rest_but_a_moving_one_may_not() {
     let fixed = Body { hold: Hold::Fixed, ..disc(0.15, place) };
     let (_, carried) =
         solved(&square(10), ["0", "0"], vec![fixed, pushed(disc(0.1, Point::new(0.6, 0.5)), [0.0, 1.0], 0.0)], 1e-8);
-    assert!(carried.twists[0].velocity.norm() < 1e-8 && carried.twists[1].velocity.y > 0.0, "{:?}", carried.twists);
+    let [fixed, moving] = [carried.twists[0].velocity.norm(), carried.twists[1].velocity.y];
+    assert!(moving > 0.0 && fixed < 2e-2 * moving, "{:?}", carried.twists);
     let hold = Hold::Held { velocity: [formula("1"), formula("0")], spin: formula("0") };
     let message = refusal(["0", "0"], vec![Body { hold, ..disc(0.15, place) }]);
     assert!(message.contains("contradicts"), "{message}");

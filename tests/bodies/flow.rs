@@ -123,7 +123,7 @@ fn a_pinned_body_turns_about_its_pin() {
     let pin = Point::new(0.4, 0.5);
     let (twist, place) = (carried.twists[0], flow.motion.poses[0].position);
     assert!(twist.at(pin, place).norm() < 1e-10, "{twist:?}");
-    assert!(twist.spin < -0.1 && carried.holding[0].force.norm() > 0.1, "{carried:?}");
+    assert!(twist.spin < -0.02 && carried.holding[0].force.norm() > 0.1, "{carried:?}");
     for _ in 0..4 {
         let now = flow.solve(&Linear::zero()).expect("a solution").twists;
         let by = flow.predicted(0.3, &now).expect("a prediction");
