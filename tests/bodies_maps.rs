@@ -153,7 +153,7 @@ fn a_flow_with_a_body_in_it() {
     let arrows = set("output.0.maps=[{ of = \"speed\", arrows = \"polarity\" }]");
     refused(&arrows, folder, &["`output.0.maps.0.arrows`", "no polarity"]);
     let window = "output.0.maps=[{ of = \"speed\", window = [[5, 5], [6, 6]] }]";
-    refused(&["run", "settling.toml", "--set", window], folder, &["output.0.maps.0.window"]);
+    refused(&["run", "settling.toml", "--set", window], folder, &["no value in the window"]);
 }
 
 #[test]
