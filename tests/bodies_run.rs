@@ -27,12 +27,6 @@ fn same(a: &Path, b: &Path, files: &[&str]) {
     }
 }
 
-/// The rows of a table; what is empty is 0.
-fn numbers(path: &Path) -> Vec<Vec<f64>> {
-    let mut table = csv::Reader::from_path(path).unwrap();
-    table.records().map(|row| row.unwrap().iter().map(|cell| cell.parse().unwrap_or(0.0)).collect()).collect()
-}
-
 fn json(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
