@@ -27,12 +27,6 @@ fn same(a: &Path, b: &Path, files: &[&str]) {
     }
 }
 
-/// The rows of a table; what is empty is 0.
-fn numbers(path: &Path) -> Vec<Vec<f64>> {
-    let mut table = csv::Reader::from_path(path).unwrap();
-    table.records().map(|row| row.unwrap().iter().map(|cell| cell.parse().unwrap_or(0.0)).collect()).collect()
-}
-
 fn json(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
@@ -120,7 +114,7 @@ fn a_sweep_over_particles() {
 }
 
 #[test]
-fn a_resumed_run_of_a_flow_goes_on_where_it_was() {
+fn a_resumed_run_of_a_flow_has_the_same_bits() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     let settling = path("settling.toml");
@@ -131,13 +125,8 @@ fn a_resumed_run_of_a_flow_goes_on_where_it_was() {
     run("whole", &[]);
     run("parts", &["--set", "time.max_steps=10"]);
     run("parts", &["--resume"]);
-    same(&folder.join("whole"), &folder.join("parts"), &["fields.pvd", "scene.toml"]);
-    // the factors of moved bodies are those of bodies put there anew up to rounding
-    let [whole, parts] = ["whole", "parts"].map(|name| numbers(&folder.join(name).join("history.csv")));
-    assert_eq!(whole.len(), parts.len());
-    for (a, b) in whole.iter().flatten().zip(parts.iter().flatten()) {
-        assert!((a - b).abs() <= 1e-10 * (1.0 + a.abs()), "{a} and {b}");
-    }
+    let files = ["fields.pvd", "scene.toml", "history.csv", "bodies.csv", "checkpoint.bin"];
+    same(&folder.join("whole"), &folder.join("parts"), &files);
     let measures = &json(&folder.join("whole/summary.json"))["measures"];
     let [x, y] = ["body_x1", "body_x2"].map(|name| measures[name].as_f64().unwrap());
     assert!((0.15..0.3).contains(&y), "it has fallen, and keeps its margin: {measures}");

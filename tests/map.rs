@@ -175,7 +175,7 @@ fn fields_are_exact_and_the_hole_is_white() {
     let scene = scene(STRIP, &[]).expect("scene");
     let setup = Setup::new(&scene).expect("setup");
     let march = setup.start(&scene).expect("start");
-    let draft = Draft { setup: &setup, state: &march.state, t: 0.0, stream: None, bodies: None };
+    let draft = Draft::new(&setup, &march.state, 0.0);
     let (low, high) = ([-2.0, -2.0], [2.0, 1.5]);
     let request = MapRequest { window: Some([low, high]), ..request(Quantity::Polarity1) };
     let picture = draft.draw(&request, &Caption::of(&scene)).expect("drawn");
@@ -231,7 +231,7 @@ fn streamlines_of_turning_tissue_are_circles() {
     let v = interpolate_vector(model.velocity(), |x| Point::new(2.0 * x.y, -2.0 * x.x));
     let state = State::incompressible(v, march.state.pressure().clone(), march.state.p.clone());
     let stream = StreamFunction::new(model.loops(), model.velocity()).expect("stream function");
-    let draft = Draft { setup: &setup, state: &state, t: 0.0, stream: Some(&stream), bodies: None };
+    let draft = Draft { stream: Some(&stream), ..Draft::new(&setup, &state, 0.0) };
     let (low, high) = ([-1.2, -1.2], [1.2, 1.2]);
     let request = MapRequest { window: Some([low, high]), streamlines: true, ..request(Quantity::Speed) };
     let svg = draft.draw(&request, &Caption::of(&scene)).expect("drawn").svg();
@@ -315,7 +315,7 @@ fn pictures_are_well_formed_told_and_the_same_every_time() {
     let setup = Setup::new(&scene).expect("setup");
     let march = setup.start(&scene).expect("start");
     let stream = StreamFunction::new(setup.model.loops(), setup.model.velocity()).expect("stream function");
-    let draft = Draft { setup: &setup, state: &march.state, t: 0.125, stream: Some(&stream), bodies: None };
+    let draft = Draft { stream: Some(&stream), ..Draft::new(&setup, &march.state, 0.125) };
     let arrows = Some(ArrowsOf::Polarity);
     let request =
         MapRequest { arrows, streamlines: true, mesh: true, range: Some([0.0, 0.5]), ..request(Quantity::Speed) };
@@ -346,7 +346,7 @@ fn every_quantity_can_be_drawn() {
     let scene = scene(STRIP, &[("model.elasticity", "0.4")]).expect("scene");
     let setup = Setup::new(&scene).expect("setup");
     let march = setup.start(&scene).expect("start");
-    let draft = Draft { setup: &setup, state: &march.state, t: 0.0, stream: None, bodies: None };
+    let draft = Draft::new(&setup, &march.state, 0.0);
     for of in Quantity::ALL.into_iter().filter(|of| ![Quantity::Density, Quantity::Bodies].contains(of)) {
         let thin = MapRequest { window: Some([[-4.0, 1.1], [6.0, 1.6]]), ..request(of) };
         let [low, high] = draft.extent(&thin, &Caption::of(&scene)).expect("sampled");

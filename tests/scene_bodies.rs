@@ -299,10 +299,10 @@ fn shapes_that_are_none() {
     wrong("length = 0.2", "length = -1", &["`body.1.shape.capsule.length`"]);
     let polygon = |vertices: &str| format!("{{ polygon = {{ vertices = {vertices} }} }}");
     let disc = "{ disc = { radius = 0.1 } }";
-    wrong(disc, &polygon("[[0, 0], [1, 0]]"), &["2 vertices", "at least three"]);
-    wrong(disc, &polygon("[[0, 0], [1, 0], [2, 0]]"), &["no area"]);
-    wrong(disc, &polygon("[[0, 0], [2, 0], [1, 0.5], [2, 2]]"), &["must be convex", "at (1, 0.5)"]);
-    wrong(disc, &polygon("[[0, 1], [0.6, -0.8], [-0.95, 0.3], [0.95, 0.3], [-0.6, -0.8]]"), &["must not cross"]);
+    wrong(disc, &polygon("[[0, 0], [1, 0]]"), &["2 vertices", "at least 3"]);
+    wrong(disc, &polygon("[[0, 0], [1, 0], [2, 0]]"), &["not convex at vertex 0"]);
+    wrong(disc, &polygon("[[0, 0], [2, 0], [1, 0.5], [2, 2]]"), &["not convex", "(1, 0.5)"]);
+    wrong(disc, &polygon("[[0, 1], [0.6, -0.8], [-0.95, 0.3], [0.95, 0.3], [-0.6, -0.8]]"), &["winds round"]);
 }
 
 #[test]

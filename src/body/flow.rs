@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::cut::Cover;
+use super::guide::Guide;
 use super::motion::Motion;
 use super::penalty::{Immersion, Wrench};
 use super::{Body, Hold, Pose, Twist};
@@ -31,11 +32,9 @@ pub struct Flow {
     pub loops: Integrator,
     pub momentum: Momentum,
     pub conditions: Vec<Conditions>,
-    pub bodies: Vec<Body>,
+    pub guide: Guide,
     pub motion: Motion,
     pub t: f64,
-    /// Derivatives by t of the bodies that follow a path.
-    speeds: Vec<Option<[Expression; 3]>>,
 }
 
 impl Flow {
@@ -54,15 +53,15 @@ impl Flow {
     ) -> Result<Self, MomentumError> {
         let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, velocity, 2));
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, pressure, 1));
-        let speeds = bodies.iter().map(|body| speed(&body.hold)).collect::<Result<Vec<_>, _>>()?;
-        let poses = bodies.iter().map(|body| start(body, t)).collect::<Result<Vec<Pose>, _>>()?;
-        let (loops, immersion) = immerse(mesh, &velocity, &bodies, &poses)?;
+        let guide = Guide::new(bodies)?;
+        let poses = guide.starts(t)?;
+        let (loops, immersion) = immerse(mesh, &velocity, &guide.bodies, &poses)?;
         let rigidity =
-            Rigidity { epsilon: settings.epsilon, friction: bodies.iter().map(|body| body.friction).collect() };
+            Rigidity { epsilon: settings.epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
         let spaces = (&velocity, &pressure);
         let momentum = Momentum::with_bodies(&loops, spaces, conditions, friction, slip, (immersion, rigidity))?;
         let motion = Motion::new(poses, settings.order);
-        Ok(Self { loops, momentum, conditions: conditions.to_vec(), bodies, motion, t, speeds })
+        Ok(Self { loops, momentum, conditions: conditions.to_vec(), guide, motion, t })
     }
 
     /// The flow now, under an outer force and the bodies' own forces, and how the bodies move in it.
@@ -81,12 +80,7 @@ impl Flow {
     /// # Errors
     /// A formula that is not finite.
     pub fn loads(&self) -> Result<Vec<Wrench>, ExpressionError> {
-        let load = |(body, pose): (&Body, &Pose)| {
-            let [x, y] = &body.force;
-            let force = Point::new(value(x, pose, self.t)?, value(y, pose, self.t)?);
-            Ok(Wrench { force, torque: value(&body.torque, pose, self.t)? })
-        };
-        self.bodies.iter().zip(&self.motion.poses).map(load).collect()
+        self.guide.loads(&self.motion.poses, self.t)
     }
 
     /// What is prescribed of the bodies' motions now.
@@ -94,20 +88,7 @@ impl Flow {
     /// # Errors
     /// A formula that is not finite.
     pub fn rules(&self) -> Result<Vec<Rule>, ExpressionError> {
-        let rule = |((body, pose), speed): ((&Body, &Pose), &Option<[Expression; 3]>)| {
-            let twist = |[x, y, spin]: [&Expression; 3]| {
-                let velocity = Point::new(value(x, pose, self.t)?, value(y, pose, self.t)?);
-                Ok(Rule::Held(Twist { velocity, spin: value(spin, pose, self.t)? }))
-            };
-            match (&body.hold, speed) {
-                (Hold::Free, _) => Ok(Rule::Free),
-                (Hold::Fixed, _) => Ok(Rule::Held(Twist::ZERO)),
-                (Hold::Pinned(point), _) => Ok(Rule::Pinned(pose.to_space(*point))),
-                (Hold::Held { velocity: [x, y], spin }, _) => twist([x, y, spin]),
-                (Hold::Path { .. }, speed) => twist(speed.as_ref().expect("a path has a speed").each_ref()),
-            }
-        };
-        self.bodies.iter().zip(&self.motion.poses).zip(&self.speeds).map(rule).collect()
+        self.guide.rules(&self.motion.poses, self.t)
     }
 
     /// The twists by which the bodies would move in a step `dt`: `x ← x + Δt W`. Contact may correct them before [`Flow::advance`].
@@ -115,36 +96,30 @@ impl Flow {
     /// # Errors
     /// A path that is not finite.
     pub fn predicted(&self, dt: f64, now: &[Twist]) -> Result<Vec<Twist>, ExpressionError> {
-        let mut by = self.motion.predicted(dt, now);
-        for ((body, pose), by) in self.bodies.iter().zip(&self.motion.poses).zip(&mut by) {
-            match &body.hold {
-                Hold::Path { .. } if dt > 0.0 => {
-                    let next = start(body, self.t + dt)?;
-                    *by =
-                        Twist { velocity: (next.position - pose.position) / dt, spin: (next.angle - pose.angle) / dt };
-                }
-                Hold::Pinned(point) if dt > 0.0 => {
-                    // the pin stays where it is, whatever the order
-                    let angle = pose.angle + dt * by.spin;
-                    let position = pose.to_space(*point) - super::turned(*point, angle);
-                    by.velocity = (position - pose.position) / dt;
-                }
-                Hold::Fixed => *by = Twist::ZERO,
-                Hold::Free | Hold::Held { .. } | Hold::Path { .. } | Hold::Pinned(_) => {}
-            }
+        self.guide.predicted(&self.motion, self.t, dt, now)
+    }
+
+    /// Puts the bodies where they were in an earlier run, which then goes on bit for bit.
+    ///
+    /// # Errors
+    /// As [`Momentum::place_bodies`].
+    pub fn resume(&mut self, motion: Motion) -> Result<(), MomentumError> {
+        if motion.poses != self.motion.poses {
+            self.momentum.place_bodies(&self.loops, &motion.poses)?;
         }
-        Ok(by)
+        self.motion = motion;
+        Ok(())
     }
 
     /// Ends a step: moves the bodies by the twists `by` from where they had the twists `now`.
     ///
     /// # Errors
-    /// As [`Momentum::move_bodies`].
+    /// As [`Momentum::place_bodies`].
     pub fn advance(&mut self, dt: f64, now: &[Twist], by: &[Twist]) -> Result<(), MomentumError> {
         self.motion.advance(dt, now, by);
         self.t += dt;
         if dt > 0.0 {
-            self.momentum.move_bodies(&self.loops, &self.motion.poses)?;
+            self.momentum.place_bodies(&self.loops, &self.motion.poses)?;
         }
         Ok(())
     }

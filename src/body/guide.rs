@@ -91,18 +91,18 @@ impl Guide {
         let mut by = motion.predicted(dt, now);
         for ((body, pose), by) in self.bodies.iter().zip(&motion.poses).zip(&mut by) {
             match &body.hold {
-                Hold::Path { .. } => {
+                Hold::Path { .. } if dt > 0.0 => {
                     let next = start(body, t + dt)?;
                     let (velocity, spin) = (next.position - pose.position, next.angle - pose.angle);
                     *by = Twist { velocity: velocity / dt, spin: spin / dt };
                 }
-                Hold::Pinned(point) => {
+                Hold::Pinned(point) if dt > 0.0 => {
                     // the pin stays where it is, whatever the order
                     let position = pose.to_space(*point) - turned(*point, pose.angle + dt * by.spin);
                     by.velocity = (position - pose.position) / dt;
                 }
                 Hold::Fixed => *by = Twist::ZERO,
-                Hold::Free | Hold::Held { .. } => {}
+                Hold::Free | Hold::Held { .. } | Hold::Path { .. } | Hold::Pinned(_) => {}
             }
         }
         Ok(by)

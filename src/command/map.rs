@@ -10,7 +10,9 @@ use monolayer::output::plot::map::Window;
 use monolayer::results::bodies::Seen;
 use monolayer::run::finished::Finished;
 use monolayer::run::maps::{Caption, Draft};
-use monolayer::scene::{ArrowsOf, MapOptions, MapRequest, Quantity};
+use monolayer::run::moved::Moved;
+use monolayer::run::{RunError, tissue};
+use monolayer::scene::{AnyScene, ArrowsOf, MapOptions, MapRequest, Quantity};
 use serde::Deserialize;
 use serde::de::value::{Error as NameError, StrDeserializer};
 
@@ -22,7 +24,7 @@ pub struct MapArgs {
     /// Folders of runs.
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
-    /// Quantity to show; may be repeated [default: speed and polarity; bodies in runs without a tissue].
+    /// Quantity to show; may be repeated [default: speed and polarity; speed of a Stokes flow; bodies of particles].
     #[arg(long, value_name = "Q", value_parser = named::<Quantity>)]
     of: Vec<Quantity>,
     /// Vector to show as arrows: velocity or polarity.
@@ -90,7 +92,7 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
     let mut requests: Vec<MapRequest> = of.iter().map(|of| request(&options(*of))).collect();
     let fields: Vec<PathBuf> = args.runs.iter().zip(&drawn).filter(|(_, d)| d.fields).map(|(r, _)| r.clone()).collect();
     if args.same_range {
-        same_range(&fields, &mut requests, &options)?;
+        same_range(&fields, &mut requests, &options, !args.of.is_empty())?;
     }
     if drawn.iter().any(|drawn| drawn.bodies.is_some()) {
         options(Quantity::Bodies).check_frame().map_err(|error| format!("option {error}"))?;
@@ -104,7 +106,8 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
     };
     for ((folder, stem), drawn) in args.runs.iter().zip(&stems).zip(&drawn) {
         let out = args.out.as_deref();
-        let mut written = if drawn.fields { draw(folder, stem, out, &requests, &options)? } else { Vec::new() };
+        let mut written =
+            if drawn.fields { draw(folder, stem, out, &requests, &options, !args.of.is_empty())? } else { Vec::new() };
         if let Some(seen) = &drawn.bodies {
             written.push(draw_bodies(folder, stem, out, seen, &look)?);
         }
@@ -123,23 +126,23 @@ struct Drawn {
     bodies: Option<Seen>,
 }
 
-/// Runs without a tissue have their bodies drawn alone, and all runs where `--of bodies` asks for it.
+/// Runs of particles have their bodies drawn alone, and all runs where `--of bodies` asks for it.
 fn what_of(folder: &Path, args: &MapArgs) -> Result<Drawn, Failure> {
     // what is wrong with the scene is told where it is read
     let text = std::fs::read_to_string(folder.join("scene.toml")).unwrap_or_default();
     let scene: toml::Table = text.parse().unwrap_or_default();
     let kind = scene.get("model").and_then(|model| model.get("kind")).and_then(toml::Value::as_str).unwrap_or_default();
-    let (tissue, asked) = (!["particles", "stokes"].contains(&kind), args.of.contains(&Quantity::Bodies));
-    if tissue && !asked {
+    let (flow, asked) = (kind != "particles", args.of.contains(&Quantity::Bodies));
+    if flow && !asked {
         return Ok(Drawn { fields: true, bodies: None });
     }
     let folder_name = folder.display();
-    if let Some(other) = args.of.iter().find(|of| !tissue && **of != Quantity::Bodies) {
+    if let Some(other) = args.of.iter().find(|of| !flow && **of != Quantity::Bodies) {
         let other = other.name();
         let rule = format!("a run of kind `{kind}` has no map of it; hint: take `--of bodies`");
         return Err(format!("{folder_name}: option `--of {other}`: {rule}").into());
     }
-    if !tissue && (args.arrows.is_some() || args.streamlines || args.mesh || args.same_range) {
+    if !flow && (args.arrows.is_some() || args.streamlines || args.mesh || args.same_range) {
         let rule =
             format!("a run of kind `{kind}` has no map of a field; hint: take `--window`, `--range` and `--colour`");
         let options = "`--arrows`, `--streamlines`, `--mesh`, `--same-range`";
@@ -150,7 +153,7 @@ fn what_of(folder: &Path, args: &MapArgs) -> Result<Drawn, Failure> {
         format!("{folder_name}: has no bodies that could be drawn; hint: {hint}")
     };
     let seen = Seen::read(folder, None)?.ok_or_else(none)?;
-    let fields = tissue && args.of.iter().any(|of| *of != Quantity::Bodies);
+    let fields = flow && args.of.iter().any(|of| *of != Quantity::Bodies);
     Ok(Drawn { fields, bodies: Some(seen) })
 }
 
@@ -169,14 +172,46 @@ fn request(options: &MapOptions) -> MapRequest {
     MapRequest { name: of.name().to_owned(), of, arrows, streamlines, mesh, window, range }
 }
 
-/// Reads a run, and refuses what its model does not have.
-fn read(folder: &Path, requests: &[MapRequest], options: &dyn Fn(Quantity) -> MapOptions) -> Result<Finished, Failure> {
-    let run = Finished::read(folder)?;
-    for request in requests {
-        let checked = options(request.of).check(&run.scene.parameters);
+/// A run whose fields are drawn.
+enum Read {
+    /// Nothing moves in its tissue.
+    Resting(Box<Finished>),
+    Moving(Moved),
+}
+
+/// Reads a run, the quantities that are drawn of it, and refuses what its model does not have.
+fn read(
+    folder: &Path,
+    requests: &[MapRequest],
+    options: &dyn Fn(Quantity) -> MapOptions,
+    named: bool,
+) -> Result<(Read, Vec<MapRequest>), Failure> {
+    let mut requests = requests.to_vec();
+    let path = folder.join("scene.toml");
+    if !path.is_file() {
+        return Err(RunError::NoRun { folder: folder.display().to_string(), file: "scene.toml" }.into());
+    }
+    let scene = AnyScene::read(&path)?;
+    if let AnyScene::Stokes(_) = scene
+        && !named
+    {
+        // a usual quantity that a flow alone does not have
+        requests.retain(|request| request.of != Quantity::Polarity);
+    }
+    for request in &requests {
+        let options = options(request.of);
+        let checked = match &scene {
+            AnyScene::Tissue(scene) => options.check(&scene.parameters),
+            AnyScene::Stokes(_) => options.check_flow(),
+            AnyScene::Particles(_) => options.check_frame(),
+        };
         checked.map_err(|error| format!("{}: option {error}", folder.display()))?;
     }
-    Ok(run)
+    let run = match Moved::has(&scene) {
+        true => Read::Moving(Moved::read(folder, &scene)?),
+        false => Read::Resting(Box::new(Finished::read(folder)?)),
+    };
+    Ok((run, requests))
 }
 
 /// Gives every quantity the range of its values in all runs.
@@ -184,18 +219,27 @@ fn same_range(
     runs: &[PathBuf],
     requests: &mut [MapRequest],
     options: &dyn Fn(Quantity) -> MapOptions,
+    named: bool,
 ) -> Result<(), Failure> {
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; requests.len()];
     for folder in runs {
-        let run = read(folder, requests, options)?;
-        let march = run.march();
-        let draft = Draft { setup: &run.setup, state: &march.state, t: march.t, stream: None, bodies: None };
-        for (range, request) in ranges.iter_mut().zip(requests.iter()) {
-            let [low, high] = draft.extent(request, &Caption::of(&run.scene))?;
+        let (run, drawn) = read(folder, requests, options, named)?;
+        for (range, request) in ranges.iter_mut().zip(requests.iter()).filter(|(_, request)| drawn.contains(request)) {
+            let [low, high] = match &run {
+                Read::Moving(run) => run.extent(request)?,
+                Read::Resting(run) => {
+                    let march = run.march();
+                    let bodies = tissue::at_rest(&run.scene, &run.setup);
+                    let moment = bodies.as_ref().map(|bodies| bodies.moment(march.t));
+                    let draft = Draft { bodies: moment.as_ref(), ..Draft::new(&run.setup, &march.state, march.t) };
+                    draft.extent(request, &Caption::of(&run.scene))?
+                }
+            };
             *range = [range[0].min(low), range[1].max(high)];
         }
     }
-    requests.iter_mut().zip(ranges).for_each(|(request, range)| request.range = Some(range));
+    let found = |range: &[f64; 2]| range[0] <= range[1];
+    requests.iter_mut().zip(ranges).filter(|(_, range)| found(range)).for_each(|(r, range)| r.range = Some(range));
     Ok(())
 }
 
@@ -206,27 +250,39 @@ fn draw(
     out: Option<&Path>,
     requests: &[MapRequest],
     options: &dyn Fn(Quantity) -> MapOptions,
+    named: bool,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let run = read(folder, requests, options)?;
-    let march = run.march();
-    let model = &run.setup.model;
-    let stream = match requests.iter().any(|request| request.streamlines) {
-        true => Some(StreamFunction::new(model.loops(), model.velocity())?),
-        false => None,
-    };
-    let seen = Seen::read(folder, Some(march.t))?;
-    let moment = seen.as_ref().map(Seen::moment);
-    let draft =
-        Draft { setup: &run.setup, state: &march.state, t: march.t, stream: stream.as_ref(), bodies: moment.as_ref() };
+    let (run, requests) = read(folder, requests, options, named)?;
     let plots = out.map_or_else(|| folder.join("plots"), Path::to_owned);
     std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
+    // pictures of several runs in one folder are told apart by the runs' names
+    let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
+    let path = |request: &MapRequest, steps: usize| plots.join(format!("{prefix}{}-{steps:06}", request.name));
     let mut written = Vec::new();
-    for request in requests {
-        // pictures of several runs in one folder are told apart by the runs' names
-        let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
-        let path = plots.join(format!("{prefix}{}-{:06}", request.name, march.counts.steps));
-        draft.draw(request, &Caption::of(&run.scene))?.write(&path)?;
-        written.push(path);
+    match &run {
+        Read::Moving(run) => {
+            for request in &requests {
+                let path = path(request, run.steps);
+                run.draw(request)?.write(&path)?;
+                written.push(path);
+            }
+        }
+        Read::Resting(run) => {
+            let (march, model) = (run.march(), &run.setup.model);
+            let stream = match requests.iter().any(|request| request.streamlines) {
+                true => Some(StreamFunction::new(model.loops(), model.velocity())?),
+                false => None,
+            };
+            let bodies = tissue::at_rest(&run.scene, &run.setup);
+            let moment = bodies.as_ref().map(|bodies| bodies.moment(march.t));
+            let (stream, bodies) = (stream.as_ref(), moment.as_ref());
+            let draft = Draft { stream, bodies, ..Draft::new(&run.setup, &march.state, march.t) };
+            for request in &requests {
+                let path = path(request, march.counts.steps);
+                draft.draw(request, &Caption::of(&run.scene))?.write(&path)?;
+                written.push(path);
+            }
+        }
     }
     Ok(written)
 }

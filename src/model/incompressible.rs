@@ -222,6 +222,18 @@ impl Incompressible {
         self.momentum.carry(force, &inputs.prescribed, &loads, &rules)
     }
 
+    /// The forces and torques that hold the bodies in a state to what is prescribed of them; zero of a free body.
+    ///
+    /// # Errors
+    /// As [`Momentum::carry`].
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn holding(&self, state: &State, t: f64) -> Result<Vec<Wrench>, MomentumError> {
+        let inputs = self.inputs(t)?;
+        Ok(self.carry(&self.force(&state.p, &state.v, &inputs), &inputs)?.holding)
+    }
+
     fn assemble(
         loops: Integrator,
         bodies: Option<Arc<Floating>>,

@@ -49,7 +49,7 @@ const fn of(column: &'static str, words: &'static str, unit: &'static str, short
 /// Unit of what is a ratio to the scales of the model.
 const NONE: &str = "dimensionless";
 
-const MEASURES: [Measure; 66] = [
+const MEASURES: [Measure; 69] = [
     of("residual", "residual of the stationary equations", NONE, "total"),
     of("residual_velocity", "residual of the velocity", NONE, "velocity"),
     of("residual_pressure", "residual of the pressure", NONE, "pressure"),
@@ -97,6 +97,9 @@ const MEASURES: [Measure; 66] = [
     of("body_velocity_1", "velocity V₁ of the first body", NONE, "V₁"),
     of("body_velocity_2", "velocity V₂ of the first body", NONE, "V₂"),
     of("body_spin", "spin ω of the first body", NONE, "ω"),
+    of("holding_x1", "force along x₁ that holds the first body", NONE, "f₁"),
+    of("holding_x2", "force along x₂ that holds the first body", NONE, "f₂"),
+    of("holding_torque", "torque that holds the first body", NONE, "torque"),
     of("growth", "growth rate of the leading mode", NONE, "growth rate"),
     of("frequency", "angular frequency of the leading mode", NONE, "angular frequency"),
     of("period", "period of the oscillation", NONE, "period"),

@@ -4,14 +4,17 @@ use std::collections::HashMap;
 
 use super::{RunError, Setup};
 use crate::element::basis;
+use crate::form::Integrator;
 use crate::measure::StreamFunction;
+use crate::mesh::locate::Locator;
 use crate::mesh::{Face, Mesh, Point};
 use crate::model::{ModelKind, State};
 use crate::output::bodies::{Moment, overlay};
 use crate::output::plot::PlotError;
 use crate::output::plot::map::{Layer, Look, Map, Palette, Picture, Window};
-use crate::scene::{ArrowsOf, MapRequest, Quantity, Scene};
+use crate::scene::{ArrowsOf, MapRequest, Output, Quantity, Scene, SceneSource, StokesScene, What};
 use crate::space::Field;
+use crate::time::Sheet;
 
 /// Straight pieces that a curved face is drawn with.
 const PIECES: usize = 12;
@@ -50,6 +53,15 @@ impl Caption {
             list.iter().map(|(name, value)| format!("{name}\u{a0}=\u{a0}{}", short(*value, 4))).collect();
         Self { parameters: parameters.join(", "), steady: scene.steady.is_some() }
     }
+
+    /// Those of a flow without a tissue.
+    pub fn of_flow(scene: &StokesScene) -> Self {
+        let mut parameters = format!("C_F\u{a0}=\u{a0}{}", short(scene.friction, 4));
+        if let Some(bodies) = &scene.bodies {
+            parameters += &format!(", ε\u{a0}=\u{a0}{}", short(bodies.rigid.epsilon, 4));
+        }
+        Self { parameters, steady: false }
+    }
 }
 
 /// A number rounded to so many significant digits, with a true minus sign.
@@ -58,11 +70,52 @@ fn short(value: f64, digits: usize) -> String {
     crate::output::number(rounded).replace('-', "−")
 }
 
+/// What pictures show.
+#[derive(Debug, Clone, Copy)]
+pub enum Source<'s> {
+    /// A tissue in a state.
+    Tissue { model: &'s dyn Sheet, state: &'s State },
+    /// A flow alone.
+    Flow { loops: &'s Integrator, v: &'s Field, pi: &'s Field },
+}
+
+impl<'s> Source<'s> {
+    /// Of the whole mesh.
+    pub(super) fn loops(self) -> &'s Integrator {
+        match self {
+            Source::Tissue { model, .. } => model.loops(),
+            Source::Flow { loops, .. } => loops,
+        }
+    }
+
+    fn kind(self) -> ModelKind {
+        match self {
+            Source::Tissue { model, .. } => model.parameters().kind(),
+            Source::Flow { .. } => ModelKind::Incompressible,
+        }
+    }
+
+    pub(super) fn velocity(self) -> &'s Field {
+        match self {
+            Source::Tissue { state, .. } => &state.v,
+            Source::Flow { v, .. } => v,
+        }
+    }
+
+    fn vector(self, of: ArrowsOf) -> &'s Field {
+        match (of, self) {
+            (ArrowsOf::Velocity, _) => self.velocity(),
+            (ArrowsOf::Polarity, Source::Tissue { state, .. }) => &state.p,
+            (ArrowsOf::Polarity, Source::Flow { .. }) => unreachable!("a flow alone is refused with it"),
+        }
+    }
+}
+
 /// A state of which pictures are drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct Draft<'s> {
-    pub setup: &'s Setup,
-    pub state: &'s State,
+    pub source: Source<'s>,
+    pub locator: &'s Locator,
     pub t: f64,
     /// Needed for streamlines alone.
     pub stream: Option<&'s StreamFunction>,
@@ -98,7 +151,7 @@ impl Kind {
             (Quantity::Polarity2, _) => ("polarity", "p₂", Diverging, Component(1)),
             (Quantity::Pressure, ModelKind::Incompressible) => ("pressure", "Π", Diverging, Component(0)),
             (Quantity::Pressure, ModelKind::Compressible) => ("pressure", "ρΠ", Diverging, Component(0)),
-            (Quantity::Bodies, _) => unreachable!("a scene of tissue is refused with it"),
+            (Quantity::Bodies, _) => unreachable!("bodies alone are drawn without a field"),
             (Quantity::Density, _) => ("density", "ρ", Sequential, Component(0)),
             // a density weighs the diffusion
             (Quantity::PolarityLaplacian, ModelKind::Incompressible) => {
@@ -124,7 +177,13 @@ impl Kind {
     }
 }
 
-impl Draft<'_> {
+impl<'s> Draft<'s> {
+    /// Of a tissue without streamlines and bodies.
+    pub fn new(setup: &'s Setup, state: &'s State, t: f64) -> Self {
+        let source = Source::Tissue { model: &*setup.model, state };
+        Self { source, locator: &setup.locator, t, stream: None, bodies: None }
+    }
+
     /// The picture that was asked for.
     ///
     /// # Errors
@@ -151,19 +210,20 @@ impl Draft<'_> {
         caption: &Caption,
         then: impl FnOnce(&Map) -> Result<R, PlotError>,
     ) -> Result<R, RunError> {
-        let (mesh, model) = (&*self.setup.mesh, &self.setup.model);
-        let kind = Kind::of(request.of, model.parameters().kind());
+        let loops = self.source.loops();
+        let mesh = &*loops.mesh;
+        let kind = Kind::of(request.of, self.source.kind());
         let field = self.field(request.of)?;
         let scalar = |x: Point| self.at(x, |cell, xi| value(&field, kind.part, cell, xi));
         let arrows = request.arrows.map(|of| match of {
-            ArrowsOf::Velocity => (&self.state.v, "|v|"),
-            ArrowsOf::Polarity => (&self.state.p, "|p|"),
+            ArrowsOf::Velocity => (self.source.vector(of), "|v|"),
+            ArrowsOf::Polarity => (self.source.vector(of), "|p|"),
         });
         let vector = |x: Point| self.at(x, |cell, xi| arrows.map(|(field, _)| field.vector_at(cell, xi))).flatten();
         let psi = match (request.streamlines, self.stream) {
             (true, stream) => {
                 let stream = stream.expect("prepared where streamlines are asked for");
-                Some(stream.of(model.loops(), &self.state.v)?)
+                Some(stream.of(loops, self.source.velocity())?)
             }
             (false, _) => None,
         };
@@ -203,14 +263,27 @@ impl Draft<'_> {
     }
 
     fn field(&self, quantity: Quantity) -> Result<Field, RunError> {
-        let (state, model) = (self.state, &self.setup.model);
+        use Quantity as Q;
+        let (model, state) = match self.source {
+            Source::Tissue { model, state } => (model, state),
+            Source::Flow { v, pi, .. } => {
+                return Ok(match quantity {
+                    Q::Speed | Q::Velocity1 | Q::Velocity2 => v.clone(),
+                    Q::Pressure => pi.clone(),
+                    Q::Polarity | Q::Polarity1 | Q::Polarity2 | Q::Density => unreachable!("a flow alone is refused"),
+                    Q::PolarityLaplacian | Q::PolarityLaplacian1 | Q::PolarityLaplacian2 | Q::Bodies => {
+                        unreachable!("a flow alone is refused with it")
+                    }
+                });
+            }
+        };
         Ok(match quantity {
-            Quantity::Speed | Quantity::Velocity1 | Quantity::Velocity2 => state.v.clone(),
-            Quantity::Polarity | Quantity::Polarity1 | Quantity::Polarity2 => state.p.clone(),
-            Quantity::Pressure => model.pressure(state)?,
-            Quantity::Density => state.volume().clone(),
-            Quantity::Bodies => unreachable!("a scene of tissue is refused with it"),
-            Quantity::PolarityLaplacian | Quantity::PolarityLaplacian1 | Quantity::PolarityLaplacian2 => {
+            Q::Speed | Q::Velocity1 | Q::Velocity2 => state.v.clone(),
+            Q::Polarity | Q::Polarity1 | Q::Polarity2 => state.p.clone(),
+            Q::Pressure => model.pressure(state)?,
+            Q::Density => state.volume().clone(),
+            Q::Bodies => unreachable!("bodies alone are drawn without a field"),
+            Q::PolarityLaplacian | Q::PolarityLaplacian1 | Q::PolarityLaplacian2 => {
                 model.polarity_laplacian(state, self.t)
             }
         })
@@ -223,7 +296,7 @@ impl Draft<'_> {
     }
 
     fn anywhere<T>(&self, x: Point, value: impl FnOnce(usize, Point) -> T) -> Option<T> {
-        self.setup.locator.locate(&self.setup.mesh, x).map(|(cell, xi)| value(cell, xi))
+        self.locator.locate(&self.source.loops().mesh, x).map(|(cell, xi)| value(cell, xi))
     }
 }
 
@@ -251,20 +324,43 @@ fn window(request: &MapRequest, mesh: &Mesh) -> Result<Window, PlotError> {
 ///
 /// # Errors
 /// The first such window.
-pub(super) fn check_windows(requests: &[MapRequest], key: &str, scene: &Scene, setup: &Setup) -> Result<(), RunError> {
-    for (at, request) in requests.iter().enumerate() {
-        let origin = || scene.source().place(&format!("{key}.{at}.window")).to_string();
+pub(super) fn check_windows(
+    requests: &[MapRequest],
+    key: &str,
+    scene: &SceneSource,
+    (mesh, locator): (&Mesh, &Locator),
+) -> Result<(), RunError> {
+    for (at, request) in requests.iter().enumerate().filter(|(_, request)| request.of != Quantity::Bodies) {
+        let origin = || scene.place(&format!("{key}.{at}.window")).to_string();
         let window =
-            window(request, &setup.mesh).map_err(|error| RunError::Map { origin: origin(), error: Box::new(error) })?;
+            window(request, mesh).map_err(|error| RunError::Map { origin: origin(), error: Box::new(error) })?;
         let probes = (0..PROBES * PROBES).map(|k| {
             let share = |i: usize| (i as f64 + 0.5) / PROBES as f64;
             window.at(share(k % PROBES), share(k / PROBES))
         });
-        let meets = setup.mesh.vertices.iter().any(|x| window.contains(*x))
-            || probes.into_iter().any(|x| setup.locator.locate(&setup.mesh, x).is_some());
+        let meets = mesh.vertices.iter().any(|x| window.contains(*x))
+            || probes.into_iter().any(|x| locator.locate(mesh, x).is_some());
         if !meets {
             let error = Box::new(PlotError::Blank { name: request.name.clone() });
             return Err(RunError::Map { origin: origin(), error });
+        }
+    }
+    Ok(())
+}
+
+/// As [`check_windows`], of all outputs.
+///
+/// # Errors
+/// The first such window.
+pub(super) fn check_all_windows(outputs: &[Output], scene: &SceneSource, mesh: &Mesh) -> Result<(), RunError> {
+    let maps = |output: &Output| matches!(output.what, What::Maps(_));
+    if !outputs.iter().any(maps) {
+        return Ok(());
+    }
+    let locator = Locator::new(mesh);
+    for (at, output) in outputs.iter().enumerate() {
+        if let What::Maps(requests) = &output.what {
+            check_windows(requests, &format!("output.{at}.maps"), scene, (mesh, &locator))?;
         }
     }
     Ok(())

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{RunError, Setup};
+use crate::body::penalty::Wrench;
+use crate::body::{Pose, Twist};
 use crate::measure::errors::{History, errors};
 use crate::measure::{Budget, Census, Defects, Mirror, Overshoot};
 use crate::mesh::generate::Track;
@@ -196,7 +198,12 @@ impl<'s> Gauges<'s> {
             }
             Measure::ElasticStrain => super::strain::measure(self.setup, &march.state, values),
             Measure::KineticEnergy | Measure::Gap | Measure::Overlap => Ok(()),
-            Measure::Contacts | Measure::WallForce | Measure::Body => Ok(()),
+            Measure::Contacts | Measure::WallForce => Ok(()),
+            Measure::Body => {
+                self.body(&march.state, values);
+                Ok(())
+            }
+            Measure::Holding => self.holding(&march.state, march.t, values),
         }
     }
 
@@ -210,7 +217,7 @@ impl<'s> Gauges<'s> {
             match measure {
                 Measure::FreeEnergy | Measure::EnergyBudget | Measure::LimitedCells => {}
                 Measure::KineticEnergy | Measure::Gap | Measure::Overlap => {}
-                Measure::Contacts | Measure::WallForce | Measure::Body => {}
+                Measure::Contacts | Measure::WallForce | Measure::Body | Measure::Holding => {}
                 Measure::Mass => self.mass(state, &mut values),
                 Measure::DensityMin => self.smallest_density(state, &mut values),
                 Measure::Overshoot => self.overshoot(state, &mut values)?,
@@ -261,6 +268,24 @@ impl<'s> Gauges<'s> {
         values.extend([("circulation_velocity", mean(&state.v)), ("circulation_polarity", mean(&state.p))]);
     }
 
+    /// Place and motion of the first body, which is fixed.
+    fn body(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
+        if let Kind::Incompressible(model) = self.setup.model.kind()
+            && let (Some(pose), Some(twist)) = (model.poses().first(), model.twists(&state.v).first())
+        {
+            values.extend(of_body(pose, twist));
+        }
+    }
+
+    fn holding(&self, state: &State, t: f64, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+        if let Kind::Incompressible(model) = self.setup.model.kind()
+            && model.bodies.is_some()
+        {
+            values.extend(model.holding(state, t)?.first().into_iter().flat_map(of_holding));
+        }
+        Ok(())
+    }
+
     /// The defects of the polarity, where the scene measures them.
     pub fn census(&self, state: &State) -> Option<Census> {
         self.defects.as_ref().map(|defects| defects.of(&state.p))
@@ -303,7 +328,25 @@ pub fn columns_of(measure: Measure) -> Vec<&'static str> {
         Measure::Contacts => vec!["contacts"],
         Measure::WallForce => vec!["wall_force_x1", "wall_force_x2"],
         Measure::Body => vec!["body_x1", "body_x2", "body_angle", "body_velocity_1", "body_velocity_2", "body_spin"],
+        Measure::Holding => vec!["holding_x1", "holding_x2", "holding_torque"],
     }
+}
+
+/// The numbers of `body`.
+pub fn of_body(pose: &Pose, twist: &Twist) -> [(&'static str, f64); 6] {
+    [
+        ("body_x1", pose.position.x),
+        ("body_x2", pose.position.y),
+        ("body_angle", pose.angle),
+        ("body_velocity_1", twist.velocity.x),
+        ("body_velocity_2", twist.velocity.y),
+        ("body_spin", twist.spin),
+    ]
+}
+
+/// The numbers of `holding`.
+pub fn of_holding(held: &Wrench) -> [(&'static str, f64); 3] {
+    [("holding_x1", held.force.x), ("holding_x2", held.force.y), ("holding_torque", held.torque)]
 }
 
 /// Columns of the history that a scene's measures fill, in the order in which they are written.

@@ -10,6 +10,7 @@ pub mod maps;
 pub mod measures;
 pub mod memory;
 pub mod motion;
+pub mod moved;
 pub mod particles;
 pub mod report;
 pub mod setup;

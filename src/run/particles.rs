@@ -6,9 +6,12 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::maps::Source;
+use super::motion::easel::Easel;
 use super::motion::{self, MotionSummary, Mover, Plan, Stride};
 use super::stokes::{contact_term, head};
 use super::{Options, RunError};
+use crate::body::penalty::Wrench;
 use crate::body::{Hold, Pose, Shape, Twist};
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
 use crate::contact::{Contact, ContactError, Settings, Solver};
@@ -270,7 +273,15 @@ impl Mover for Stepper<'_> {
         &self.contacts
     }
 
+    fn holding(&self) -> Option<Wrench> {
+        None
+    }
+
     fn write_fields(&mut self, _: &Path, _: f64, _: &[Field]) -> Result<(), RunError> {
         unreachable!("fields of particles are refused with the scene")
+    }
+
+    fn show(&self, _: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
+        Ok(())
     }
 }

@@ -7,22 +7,28 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::maps::{self, Caption, Source};
+use super::motion::easel::Easel;
+use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan, Stride};
 use super::setup::{Setup, describe};
 use super::{Options, RunError, writer};
 use crate::body::guide::Guide;
+use crate::body::penalty::Wrench;
 use crate::body::{Body, Hold, Pose, Shape, Twist};
-use crate::contact::{Bonds, Contact, Freedom, Metric, Mover as Moved, Solver};
+use crate::contact::{Bonds, Contact, Freedom, Metric, Mover as Moved, Solver, Wall};
+use crate::measure::bodies::Load;
 use crate::mesh::{Mesh, Point};
 use crate::model::incompressible::{Description, Incompressible};
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;
+use crate::output::bodies::{Cast, Moment};
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::scene::bodies::Bodies;
 use crate::scene::particles::MotionTime;
 use crate::scene::{Field, Scene, SceneError, What};
-use crate::time::Sheet;
 use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
+use crate::time::{Kind, Sheet};
 
 /// Whether a scene has bodies that move.
 pub fn has_moving_bodies(scene: &Scene) -> bool {
@@ -67,7 +73,16 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
     }
     for (at, output) in scene.outputs.iter().enumerate() {
         match &output.what {
+            What::Bodies { contacts: true } if !moving => {
+                let rule = "bodies that are all fixed have no contacts";
+                return refuse(format!("output.{at}.contacts"), "true", rule, "remove it");
+            }
             What::Measures(measures) => {
+                if let Some(idle) = measures.iter().find(|measure| !moving && needs_motion(**measure)) {
+                    let (key, name) = (format!("output.{at}.measures"), format!("\"{}\"", idle.name()));
+                    let rule = "bodies that are all fixed neither move nor touch anything anew";
+                    return refuse(key, &name, rule, "take `holding`, the force that holds the first body, or `body`");
+                }
                 for measure in measures.iter().filter(|measure| !measure.is_of_bodies()) {
                     let key = format!("output.{at}.measures");
                     let name = format!("\"{}\"", measure.name());
@@ -79,14 +94,6 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
                         let rule = "this measure would take the inside of bodies for tissue";
                         return refuse(key, &name, rule, "leave it out, or take a mesh with a hole");
                     }
-                }
-            }
-            What::Maps(requests) if moving => {
-                let known = |request: &&crate::scene::MapRequest| request.of != crate::scene::Quantity::Bodies;
-                if let Some(request) = requests.iter().find(known) {
-                    let (key, name) = (format!("output.{at}.maps"), format!("\"{}\"", request.name));
-                    let rule = "of a tissue with bodies that move, only the bodies are drawn";
-                    return refuse(key, &name, rule, "take maps = [\"bodies\"], and `fields` for the tissue");
                 }
             }
             What::Cuts(_) if moving => {
@@ -111,14 +118,118 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
     Ok(())
 }
 
+/// Whether a measure says nothing of bodies at rest.
+fn needs_motion(measure: crate::scene::Measure) -> bool {
+    use crate::scene::Measure as M;
+    match measure {
+        M::KineticEnergy | M::Gap | M::Overlap | M::Contacts | M::WallForce => true,
+        M::Body | M::Holding => false,
+        M::Overshoot | M::FreeEnergy | M::EnergyBudget | M::Mass | M::DensityMin | M::LimitedCells => false,
+        M::Asymmetry | M::Defects | M::Circulation | M::ElasticStrain => false,
+    }
+}
+
+/// The bodies of a run in which all of them are fixed.
+#[derive(Debug, Clone)]
+pub struct AtRest {
+    pub cast: Cast,
+    poses: Vec<Pose>,
+    twists: Vec<Twist>,
+    loads: Vec<Load>,
+}
+
+impl AtRest {
+    /// At a time.
+    pub fn moment(&self, time: f64) -> Moment<'_> {
+        let Self { cast, poses, twists, loads } = self;
+        Moment { cast, time, poses, twists, loads, contacts: &[] }
+    }
+}
+
+/// The bodies of a scene that are all fixed, if it has some.
+pub fn at_rest(scene: &Scene, setup: &Setup) -> Option<AtRest> {
+    let bodies = scene.bodies.as_ref()?;
+    let Kind::Incompressible(model) = setup.model.kind() else { return None };
+    let cast = Cast::new(&bodies.bodies, &bodies.walls_on(&setup.mesh));
+    let count = bodies.bodies.len();
+    Some(AtRest {
+        cast,
+        poses: model.poses().to_vec(),
+        twists: vec![Twist::ZERO; count],
+        loads: vec![Load::ZERO; count],
+    })
+}
+
 /// Whether a measure of the tissue integrates or counts over the whole mesh.
 fn reads_bodies(measure: crate::scene::Measure) -> bool {
     use crate::scene::Measure as M;
     match measure {
         M::Asymmetry | M::Defects | M::Circulation | M::ElasticStrain => true,
         M::Overshoot | M::FreeEnergy | M::EnergyBudget | M::Mass | M::DensityMin | M::LimitedCells => false,
-        M::KineticEnergy | M::Gap | M::Overlap | M::Contacts | M::WallForce | M::Body => false,
+        M::KineticEnergy | M::Gap | M::Overlap | M::Contacts | M::WallForce | M::Body | M::Holding => false,
     }
+}
+
+/// The tissue and the bodies that a run has left in its folder, and the walls.
+///
+/// # Errors
+/// A checkpoint that does not belong to the scene.
+pub(super) fn finished(
+    scene: &Scene,
+    saved: &SavedMotion,
+    file: &Path,
+) -> Result<(Box<dyn Mover>, Vec<Wall>), RunError> {
+    // nothing will be solved for, so the memory of a run is not needed
+    let setup = Setup::within(scene, None)?;
+    let (mesh, p) = (setup.mesh.clone(), setup.initial(scene)?.values);
+    drop(setup);
+    let bodies = scene.bodies.as_ref().expect("the scene has bodies");
+    let model = around(&mesh, &describe(scene, &mesh), bodies);
+    let model =
+        model.map_err(|error| RunError::Model { origin: scene.source().origin().into(), error: Box::new(error) })?;
+    let walls = bodies.walls_on(&mesh);
+    let mover = swimmers((scene, bodies, &walls), model, p, Some(saved), file)?;
+    Ok((Box::new(mover), walls))
+}
+
+/// The bodies at the start of a run, or as its checkpoint in `file` has them.
+fn swimmers(
+    (scene, bodies, walls): (&Scene, &Bodies, &[Wall]),
+    model: Incompressible,
+    p: Vec<f64>,
+    saved: Option<&SavedMotion>,
+    file: &Path,
+) -> Result<Swimmers, RunError> {
+    let origin = scene.source().origin();
+    let failed = |error: MomentumError| RunError::Model { origin: origin.into(), error: Box::new(error) };
+    let mut contact = match &bodies.contact {
+        None => None,
+        Some(settings) => {
+            let settings = crate::contact::Settings { overlap: 1e-3, ..settings.settings() };
+            let solver = Solver::new(walls, settings);
+            let solver = solver.map_err(|error| RunError::Contact { origin: origin.into(), error: Box::new(error) })?;
+            let (kept, bodies, friction) = (solver.bonds().clone(), bodies.bodies.clone(), scene.parameters.friction);
+            Some(Pushed { bodies, solver, kept, contacts: Vec::new(), friction })
+        }
+    };
+    let mut contacts = Vec::new();
+    let march = match saved {
+        None => MovingMarch::start(model, scene.march(), p, bodies.rigid.order)
+            .map_err(|error| RunError::begin(origin, error))?,
+        Some(saved) => {
+            let (hint, what) = ("run the scene again", "does not fit its scene".to_owned());
+            let unfit = || RunError::Output(OutputError::Malformed { path: file.display().to_string(), what, hint });
+            saved.check_mesh(&model.loops.mesh, file)?;
+            let (state, found, bonds): (MovingCheckpoint, Vec<Contact>, Option<Bonds>) =
+                postcard::from_bytes(&saved.state).map_err(|_| unfit())?;
+            contacts = found;
+            if let (Some(pushed), Some(bonds)) = (&mut contact, bonds) {
+                pushed.kept = bonds;
+            }
+            MovingMarch::resume(model, scene.march(), state).map_err(failed)?
+        }
+    };
+    Ok(Swimmers { march, contact, grid: None, contacts, easel: Easel::new(Caption::of(scene)) })
 }
 
 /// Runs a scene with bodies that move to its end and leaves the results in `options.out`.
@@ -134,6 +245,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> 
     let bodies = scene.bodies.as_ref().expect("the scene has bodies");
     let p = setup.initial(scene)?.values;
     let remarks = setup.remarks(scene);
+    maps::check_all_windows(&scene.outputs, scene.source(), &setup.mesh)?;
     let Setup { mesh, quality, model, .. } = setup;
     let unknowns =
         [model.velocity().dof_count(), model.volume().dof_count(), model.flow_unknowns() + model.carried_len()];
@@ -142,36 +254,8 @@ pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> 
     let failed = |error: MomentumError| RunError::Model { origin: origin.into(), error: Box::new(error) };
     let model = around(&mesh, &describe(scene, &mesh), bodies).map_err(failed)?;
     let walls = bodies.walls_on(&mesh);
-    let mut contact = match &bodies.contact {
-        None => None,
-        Some(settings) => {
-            let settings = crate::contact::Settings { overlap: 1e-3, ..settings.settings() };
-            let solver = Solver::new(&walls, settings);
-            let solver = solver.map_err(|error| RunError::Contact { origin: origin.into(), error: Box::new(error) })?;
-            let (kept, bodies, friction) = (solver.bonds().clone(), bodies.bodies.clone(), scene.parameters.friction);
-            Some(Pushed { bodies, solver, kept, contacts: Vec::new(), friction })
-        }
-    };
-    let mut contacts = Vec::new();
-    let march = match &saved {
-        None => MovingMarch::start(model, scene.march(), p, bodies.rigid.order)
-            .map_err(|error| RunError::begin(origin, error))?,
-        Some(saved) => {
-            let file = options.out.join("checkpoint.bin").display().to_string();
-            let (hint, what) = ("run the scene again", "does not fit its scene".to_owned());
-            let unfit = || RunError::Output(OutputError::Malformed { path: file.clone(), what, hint });
-            if saved.mesh != mesh.fingerprint() {
-                return Err(RunError::OtherProblem { file: file.clone(), key: "mesh".into() });
-            }
-            let (state, found, bonds): (MovingCheckpoint, Vec<Contact>, Option<Bonds>) =
-                postcard::from_bytes(&saved.state).map_err(|_| unfit())?;
-            contacts = found;
-            if let (Some(pushed), Some(bonds)) = (&mut contact, bonds) {
-                pushed.kept = bonds;
-            }
-            MovingMarch::resume(model, scene.march(), state).map_err(failed)?
-        }
-    };
+    let given = (scene, bodies, walls.as_slice());
+    let mut mover = swimmers(given, model, p, saved.as_ref(), &options.out.join("checkpoint.bin"))?;
     let plan = Plan {
         title: scene.title.as_deref(),
         text,
@@ -186,7 +270,6 @@ pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> 
         unknowns,
         setup_seconds: begin.elapsed().as_secs_f64(),
     };
-    let mut mover = Swimmers { march, contact, grid: None, contacts };
     motion::run(&plan, &mut mover, options, saved)
 }
 
@@ -196,6 +279,7 @@ struct Swimmers {
     contact: Option<Pushed>,
     grid: Option<Grid>,
     contacts: Vec<Contact>,
+    easel: Easel,
 }
 
 /// What contact leaves of the twists that a tissue gives to bodies.
@@ -287,6 +371,16 @@ impl Mover for Swimmers {
 
     fn contacts(&self) -> &[Contact] {
         &self.contacts
+    }
+
+    fn show(&self, then: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
+        then(&self.easel, Source::Tissue { model: self.march.model(), state: self.march.state() })
+    }
+
+    fn holding(&self) -> Option<Wrench> {
+        let t = self.march.time();
+        // a flow that was solved for can be solved for again
+        self.march.model().holding(self.march.state(), t).ok()?.first().copied()
     }
 
     fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError> {

@@ -6,11 +6,13 @@ use super::defects::{self, DefectTables};
 use super::maps::{self, Draft};
 use super::measures::{Readings, columns};
 use super::strain;
+use super::tissue::{self, AtRest};
 use super::{RunError, Setup};
 use crate::element::basis;
 use crate::element::tables::Tables;
 use crate::measure::{Census, Circle, Defects, Line, MeasureError, Sample, StreamFunction, cut};
 use crate::mesh::Point;
+use crate::output::bodies::{Asked, BodyFiles};
 use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
 use crate::output::pvd::Series;
@@ -61,6 +63,9 @@ pub struct Writer {
     /// Step and names of the last pictures, for the same reason.
     last_maps: (usize, Vec<String>),
     caption: maps::Caption,
+    /// Bodies that are all fixed, and their files.
+    rest: Option<(AtRest, BodyFiles)>,
+    tables: Vec<Schedule>,
     /// Goes into every checkpoint.
     pub kept: Kept,
     last_checkpoint: std::time::Instant,
@@ -90,15 +95,19 @@ impl Writer {
             last_fields: None,
             last_maps: (0, Vec::new()),
             caption: maps::Caption::of(scene),
+            rest: None,
+            tables: Vec::new(),
             kept: Kept::default(),
             last_checkpoint: std::time::Instant::now(),
         };
         for (at, output) in scene.outputs.iter().enumerate() {
             match &output.what {
-                What::Measures(_) | What::Bodies { .. } => {}
+                What::Measures(_) => {}
+                What::Bodies { .. } => writer.tables.push(output.schedule),
                 What::Checkpoint => writer.checkpoints.push(output.schedule),
                 What::Maps(requests) => {
-                    maps::check_windows(requests, &format!("output.{at}.maps"), scene, setup)?;
+                    let place = (&*setup.mesh, &setup.locator);
+                    maps::check_windows(requests, &format!("output.{at}.maps"), scene.source(), place)?;
                     writer.maps.push((requests.clone(), output.schedule));
                 }
                 What::Fields(fields) => writer.fields.push((fields.clone(), output.schedule)),
@@ -107,6 +116,12 @@ impl Writer {
                     writer.cuts.push((sections, output.schedule));
                 }
             }
+        }
+        if let Some(rest) = tissue::at_rest(scene, setup) {
+            let (bodies, pictures) = (!writer.tables.is_empty(), !writer.maps.is_empty());
+            let asked = Asked { bodies, contacts: false, pictures };
+            let files = BodyFiles::new(out, rest.cast.clone(), asked, resume.then_some(march.t))?;
+            writer.rest = Some((rest, files));
         }
         let streamlines = writer.maps.iter().flat_map(|(requests, _)| requests).any(|request| request.streamlines);
         if streamlines || writer.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
@@ -168,6 +183,9 @@ impl Writer {
         let maps: Vec<MapRequest> =
             self.maps.iter().filter(|(_, s)| due(s)).flat_map(|(m, _)| m.iter().cloned()).collect();
         self.draw_maps(march, setup, &maps)?;
+        if self.tables.iter().any(due) {
+            self.write_bodies(march)?;
+        }
         if before.is_some() {
             for (sections, schedule) in &self.cuts {
                 if due(schedule) {
@@ -204,6 +222,9 @@ impl Writer {
         }
         let maps: Vec<MapRequest> = self.maps.iter().flat_map(|(m, _)| m.iter().cloned()).collect();
         self.draw_maps(march, setup, &maps)?;
+        if !self.tables.is_empty() {
+            self.write_bodies(march)?;
+        }
         Ok(())
     }
 
@@ -276,6 +297,9 @@ impl Writer {
         let (t, path) = (march.t, self.out.join(&name));
         march.phases.measure("output", || write_vtu(&path, grid, t, &list))?;
         self.series.as_mut().expect("opened with the grid").append(t, &name)?;
+        if let (Some(series), Some((rest, files))) = (&mut self.series, &mut self.rest) {
+            series.append_parts(t, &files.parts(march.counts.steps, &rest.moment(t))?)?;
+        }
         self.last_fields = Some((march.counts.steps, named));
         Ok(())
     }
@@ -338,6 +362,13 @@ impl Writer {
         Ok(())
     }
 
+    fn write_bodies(&mut self, march: &March) -> Result<(), RunError> {
+        if let Some((rest, files)) = &mut self.rest {
+            files.write(march.counts.steps, &rest.moment(march.t))?;
+        }
+        Ok(())
+    }
+
     /// Draws what was not drawn at this step yet.
     fn draw_maps(&mut self, march: &mut March, setup: &Setup, requests: &[MapRequest]) -> Result<(), RunError> {
         let step = march.counts.steps;
@@ -346,12 +377,17 @@ impl Writer {
         }
         let folder = self.out.join("plots");
         for request in requests.iter().filter(|request| !self.last_maps.1.contains(&request.name)) {
-            let draft = Draft { setup, state: &march.state, t: march.t, stream: self.stream.as_ref(), bodies: None };
+            let moment = self.rest.as_ref().map(|(rest, _)| rest.moment(march.t));
+            let (stream, bodies) = (self.stream.as_ref(), moment.as_ref());
+            let draft = Draft { stream, bodies, ..Draft::new(setup, &march.state, march.t) };
             let path = folder.join(format!("{}-{step:06}", request.name));
             march.phases.measure("output", || {
                 let picture = draft.draw(request, &self.caption)?;
                 picture.write(&path).map_err(|error| maps::failed(&request.name, error))
             })?;
+            if let Some((_, files)) = &mut self.rest {
+                files.note_picture(&request.name, step, march.t)?;
+            }
         }
         self.last_maps.1.extend(requests.iter().map(|request| request.name.clone()));
         Ok(())

@@ -68,6 +68,8 @@ pub enum Measure {
     Overlap,
     /// Place and motion of the first body.
     Body,
+    /// Force and torque that hold the first body to what is prescribed of its motion in a flow.
+    Holding,
 }
 
 /// The six axes of the strip, lengths in disc radii.
@@ -147,7 +149,7 @@ impl Field {
 
 impl Measure {
     /// In the order of their columns.
-    pub const ALL: [Measure; 16] = [
+    pub const ALL: [Measure; 17] = [
         Measure::FreeEnergy,
         Measure::Overshoot,
         Measure::Asymmetry,
@@ -164,13 +166,14 @@ impl Measure {
         Measure::Contacts,
         Measure::WallForce,
         Measure::Body,
+        Measure::Holding,
     ];
 
     /// Whether it is about rigid bodies.
     pub fn is_of_bodies(self) -> bool {
         match self {
             Measure::KineticEnergy | Measure::Gap | Measure::Overlap => true,
-            Measure::Contacts | Measure::WallForce | Measure::Body => true,
+            Measure::Contacts | Measure::WallForce | Measure::Body | Measure::Holding => true,
             Measure::Overshoot | Measure::Asymmetry | Measure::FreeEnergy | Measure::EnergyBudget => false,
             Measure::Mass | Measure::DensityMin | Measure::LimitedCells => false,
             Measure::Defects | Measure::Circulation | Measure::ElasticStrain => false,
@@ -196,6 +199,7 @@ impl Measure {
             Measure::Contacts => "contacts",
             Measure::WallForce => "wall-force",
             Measure::Body => "body",
+            Measure::Holding => "holding",
         }
     }
 }

@@ -148,6 +148,11 @@ pub struct Parked {
 }
 
 impl Parked {
+    /// Of the state.
+    pub fn time(&self) -> f64 {
+        self.t
+    }
+
     /// The state of the march, as [`March::checkpoint`] has it.
     pub fn checkpoint(&self) -> Checkpoint {
         Checkpoint {

@@ -16,6 +16,7 @@ use super::coupling::StepFailure;
 use super::march::{Checkpoint, March, MarchError, MarchSettings, Parked, StepReport};
 use crate::body::motion::Motion;
 use crate::body::{Pose, Twist};
+use crate::model::State;
 use crate::model::incompressible::Incompressible;
 use crate::model::momentum::MomentumError;
 
@@ -123,6 +124,16 @@ impl MovingMarch {
     /// One for each body.
     pub fn twists(&self) -> &[Twist] {
         &self.twists
+    }
+
+    /// As it is now.
+    pub fn state(&self) -> &State {
+        &self.parked.as_ref().expect("a march is parked between steps").state
+    }
+
+    /// Of the state.
+    pub fn time(&self) -> f64 {
+        self.parked.as_ref().expect("a march is parked between steps").time()
     }
 
     /// The march as it stands.

@@ -24,7 +24,7 @@ pub struct Asked {
     pub pictures: bool,
 }
 
-/// Writes what a run asks for: always `bodies.json`, the rest as [`Asked`].
+/// Writes what a run asks for: `bodies.json` where there are bodies, the rest as [`Asked`].
 ///
 /// A moment is written once: a second call for the same step and time does nothing.
 #[derive(Debug)]
@@ -53,7 +53,9 @@ impl BodyFiles {
         if asked.pictures {
             make_folder(&out.join("plots"))?;
         }
-        cast.write(&out.join(CAST_FILE))?;
+        if !cast.bodies.is_empty() {
+            cast.write(&out.join(CAST_FILE))?;
+        }
         let index = |name: &str| match resume {
             Some(t) => Series::resume(&out.join(name), t),
             None => Series::create(&out.join(name)),

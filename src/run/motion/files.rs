@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::saved::SavedMotion;
-use super::{Mover, Plan, Row, asked, take};
+use super::{Mover, Plan, Row, asked, draw, take};
 use crate::measure::bodies::loads;
 use crate::output::OutputError;
 use crate::output::bodies::{Asked, BodyFiles, Cast, Look, Moment, picture, view};
@@ -15,7 +15,7 @@ use crate::output::pvd::Series;
 use crate::run::RunError;
 use crate::run::maps::failed;
 use crate::run::measures::columns_of;
-use crate::scene::{Field, MapRequest, Measure, What};
+use crate::scene::{Field, MapRequest, Measure, Quantity, What};
 use crate::time::Schedule;
 use crate::time::march::Counts;
 
@@ -87,7 +87,7 @@ impl Files {
             }
         }
         let resume = saved.map(|saved| saved.t);
-        if !plan.bodies.is_empty() {
+        if !plan.bodies.is_empty() || want.pictures {
             let cast = Cast::new(plan.bodies, &plan.walls);
             files.window = first_view(plan, &cast)?;
             files.bodies = Some(BodyFiles::new(out, cast, want, resume)?);
@@ -161,7 +161,8 @@ impl Files {
         let (poses, twists, contacts) = (mover.poses(), mover.twists(), mover.contacts());
         let loads = loads(poses, contacts);
         let moment = Moment { cast: &cast, time: t, poses, twists, loads: &loads, contacts };
-        if let (Some(series), false) = (&mut self.series, fields.is_empty()) {
+        let with_parts = !fields.is_empty() && !cast.bodies.is_empty();
+        if let (Some(series), true) = (&mut self.series, with_parts) {
             series.append_parts(t, &files.parts(step, &moment)?)?;
         }
         if tables {
@@ -174,10 +175,17 @@ impl Files {
             if self.drawn.1.contains(&map.name) {
                 continue;
             }
+            let path = files.picture_path(&map.name, step);
+            if map.of != Quantity::Bodies {
+                let picture = draw(&*mover, &moment, map)?;
+                picture.write(&path).map_err(|error| failed(&map.name, error))?;
+                files.note_picture(&map.name, step, t)?;
+                self.drawn.1.push(map.name.clone());
+                continue;
+            }
             let own = map.window.map(|[low, high]| Window::new(low, high)).transpose();
             let window = own.map_err(|error| failed(&map.name, error))?.or(self.window);
             let drawn = picture(&moment, &Look { window, ..Look::default() });
-            let path = files.picture_path(&map.name, step);
             drawn.and_then(|picture| picture.write(&path)).map_err(|error| failed(&map.name, error))?;
             files.note_picture(&map.name, step, t)?;
             self.drawn.1.push(map.name.clone());

@@ -1,5 +1,6 @@
 //! The run of a scene whose bodies move: particles, or bodies in a Stokes flow. One loop for both.
 
+pub(super) mod easel;
 mod files;
 pub mod saved;
 pub mod summary;
@@ -9,20 +10,26 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::maps::Source;
+use super::measures::{of_body, of_holding};
 use super::{Ending, Options, RunError};
+use crate::body::penalty::Wrench;
 use crate::body::{Body, Pose, Twist};
 use crate::contact::{Contact, Wall};
 use crate::measure::bodies::{self, kinetic_energy};
 use crate::mesh::quality::Quality;
 use crate::model::Term;
+use crate::output::bodies::Moment;
+use crate::output::plot::map::Picture;
 use crate::output::progress::{Progress, Status};
 use crate::output::{OutputError, write_whole};
 use crate::scene::particles::MotionTime;
-use crate::scene::{Field, Measure, Output, What};
+use crate::scene::{Field, MapRequest, Measure, Output, What};
 use crate::time::march::Counts;
 use crate::time::phases::Phases;
 use crate::time::schedule::trim;
 
+use easel::Easel;
 use files::Files;
 use saved::SavedMotion;
 pub use summary::MotionSummary;
@@ -47,11 +54,46 @@ pub(super) trait Mover {
     /// Pairs that are close or touch, after the last step.
     fn contacts(&self) -> &[Contact];
 
+    /// What holds the first body, where there is a flow that knows it.
+    fn holding(&self) -> Option<Wrench>;
+
     /// Writes fields as VTU, where there are some.
     ///
     /// # Errors
     /// A file that cannot be written, a field that is not finite.
     fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError>;
+
+    /// The flow, where there is one, to be shown by `then`.
+    ///
+    /// # Errors
+    /// Those of `then`.
+    fn show(&self, then: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError>;
+}
+
+/// A picture of the fields, with the bodies above them.
+///
+/// # Errors
+/// As [`Easel::draw`].
+pub(super) fn draw(mover: &dyn Mover, moment: &Moment, request: &MapRequest) -> Result<Picture, RunError> {
+    let mut picture = None;
+    mover.show(&mut |easel, source| {
+        picture = Some(easel.draw(source, moment, request)?);
+        Ok(())
+    })?;
+    Ok(picture.expect("maps of fields are refused where there are none"))
+}
+
+/// The smallest and the largest value that the picture would show.
+///
+/// # Errors
+/// As [`Easel::extent`].
+pub(super) fn extent(mover: &dyn Mover, moment: &Moment, request: &MapRequest) -> Result<[f64; 2], RunError> {
+    let mut extent = None;
+    mover.show(&mut |easel, source| {
+        extent = Some(easel.extent(source, moment, request)?);
+        Ok(())
+    })?;
+    Ok(extent.expect("maps of fields are refused where there are none"))
 }
 
 /// What a step took.
@@ -218,15 +260,9 @@ fn take(measure: Measure, plan: &Plan, mover: &dyn Mover, values: &mut BTreeMap<
         }
         Measure::Body => {
             let (Some(pose), Some(twist)) = (mover.poses().first(), mover.twists().first()) else { return };
-            values.extend([
-                ("body_x1", pose.position.x),
-                ("body_x2", pose.position.y),
-                ("body_angle", pose.angle),
-                ("body_velocity_1", twist.velocity.x),
-                ("body_velocity_2", twist.velocity.y),
-                ("body_spin", twist.spin),
-            ]);
+            values.extend(of_body(pose, twist));
         }
+        Measure::Holding => values.extend(mover.holding().iter().flat_map(of_holding)),
         Measure::Overshoot | Measure::Asymmetry | Measure::FreeEnergy | Measure::EnergyBudget | Measure::Mass => {}
         Measure::DensityMin | Measure::LimitedCells | Measure::Defects => {}
         Measure::Circulation | Measure::ElasticStrain => {}

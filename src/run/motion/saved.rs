@@ -9,7 +9,9 @@ use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use serde::{Deserialize, Serialize};
 
+use crate::mesh::Mesh;
 use crate::output::{OutputError, write_whole};
+use crate::run::RunError;
 use crate::time::march::Counts;
 
 const MAGIC: &str = "monolayer bodies 1";
@@ -32,6 +34,17 @@ impl SavedMotion {
     /// Binds a state to its scene.
     pub fn new(scene: String, mesh: u64, t: f64, counts: Counts, state: Vec<u8>) -> Self {
         Self { magic: MAGIC.into(), scene, mesh, t, counts, state }
+    }
+
+    /// Refuses another mesh.
+    ///
+    /// # Errors
+    /// [`RunError::OtherProblem`]
+    pub(in crate::run) fn check_mesh(&self, mesh: &Mesh, file: &Path) -> Result<(), RunError> {
+        if self.mesh == mesh.fingerprint() {
+            return Ok(());
+        }
+        Err(RunError::OtherProblem { file: file.display().to_string(), key: "mesh".into() })
     }
 
     /// Writes the file, whole or not at all.

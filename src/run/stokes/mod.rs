@@ -3,15 +3,17 @@
 mod stepper;
 
 use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use serde::Serialize;
 
 use super::available::available;
-use super::motion::{self, MotionSummary, Plan};
-use super::{Options, RunError, memory, setup};
-use crate::contact::Law;
+use super::motion::saved::SavedMotion;
+use super::motion::{self, MotionSummary, Mover, Plan};
+use super::{Options, RunError, maps, memory, setup};
+use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;
 use crate::model::Term;
@@ -186,6 +188,22 @@ pub(super) fn head(out: &mut fmt::Formatter<'_>, title: Option<&str>, terms: &[T
     Ok(())
 }
 
+/// The flow and the bodies that a run has left in its folder, and the walls.
+///
+/// # Errors
+/// A checkpoint that does not belong to the scene.
+pub(super) fn finished(
+    scene: &StokesScene,
+    saved: &SavedMotion,
+    file: &Path,
+) -> Result<(Box<dyn Mover>, Vec<Wall>), RunError> {
+    let mesh = sizes(scene)?.mesh;
+    saved.check_mesh(&mesh, file)?;
+    let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
+    let stepper = Stepper::new(scene, &mesh, &walls, Some(Checkpoint::read(&saved.state, file)?))?;
+    Ok((Box::new(stepper), walls))
+}
+
 /// Runs a scene to its end and leaves the results in `options.out`.
 ///
 /// # Errors
@@ -205,9 +223,8 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
         });
     }
     let file = options.out.join("checkpoint.bin");
-    if saved.as_ref().is_some_and(|saved| saved.mesh != mesh.fingerprint()) {
-        return Err(RunError::OtherProblem { file: file.display().to_string(), key: "mesh".into() });
-    }
+    saved.iter().try_for_each(|saved| saved.check_mesh(&mesh, &file))?;
+    maps::check_all_windows(&scene.outputs, scene.source(), &mesh)?;
     let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
     let resumed = saved.as_ref().map(|saved| Checkpoint::read(&saved.state, &file)).transpose()?;
     let mut stepper = Stepper::new(scene, &mesh, &walls, resumed)?;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::flow::{self, Flow};
 use crate::body::motion::Motion;
+use crate::body::penalty::Wrench;
 use crate::body::{Body, Hold, Pose, Twist};
 use crate::contact::{Bonds, Contact, Freedom, Metric, Mover as Moving, Settings, Solver, Wall};
 use crate::mesh::Mesh;
@@ -17,6 +18,8 @@ use crate::model::{Parameters, Sources};
 use crate::output::OutputError;
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::run::RunError;
+use crate::run::maps::{Caption, Source};
+use crate::run::motion::easel::Easel;
 use crate::run::motion::{Mover, Stride};
 use crate::run::writer::nodal;
 use crate::scene::{Field, StokesScene};
@@ -47,7 +50,7 @@ impl Checkpoint {
 }
 
 /// A flow with its bodies, and the last good state.
-pub struct Stepper<'s> {
+pub struct Stepper {
     flow: Flow,
     solver: Option<Solver>,
     parameters: Parameters,
@@ -57,15 +60,15 @@ pub struct Stepper<'s> {
     /// What a checkpoint holds.
     good: Checkpoint,
     grid: Option<Grid>,
-    scene: &'s StokesScene,
+    easel: Easel,
 }
 
 /// Overlap that a step accepts at its beginning, relative to the smaller body: motions of second order round otherwise than contact does.
 const OVERLAP: f64 = 1e-6;
 
-impl<'s> Stepper<'s> {
+impl Stepper {
     pub fn new(
-        scene: &'s StokesScene,
+        scene: &StokesScene,
         mesh: &Arc<Mesh>,
         walls: &[Wall],
         resumed: Option<Checkpoint>,
@@ -96,7 +99,7 @@ impl<'s> Stepper<'s> {
             solver = Some(made);
         }
         if let Some(resumed) = &resumed {
-            flow.motion = resumed.motion.clone();
+            flow.resume(resumed.motion.clone()).map_err(model)?;
         }
         let sources = Sources { force: scene.force.clone(), ..Sources::default() };
         let parameters = parameters(scene.friction);
@@ -108,7 +111,8 @@ impl<'s> Stepper<'s> {
             twists: carried.twists.clone(),
             contacts: Vec::new(),
         });
-        Ok(Self { flow, solver, parameters, sources, carried, good, grid: None, scene })
+        let easel = Easel::new(Caption::of_flow(scene));
+        Ok(Self { flow, solver, parameters, sources, carried, good, grid: None, easel })
     }
 
     /// One step; `Err` leaves the flow broken, and the last good state as it was.
@@ -123,6 +127,7 @@ impl<'s> Stepper<'s> {
         if let Some(solver) = &mut self.solver {
             let movers: Vec<Moving> = self
                 .flow
+                .guide
                 .bodies
                 .iter()
                 .zip(&self.flow.motion.poses)
@@ -184,7 +189,7 @@ fn parameters(friction: f64) -> Parameters {
     }
 }
 
-impl Mover for Stepper<'_> {
+impl Mover for Stepper {
     fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
         self.step(t, dt)
     }
@@ -205,11 +210,15 @@ impl Mover for Stepper<'_> {
         &self.good.contacts
     }
 
+    fn holding(&self) -> Option<Wrench> {
+        self.carried.holding.first().copied()
+    }
+
     fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError> {
         let momentum = &self.flow.momentum;
         let mesh = &momentum.velocity.mesh;
         let bent = mesh.curved.iter().flatten().map(|nodes| nodes.degree);
-        let degree = bent.chain([self.scene.degrees[0]]).max().unwrap_or(1);
+        let degree = bent.chain([momentum.velocity.degree]).max().unwrap_or(1);
         let grid = self.grid.get_or_insert_with(|| Grid::new(mesh, degree));
         let at_nodes: Vec<(usize, Vec<f64>)> = fields
             .iter()
@@ -227,5 +236,12 @@ impl Mover for Stepper<'_> {
             .map(|(field, (components, values))| vtk::Field { name: field.name(), components: *components, values })
             .collect();
         Ok(write_vtu(path, grid, t, &list)?)
+    }
+
+    fn show(&self, then: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
+        let momentum = &self.flow.momentum;
+        let v = space::Field::new(&momentum.velocity, self.carried.v.clone());
+        let pi = space::Field::new(&momentum.pressure, self.carried.pi.clone());
+        then(&self.easel, Source::Flow { loops: &self.flow.loops, v: &v, pi: &pi })
     }
 }

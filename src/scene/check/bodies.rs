@@ -1,7 +1,7 @@
 //! The rules of `[[body]]`, `[[bodies]]`, `[[wall]]`, `[contact]` and `[rigid]`.
 
 use super::{Checker, shown};
-use crate::body::{Body, Hold, Pose, Shape, Twist};
+use crate::body::{Body, Hold, Pose, Shape, ShapeError, Twist};
 use crate::contact::{Law, Wall};
 use crate::mesh::Point;
 use crate::model::ModelError;
@@ -136,71 +136,39 @@ impl Checker<'_> {
     /// The shape about its centre of area, and where that is in the coordinates of a polygon's vertices.
     fn shape(&self, key: &str, table: &ShapeTable) -> Result<(Shape, Option<Point>), SceneError> {
         let size = |name: &str, value: f64| self.positive(&format!("{key}.{name}"), value, "a length, such as 0.1");
+        let checked = |name: &str, shape: Shape, value: String| {
+            let made = shape.checked();
+            made.map_err(|error| self.shape_error(&format!("{key}.{name}"), value, &error))
+        };
         match table {
             ShapeTable::Disc(disc) => Ok((Shape::Disc { radius: size("disc.radius", disc.radius)? }, None)),
             ShapeTable::Ellipse(ellipse) => {
                 let semi_axes = ellipse.semi_axes;
                 semi_axes.iter().try_for_each(|a| size("ellipse.semi_axes", *a).map(|_| ()))?;
-                Ok((Shape::Ellipse { semi_axes }, None))
+                let value = format!("[{}, {}]", semi_axes[0], semi_axes[1]);
+                Ok((checked("ellipse.semi_axes", Shape::Ellipse { semi_axes }, value)?, None))
             }
             ShapeTable::Capsule(capsule) => {
                 let half_length = 0.5 * size("capsule.length", capsule.length)?;
-                Ok((Shape::Capsule { half_length, radius: size("capsule.radius", capsule.radius)? }, None))
+                let radius = size("capsule.radius", capsule.radius)?;
+                let shape = Shape::Capsule { half_length, radius };
+                Ok((checked("capsule.radius", shape, capsule.radius.to_string())?, None))
             }
             ShapeTable::Polygon(polygon) => {
                 let key = format!("{key}.polygon.vertices");
-                let (vertices, centre) = self.polygon(&key, &polygon.vertices)?;
-                Ok((Shape::Polygon { vertices }, Some(centre)))
+                let vertices = polygon.vertices.iter().map(|x| Point::from(*x)).collect();
+                let value = format!("{} vertices", polygon.vertices.len());
+                let made = Shape::polygon(vertices).map_err(|error| self.shape_error(&key, value, &error));
+                made.map(|(shape, centre)| (shape, Some(centre)))
             }
         }
     }
 
-    /// The vertices counterclockwise about the centre of their area, and that centre.
-    fn polygon(&self, key: &str, given: &[[f64; 2]]) -> Result<(Vec<Point>, Point), SceneError> {
-        let count = format!("{} vertices", given.len());
-        let hint = "such as [[0, 0], [1, 0], [0, 1]]";
-        self.require(given.len() >= 3, key, &count, "a polygon has at least three", hint)?;
-        let finite = given.iter().flatten().all(|x| x.is_finite());
-        self.require(finite, key, &count, "must be finite", hint)?;
-        let mut vertices: Vec<Point> = given.iter().map(|x| Point::from(*x)).collect();
-        let next = |k: usize| (k + 1) % given.len();
-        let first = vertices[0];
-        let parts = |vertices: &[Point]| -> Vec<(f64, Point)> {
-            let part = |k: usize| {
-                let (p, q) = (vertices[k] - first, vertices[next(k)] - first);
-                (0.5 * p.perp(&q), (p + q) / 3.0)
-            };
-            (0..vertices.len()).map(part).collect()
-        };
-        let area: f64 = parts(&vertices).iter().map(|(area, _)| area).sum();
-        if area < 0.0 {
-            vertices.reverse();
-        }
-        let around = (0..vertices.len()).map(|k| (vertices[next(k)] - vertices[k]).norm()).sum::<f64>();
-        let flat = area.abs() <= 1e-12 * around * around;
-        self.require(!flat, key, &count, "the polygon has no area", hint)?;
-        let corner = |k: usize| {
-            let [a, b, c] = [k, next(k), next(next(k))].map(|k| vertices[k]);
-            ((b - a).perp(&(c - b)) > 1e-12 * (b - a).norm() * (c - b).norm()).then_some(b)
-        };
-        let bad = (0..vertices.len()).find(|k| corner(*k).is_none()).map(|k| vertices[next(k)]);
-        if let Some(at) = bad {
-            let rule = format!("must be convex, with a true corner at every vertex; at ({}, {}) it is not", at.x, at.y);
-            let hint = "leave vertices on straight edges out; make a shape that is not convex of several bodies";
-            return Err(self.error(key, count, &rule, hint));
-        }
-        // a star winds around more than once
-        let turn: f64 = (0..vertices.len())
-            .map(|k| {
-                let [a, b, c] = [k, next(k), next(next(k))].map(|k| vertices[k]);
-                (b - a).perp(&(c - b)).atan2((b - a).dot(&(c - b)))
-            })
-            .sum();
-        let once = (turn - std::f64::consts::TAU).abs() < 1.0;
-        self.require(once, key, count, "the edges must not cross each other", "give the vertices in order")?;
-        let area = area.abs();
-        let centre = first + parts(&vertices).iter().map(|(a, x)| x * (a / area)).sum::<Point>();
-        Ok((vertices.iter().map(|x| x - centre).collect(), centre))
+    /// What is wrong with a shape, at its key.
+    fn shape_error(&self, key: &str, value: String, error: &ShapeError) -> SceneError {
+        let text = error.to_string();
+        let (rule, hint) = text.split_once("; hint: ").unwrap_or((&text, "give another shape"));
+        self.error(key, value, rule, hint)
     }
 
     fn start(

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use super::outputs::Scope;
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::model::{ModelKind, Parameters};
 use crate::output::plot::map::{LONGEST, Window};
 use crate::scene::SceneKind;
 use crate::scene::error::SceneError;
-use crate::scene::maps::{MapOptions, MapRequest, MapTable, Quantity};
+use crate::scene::maps::{ArrowsOf, MapOptions, MapRequest, MapTable, Quantity};
 use crate::scene::output::{Output, What};
 
 impl Checker<'_> {
@@ -32,20 +33,35 @@ impl Checker<'_> {
         Ok(MapRequest { name, of, arrows, streamlines, mesh, window, range })
     }
 
-    /// A picture of the bodies alone, the only one of a scene that is no tissue.
-    pub(super) fn map_of_bodies(
+    /// A picture of a flow, or of the bodies alone, in a scene that is no tissue.
+    pub(super) fn map_without_tissue(
         &self,
         key: &str,
-        options: MapOptions,
-        kind: SceneKind,
+        table: &MapTable,
+        scope: Scope,
     ) -> Result<MapRequest, SceneError> {
-        let rule = format!("{} has no map of it", kind.shown());
-        let shown = format!("\"{}\"", options.of.name());
-        self.require(options.of == Quantity::Bodies, key, shown, &rule, "take maps = [\"bodies\"]")?;
-        let field = options.arrows.is_some() || options.streamlines || options.mesh || options.range.is_some();
-        let rule = "a picture of the bodies has no field for `arrows`, `streamlines`, `mesh` and `range`";
-        self.require(!field, key, "(a table)", rule, "only `name` and `window` have a meaning")?;
-        options.check_frame().map_err(|b| self.error(&format!("{key}.{}", b.key), b.value, &b.rule, &b.hint))?;
+        let options = table.options();
+        let of_key = match table {
+            MapTable::Quantity(_) => key.to_owned(),
+            MapTable::Options(_) => format!("{key}.of"),
+        };
+        let checked = if scope.kind == SceneKind::Stokes && options.of != Quantity::Bodies {
+            options.check_flow()
+        } else {
+            let rule = format!("{} has no map of it", scope.kind.shown());
+            let shown = format!("\"{}\"", options.of.name());
+            self.require(options.of == Quantity::Bodies, &of_key, shown, &rule, "take maps = [\"bodies\"]")?;
+            let field = options.arrows.is_some() || options.streamlines || options.mesh || options.range.is_some();
+            let rule = "a picture of the bodies has no field for `arrows`, `streamlines`, `mesh` and `range`";
+            self.require(!field, key, "(a table)", rule, "only `name` and `window` have a meaning")?;
+            let (rule, hint) = ("the scene has no rigid body", "add a [[body]], or remove it");
+            self.require(scope.bodies, &of_key, "\"bodies\"", rule, hint)?;
+            options.check_frame()
+        };
+        if let Err(broken) = checked {
+            let key = if broken.key == "of" { of_key } else { format!("{key}.{}", broken.key) };
+            return Err(self.error(&key, broken.value, &broken.rule, &broken.hint));
+        }
         let MapOptions { of, name, arrows, streamlines, mesh, window, range } = options;
         let name = name.unwrap_or_else(|| of.name().to_owned());
         self.file_name(&format!("{key}.name"), &name, "such as \"wake\"")?;
@@ -104,6 +120,31 @@ impl MapOptions {
             return broken("streamlines", "true".into(), rule, "remove it; arrows = \"velocity\" shows the flow");
         }
         Ok(())
+    }
+
+    /// Whether a flow without a tissue has what is to be drawn.
+    ///
+    /// # Errors
+    /// The first rule that is broken.
+    pub fn check_flow(&self) -> Result<(), MapRule> {
+        let broken = |key: &'static str, value: String, rule: &str, hint: &str| {
+            Err(MapRule { key, value, rule: rule.to_owned(), hint: hint.to_owned() })
+        };
+        let holds = match self.of {
+            Quantity::Speed | Quantity::Velocity1 | Quantity::Velocity2 | Quantity::Pressure => true,
+            Quantity::Polarity | Quantity::Polarity1 | Quantity::Polarity2 | Quantity::Density => false,
+            Quantity::PolarityLaplacian | Quantity::PolarityLaplacian1 | Quantity::PolarityLaplacian2 => false,
+            Quantity::Bodies => false,
+        };
+        if !holds {
+            let hint = "the fields that it has are speed, velocity-1, velocity-2, pressure";
+            return broken("of", format!("\"{}\"", self.of.name()), "kind = \"stokes\" has no map of it", hint);
+        }
+        if self.arrows == Some(ArrowsOf::Polarity) {
+            let rule = "kind = \"stokes\" has no polarity";
+            return broken("arrows", "\"polarity\"".into(), rule, "take arrows = \"velocity\", or remove it");
+        }
+        self.check_frame()
     }
 
     /// Whether window and range can be drawn.

@@ -154,6 +154,9 @@ impl Checker<'_> {
                     "the scene has no rigid body",
                     "add a [[body]], or remove it",
                 )?;
+                let flow = scope.kind != SceneKind::Particles || *measure != Measure::Holding;
+                let (rule, hint) = ("particles are in no flow that they would be held in", "remove it");
+                self.require(flow, key, shown(), rule, hint)?;
                 continue;
             }
             let Some(p) = scope.tissue else {
@@ -178,7 +181,7 @@ impl Checker<'_> {
                 | Measure::Circulation
                 | Measure::ElasticStrain => (true, ""),
                 Measure::KineticEnergy | Measure::Gap | Measure::Overlap => (true, ""),
-                Measure::Contacts | Measure::WallForce | Measure::Body => (true, ""),
+                Measure::Contacts | Measure::WallForce | Measure::Body | Measure::Holding => (true, ""),
             };
             self.require(holds, key, shown(), rule, WRONG_KIND)?;
         }
@@ -212,13 +215,8 @@ impl Checker<'_> {
         if let Some(p) = scope.tissue {
             return self.maps(key, maps, p);
         }
-        let maps: Vec<MapRequest> = maps
-            .iter()
-            .enumerate()
-            .map(|(at, map)| self.map_of_bodies(&format!("{key}.maps.{at}"), map.options(), scope.kind))
-            .collect::<Result<_, _>>()?;
-        self.require(scope.bodies, &format!("{key}.maps"), "(given)", "the scene has no rigid body", "add a [[body]]")?;
-        Ok(maps)
+        let numbered = maps.iter().enumerate();
+        numbered.map(|(at, map)| self.map_without_tissue(&format!("{key}.maps.{at}"), map, scope)).collect()
     }
 
     fn bodies_of(&self, key: &str, table: &OutputTable, scope: Scope) -> Result<What, SceneError> {
