@@ -82,9 +82,8 @@ impl Flow {
     /// A formula that is not finite.
     pub fn loads(&self) -> Result<Vec<Wrench>, ExpressionError> {
         let load = |(body, pose): (&Body, &Pose)| {
-            let [x, y] = &body.force;
-            let force = Point::new(value(x, pose, self.t)?, value(y, pose, self.t)?);
-            Ok(Wrench { force, torque: value(&body.torque, pose, self.t)? })
+            let [x, y] = body.force.each_ref().map(|f| of(body, "force", value(f, pose, self.t)));
+            Ok(Wrench { force: Point::new(x?, y?), torque: of(body, "torque", value(&body.torque, pose, self.t))? })
         };
         self.bodies.iter().zip(&self.motion.poses).map(load).collect()
     }
@@ -95,9 +94,9 @@ impl Flow {
     /// A formula that is not finite.
     pub fn rules(&self) -> Result<Vec<Rule>, ExpressionError> {
         let rule = |((body, pose), speed): ((&Body, &Pose), &Option<[Expression; 3]>)| {
-            let twist = |[x, y, spin]: [&Expression; 3]| {
-                let velocity = Point::new(value(x, pose, self.t)?, value(y, pose, self.t)?);
-                Ok(Rule::Held(Twist { velocity, spin: value(spin, pose, self.t)? }))
+            let twist = |formulas: [&Expression; 3]| {
+                let [x, y, spin] = formulas.map(|f| of(body, "motion", value(f, pose, self.t)));
+                Ok(Rule::Held(Twist { velocity: Point::new(x?, y?), spin: spin? }))
             };
             match (&body.hold, speed) {
                 (Hold::Free, _) => Ok(Rule::Free),
@@ -176,6 +175,11 @@ pub(super) fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, Ex
     }
     let (text, at) = (formula.text().to_string(), pose.position);
     Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t })
+}
+
+/// Tells of which body a formula is.
+pub(super) fn of<T>(body: &Body, what: &'static str, result: Result<T, ExpressionError>) -> Result<T, ExpressionError> {
+    result.map_err(|error| ExpressionError::OfBody { body: body.name.clone(), what, error: Box::new(error) })
 }
 
 /// Where a body is at time t if it follows a path, and where it starts otherwise.
