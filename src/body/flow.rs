@@ -153,6 +153,11 @@ pub(super) fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, Ex
     Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t })
 }
 
+/// Tells of which body a formula is.
+pub(super) fn of<T>(body: &Body, what: &'static str, result: Result<T, ExpressionError>) -> Result<T, ExpressionError> {
+    result.map_err(|error| ExpressionError::OfBody { body: body.name.clone(), what, error: Box::new(error) })
+}
+
 /// Where a body is at time t if it follows a path, and where it starts otherwise.
 pub(super) fn start(body: &Body, t: f64) -> Result<Pose, ExpressionError> {
     match &body.hold {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::flow::{speed, start, value};
+use super::flow::{of, speed, start, value};
 use super::motion::Motion;
 use super::penalty::Wrench;
 use super::{Body, Hold, Pose, Twist, turned};
@@ -46,8 +46,8 @@ impl Guide {
     /// A formula that is not finite.
     pub fn loads(&self, poses: &[Pose], t: f64) -> Result<Vec<Wrench>, ExpressionError> {
         let load = |(body, pose): (&Body, &Pose)| {
-            let force = Point::new(value(&body.force[0], pose, t)?, value(&body.force[1], pose, t)?);
-            Ok(Wrench { force, torque: value(&body.torque, pose, t)? })
+            let [x, y] = body.force.each_ref().map(|f| of(body, "force", value(f, pose, t)));
+            Ok(Wrench { force: Point::new(x?, y?), torque: of(body, "torque", value(&body.torque, pose, t))? })
         };
         self.bodies.iter().zip(poses).map(load).collect()
     }
@@ -58,9 +58,9 @@ impl Guide {
     /// A formula that is not finite.
     pub fn rules(&self, poses: &[Pose], t: f64) -> Result<Vec<Rule>, ExpressionError> {
         let rule = |((body, pose), speed): ((&Body, &Pose), &Option<[Expression; 3]>)| {
-            let twist = |[x, y, spin]: [&Expression; 3]| {
-                let velocity = Point::new(value(x, pose, t)?, value(y, pose, t)?);
-                Ok(Rule::Held(Twist { velocity, spin: value(spin, pose, t)? }))
+            let twist = |formulas: [&Expression; 3]| {
+                let [x, y, spin] = formulas.map(|f| of(body, "motion", value(f, pose, t)));
+                Ok(Rule::Held(Twist { velocity: Point::new(x?, y?), spin: spin? }))
             };
             match (&body.hold, speed) {
                 (Hold::Free, _) => Ok(Rule::Free),

@@ -140,7 +140,10 @@ impl Problem {
     /// When the rows contradict each other, or the method does not reach the tolerance.
     pub fn solve(&self, method: Method, warm: &[f64]) -> Result<Projection, Unsolved> {
         let warm: Vec<f64> = self.rows.iter().zip(warm).map(|(row, mu)| mu.max(row.bound)).collect();
-        if self.rows.iter().all(|row| row.bound >= 0.0 && row.value(&self.target) >= 0.0) {
+        // what is at rest stays so, to the bit, where rounding takes the gaps of bodies that touch below 0
+        let rests = self.target.iter().all(|u| *u == 0.0);
+        let least = |row: &Row| if rests { -row.slack } else { 0.0 };
+        if self.rows.iter().all(|row| row.bound >= 0.0 && row.value(&self.target) >= least(row)) {
             let multipliers = vec![0.0; self.rows.len()];
             return Ok(Projection { velocity: self.target.clone(), multipliers, ..Projection::default() });
         }

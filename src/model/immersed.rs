@@ -312,7 +312,7 @@ impl Immersed {
                 let block = &mut blocks[cell * size..(cell + 1) * size];
                 axpy(friction - self.friction, &part.mass, block);
                 if let Some(viscosity) = &part.viscosity {
-                    axpy(1.0 / self.rigidity.epsilon.max(SOFT), viscosity, block);
+                    axpy(part.strength(self.rigidity.epsilon.max(SOFT)), viscosity, block);
                 }
             }
         }

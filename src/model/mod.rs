@@ -75,12 +75,6 @@ impl ModelError {
         // the expression's own message ends in its hint
         let message = error.to_string();
         let (rule, hint) = message.split_once("; hint: ").unwrap_or((&message, ""));
-        let text = match error {
-            ExpressionError::Syntax { text, .. }
-            | ExpressionError::Unknown { text, .. }
-            | ExpressionError::NotFinite { text, .. }
-            | ExpressionError::Negative { text, .. } => text,
-        };
-        Self::new(key, format!("\"{text}\""), rule, hint)
+        Self::new(key, format!("\"{}\"", error.text()), rule, hint)
     }
 }

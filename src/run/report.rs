@@ -75,6 +75,7 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
     let mesh = std::sync::Arc::new(build_mesh(scene)?);
     scene.check_tags(&mesh.tags)?;
     scene.check_bodies(&mesh)?;
+    super::tissue::check(scene)?;
     setup::check_measures(scene, &mesh)?;
     check_exact(scene, &mesh)?;
     let description = describe(scene, &mesh);

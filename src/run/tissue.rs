@@ -356,6 +356,10 @@ impl Mover for Swimmers {
         }
     }
 
+    fn stands_at(&mut self) -> Option<f64> {
+        Some(self.march.with(|march| march.t))
+    }
+
     fn state(&self) -> Vec<u8> {
         let bonds = self.contact.as_ref().map(|pushed| &pushed.kept);
         postcard::to_stdvec(&(self.march.checkpoint(), &self.contacts, bonds)).expect("numbers are always written")

@@ -46,6 +46,12 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
         }
         (true, None) | (false, _) => (plain(message), example(message).to_owned()),
     };
+    let (rule, hint) = if message.contains("newtype variant") {
+        let rule = format!("`{}` stands alone, and needs values", value.trim_matches('"'));
+        (rule, "write a table of a table, as in shape = { disc = { radius = 0.1 } }".to_owned())
+    } else {
+        (rule, hint)
+    };
     // a table's span is that of its name
     let value = if message.contains("invalid type: map") { "a table".to_owned() } else { value };
     (key.clone(), SceneError::Value { place: source.place(&key), key, value, rule, hint })

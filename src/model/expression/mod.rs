@@ -32,6 +32,21 @@ pub enum ExpressionError {
     NotFinite { text: String, value: f64, x: f64, y: f64, t: f64 },
     #[error("`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a density must not be negative")]
     Negative { text: String, value: f64, x: f64, y: f64, t: f64 },
+    #[error("the {what} of the body `{body}`: {error}")]
+    OfBody { body: String, what: &'static str, error: Box<ExpressionError> },
+}
+
+impl ExpressionError {
+    /// The formula.
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Syntax { text, .. }
+            | Self::Unknown { text, .. }
+            | Self::NotFinite { text, .. }
+            | Self::Negative { text, .. } => text,
+            Self::OfBody { error, .. } => error.text(),
+        }
+    }
 }
 
 /// A parsed formula; cheap to clone, and evaluated from any thread.

@@ -36,11 +36,16 @@ pub use summary::MotionSummary;
 
 /// What a loop moves.
 pub(super) trait Mover {
-    /// From `t` to `t + dt`. What fails changes nothing.
+    /// From `t` to `t + dt`. What fails changes nothing, or stops at [`Self::stands_at`].
     ///
     /// # Errors
     /// The reason.
     fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String>;
+
+    /// The time of the state, where steps that fail may leave it after the last whole one.
+    fn stands_at(&mut self) -> Option<f64> {
+        None
+    }
 
     /// The state, for an exact restart.
     fn state(&self) -> Vec<u8>;
@@ -186,7 +191,10 @@ pub(super) fn run(
         let (before, dt) = (t, trim(t, plan.time.step, landing));
         let stride = match phases.measure("steps", || mover.advance(t, dt)) {
             Ok(stride) => stride,
-            Err(reason) => break Ending::Failed { reason },
+            Err(reason) => {
+                t = mover.stands_at().unwrap_or(t);
+                break Ending::Failed { reason };
+            }
         };
         // so that no rounding piles up before an output
         t = if dt == landing - before { landing } else { before + dt };

@@ -646,9 +646,9 @@ impl Checker<'_> {
         let holds = margin.is_finite() && margin >= 0.0;
         let hint = "0 lets bodies touch; about one cell keeps a layer of fluid between them";
         self.require(holds, "contact.margin", margin, "must be finite and not negative", hint)?;
-        let holds = tolerance > 0.0 && tolerance < 1.0;
+        let holds = (1e-14..=1e-3).contains(&tolerance);
         let hint = "1e-12 is the usual value";
-        self.require(holds, "contact.tolerance", shown(tolerance), "must lie between 0 and 1", hint)?;
+        self.require(holds, "contact.tolerance", shown(tolerance), "must lie between 1e-14 and 1e-3", hint)?;
         Ok(Some(ContactSettings { law, margin, tolerance, solver: table.solver }))
     }
 
