@@ -185,7 +185,8 @@ fn projection(flow: &Flow, (w, locator): (&Field, &Locator)) -> Result<Vec<f64>,
 
 /// Least-squares orders of errors in 1/n.
 fn orders(rows: &[(f64, [f64; 5])]) -> String {
-    let mean = |of: &dyn Fn(&(f64, [f64; 5])) -> f64| rows.iter().map(of).sum::<f64>() / rows.len() as f64;
+    type Row = (f64, [f64; 5]);
+    let mean = |of: &dyn Fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len() as f64;
     let x = mean(&|row| row.0.ln());
     let order = |k: usize| {
         let y = mean(&|row| row.1[k].ln());
