@@ -359,7 +359,7 @@ fn values_out_of_range() {
     wrong_in(PARTICLES, "law = \"gluey\"", "law = \"gluey\"\ngamma_min = 1", false, &above);
     wrong("law = \"gluey\"", "gamma_min = -1", &["contact.gamma_min", "do not stick"]);
     wrong("law = \"gluey\"", "margin = -1", &["contact.margin"]);
-    wrong("law = \"gluey\"", "tolerance = 0", &["contact.tolerance", "between 0 and 1"]);
+    wrong("law = \"gluey\"", "tolerance = 0", &["contact.tolerance", "between 1e-14 and 1e-3"]);
     wrong("segment = [[0.0, 0.0], [1.0, 0.0]]", "segment = [[0.0, 0.0], [0.0, 0.0]]", &["`wall.0.segment`", "differ"]);
     wrong_in(
         PARTICLES,

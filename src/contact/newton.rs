@@ -65,7 +65,7 @@ pub(super) fn solve(problem: &Problem, warm: &[f64], penalty: f64) -> Result<Pro
             return Ok(done);
         }
         let now = problem.worst(&u, &work.with_bounds(&mu));
-        if now.1 >= 0.03 * worst.1 && scale < MOST_PENALTY {
+        if now.1 >= 0.03 * worst.1 && scale < MOST_PENALTY.max(10.0 * penalty) {
             scale *= 30.0;
             work.sigma.iter_mut().for_each(|s| *s *= 30.0);
             work.factors = None;

@@ -154,7 +154,8 @@ impl Problem {
         }
     }
 
-    /// Newton's method; a warm start may mislead: then once more from nothing, with another penalty, and at last without factors.
+    /// Newton's method; a warm start may mislead: then once more from nothing, with another penalty; where a heavy body presses light ones, with one
+    /// that the heavy one feels; and at last without factors.
     fn newton(&self, warm: &[f64]) -> Result<Projection, Unsolved> {
         let mut spent = 0;
         let mut or_spend = |tried: Result<Projection, Unsolved>| match tried {
@@ -166,6 +167,7 @@ impl Problem {
         };
         or_spend(newton::solve(self, warm, newton::PENALTY))
             .or_else(|_| or_spend(newton::solve(self, &self.cold(), 1e2 * newton::PENALTY)))
+            .or_else(|_| or_spend(newton::solve(self, &self.cold(), 1e7 * newton::PENALTY)))
             .or_else(|_| or_spend(self.uzawa(&self.cold(), true, FALLBACK)))
     }
 
