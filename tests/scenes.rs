@@ -47,7 +47,8 @@ fn every_scene_runs_coarse() {
         let summary: serde_json::Value =
             serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
         assert_eq!(summary["steps"], 2, "{}", scene.display());
-        if is_tissue(&table_of(scene)) {
+        // nothing is stationary where bodies move
+        if is_tissue(&table_of(scene)) && summary["bodies"].is_null() {
             assert!(summary["residual"].as_f64().is_some_and(f64::is_finite), "{}", scene.display());
         } else {
             assert!(summary["bodies"].as_u64().is_some_and(|count| count > 0), "{}", scene.display());
