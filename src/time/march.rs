@@ -133,42 +133,21 @@ pub(super) type Entry = (Counts, Control, Option<Origin>);
 #[derive(Debug)]
 pub struct Parked {
     settings: MarchSettings,
-    t: f64,
+    saved: Checkpoint,
     pub state: State,
-    counts: Counts,
     phases: Phases,
-    quiet: usize,
-    control: Control,
-    past: Vec<(f64, Vec<f64>)>,
-    rate_of_p: Vec<f64>,
-    gained: Vec<f64>,
-    gain: f64,
-    limited: usize,
     memory: Memory,
 }
 
 impl Parked {
     /// Of the state.
     pub fn time(&self) -> f64 {
-        self.t
+        self.saved.t
     }
 
-    /// The state of the march, as [`March::checkpoint`] has it.
-    pub fn checkpoint(&self) -> Checkpoint {
-        Checkpoint {
-            t: self.t,
-            counts: self.counts,
-            control: self.control.clone(),
-            past: self.past.clone(),
-            velocity: self.state.v.values.clone(),
-            volume: self.state.volume().values.clone(),
-            rate_of_p: self.rate_of_p.clone(),
-            gained: self.gained.clone(),
-            gain: self.gain,
-            limited: self.limited,
-            quiet: self.quiet,
-            origin: self.memory.origin().cloned(),
-        }
+    /// The state of the march, as [`March::checkpoint`] had it.
+    pub fn checkpoint(&self) -> &Checkpoint {
+        &self.saved
     }
 }
 
@@ -414,47 +393,17 @@ impl<'m> March<'m> {
 
     /// Puts the march down, to be taken up with another model of the same unknowns.
     pub fn park(self) -> Parked {
-        let Self { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, .. } =
-            self;
-        let memory = self.memory;
-        Parked { settings, t, state, counts, phases, quiet, control, past, rate_of_p, gained, gain, limited, memory }
+        let saved = self.checkpoint();
+        Parked { settings: self.settings, saved, state: self.state, phases: self.phases, memory: self.memory }
     }
 
     /// Takes up a march with a model of the same unknowns; `forget` what was factorised for the other one.
     pub fn unpark(model: &'m dyn Sheet, parked: Parked, forget: bool) -> Self {
-        let Parked {
-            settings,
-            t,
-            state,
-            counts,
-            phases,
-            quiet,
-            control,
-            past,
-            rate_of_p,
-            gained,
-            gain,
-            limited,
-            memory,
-        } = parked;
+        let Parked { settings, saved, state, phases, memory } = parked;
         let memory = if forget { Memory::default() } else { memory };
-        Self {
-            model,
-            settings,
-            t,
-            state,
-            counts,
-            phases,
-            quiet,
-            interrupt: &NEVER,
-            control,
-            past,
-            rate_of_p,
-            gained,
-            gain,
-            limited,
-            memory,
-        }
+        // what was factorised is here, and need not be made again from where it came from
+        let march = Self::resume(model, settings, Checkpoint { origin: None, ..saved });
+        Self { state, phases, memory, ..march }
     }
 
     /// The highest order up to the scheme's that the past allows.

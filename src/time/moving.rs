@@ -107,7 +107,7 @@ impl MovingMarch {
 
     /// The current state.
     pub fn checkpoint(&self) -> MovingCheckpoint {
-        let march = self.parked.as_ref().expect("a march is parked between steps").checkpoint();
+        let march = self.parked.as_ref().expect("a march is parked between steps").checkpoint().clone();
         MovingCheckpoint { march, motion: self.motion.clone(), twists: self.twists.clone() }
     }
 

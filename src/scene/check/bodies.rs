@@ -1,17 +1,15 @@
-//! The rules of `[[body]]`, `[[bodies]]`, `[[wall]]`, `[contact]` and `[rigid]`.
+//! The rules of `[[body]]` and `[rigid]`, and of all tables of bodies together.
 
+use super::groups::MOST;
 use super::{Checker, shown};
 use crate::body::{Body, Hold, Pose, Shape, ShapeError, Twist};
-use crate::contact::{Law, Wall};
+use crate::contact::Wall;
 use crate::mesh::Point;
 use crate::model::ModelError;
 use crate::model::expression::{Expression, Formula, VectorFormula};
-use crate::scene::bodies::place::{Overlap, Region, first_overlap, radii, scatter};
-use crate::scene::bodies::tables::{
-    BodiesTable, BodyTable, BodyTables, CircleTable, ContactTable, GroupMotion, LawName, MotionTable, Radii, RingTable,
-    ShapeTable, WallTable, zero,
-};
-use crate::scene::bodies::{Bodies, ContactSettings, Rigid};
+use crate::scene::bodies::place::{Overlap, first_overlap};
+use crate::scene::bodies::tables::{BodyTable, BodyTables, MotionTable, ShapeTable, zero};
+use crate::scene::bodies::{Bodies, Rigid};
 use crate::scene::error::SceneError;
 
 /// What surrounds the bodies.
@@ -24,13 +22,7 @@ pub(super) enum Around {
 }
 
 /// Names and values that formulas may use.
-type Symbols<'a> = &'a [(&'static str, f64)];
-
-/// Walls, and those that are boundary tags, with their numbers.
-type Walls = (Vec<Wall>, Vec<(usize, String)>);
-
-/// At most so many bodies.
-const MOST: usize = 1_000_000;
+pub(super) type Symbols<'a> = &'a [(&'static str, f64)];
 
 impl Checker<'_> {
     /// The bodies of a scene, with every default filled in the tables; `None` where nothing is said.
@@ -126,7 +118,7 @@ impl Checker<'_> {
     }
 
     /// A name that tables, messages and `--set` can use.
-    fn body_name(&self, key: &str, name: &str) -> Result<(), SceneError> {
+    pub(super) fn body_name(&self, key: &str, name: &str) -> Result<(), SceneError> {
         let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_');
         let holds = !name.is_empty() && name.chars().all(plain) && name.parse::<usize>().is_err();
         let rule = "must be a name of letters, digits, `-`, `_`, and no number";
@@ -267,14 +259,19 @@ impl Checker<'_> {
         Ok(Twist::ZERO)
     }
 
-    fn of_body(&self, key: &str, formula: &Formula, known: &[(&str, f64)]) -> Result<Expression, SceneError> {
+    pub(super) fn of_body(
+        &self,
+        key: &str,
+        formula: &Formula,
+        known: &[(&str, f64)],
+    ) -> Result<Expression, SceneError> {
         formula.parse_of_body(known).map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
         })
     }
 
-    fn of_body_pair(
+    pub(super) fn of_body_pair(
         &self,
         key: &str,
         formulas: &VectorFormula,
@@ -284,7 +281,7 @@ impl Checker<'_> {
         Ok([self.of_body(key, f, known)?, self.of_body(key, g, known)?])
     }
 
-    fn force(
+    pub(super) fn force(
         &self,
         key: &str,
         given: &mut Option<VectorFormula>,
@@ -296,7 +293,7 @@ impl Checker<'_> {
         Ok(force)
     }
 
-    fn torque(
+    pub(super) fn torque(
         &self,
         key: &str,
         given: &mut Option<Formula>,
@@ -315,7 +312,7 @@ impl Checker<'_> {
         self.require(value.is_finite(), key, format!("\"{}\"", formula.text()), &rule, hint)
     }
 
-    fn body_friction(&self, key: &str, given: &mut Option<f64>, around: Around) -> Result<f64, SceneError> {
+    pub(super) fn body_friction(&self, key: &str, given: &mut Option<f64>, around: Around) -> Result<f64, SceneError> {
         match around {
             Around::Flow => {
                 let friction = *given.get_or_insert(0.0);
@@ -388,270 +385,6 @@ impl Checker<'_> {
         }
     }
 
-    fn group(
-        &self,
-        key: &str,
-        table: &mut BodiesTable,
-        around: Around,
-        symbols: Symbols,
-        before: &[Body],
-        walls: &[Wall],
-    ) -> Result<Vec<Body>, SceneError> {
-        let at = |name: &str| format!("{key}.{name}");
-        let name = table.name.clone().unwrap_or_default();
-        self.body_name(&at("name"), &name)?;
-        let density = *table.density.get_or_insert(1.0);
-        self.positive(&at("density"), density, "mass per area; 1 is that of the medium")?;
-        let count = self.group_count(key, table)?;
-        let seed = *table.seed.get_or_insert(1);
-        let radii = radii(count, self.group_radii(&at("radius"), table.radius)?, seed);
-        let centres = self.group_centres(key, table, &radii, seed, before, walls)?;
-        let friction = self.body_friction(&at("friction"), &mut table.friction, around)?;
-        let motion = *table.motion.get_or_insert(GroupMotion::Free);
-        let turning =
-            table.ring.as_ref().and_then(|ring| ring.angle.as_ref().map(|angle| (ring.clone(), angle.clone())));
-        let moves = turning.is_some() && motion == GroupMotion::Fixed;
-        self.require(!moves, &at("motion"), "\"fixed\"", "a ring with an `angle` moves", "remove one of the two")?;
-        let mut bodies = Vec::new();
-        for (k, (&radius, centre)) in radii.iter().zip(&centres).enumerate() {
-            let shape = Shape::Disc { radius };
-            let known = numbers(&shape, density, symbols);
-            let start = Pose { position: *centre, angle: 0.0 };
-            let hold = match (motion, &turning) {
-                (_, Some((ring, angle))) => self.turning(&at("ring.angle"), ring, angle, k, count, &known)?,
-                (GroupMotion::Free, None) => Hold::Free,
-                (GroupMotion::Fixed, None) => Hold::Fixed,
-            };
-            let start = match &hold {
-                Hold::Path { position, angle } => {
-                    let value = |f: &Expression| f.eval_at(Point::zeros(), 0.0, 0.0);
-                    Pose { position: Point::new(value(&position[0]), value(&position[1])), angle: value(angle) }
-                }
-                Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => start,
-            };
-            bodies.push(Body {
-                name: format!("{name}-{}", k + 1),
-                force: self.force(&at("force"), &mut table.force, &known, &start)?,
-                torque: self.torque(&at("torque"), &mut table.torque, &known, &start)?,
-                shape,
-                hold,
-                density,
-                friction,
-                start,
-                start_twist: Twist::ZERO,
-            });
-        }
-        Ok(bodies)
-    }
-
-    fn group_count(&self, key: &str, table: &BodiesTable) -> Result<usize, SceneError> {
-        let places = [table.in_box.is_some(), table.in_disc.is_some(), table.ring.is_some(), table.at.is_some()];
-        let one = places.iter().filter(|given| **given).count() == 1;
-        let rule = "exactly one of `box`, `disc`, `ring` and `at` is needed: where the bodies are";
-        self.require(one, key, "(a table)", rule, "such as box = [[0, 0], [1, 1]]")?;
-        let count = format!("{key}.count");
-        match (&table.at, table.count) {
-            (Some(at), None) => {
-                self.require(!at.is_empty(), &format!("{key}.at"), "[]", "the list is empty", "list the centres")?;
-                Ok(at.len())
-            }
-            (Some(_), Some(given)) => {
-                Err(self.error(&count, given, "`at` tells how many there are", "remove one of the two"))
-            }
-            (None, Some(given)) => {
-                let rule = format!("must lie between 1 and {MOST}");
-                self.require((1..=MOST).contains(&given), &count, given, &rule, "how many bodies to place")?;
-                Ok(given)
-            }
-            (None, None) => Err(self.missing(key, "count", "add `count = 100`, the number of bodies")),
-        }
-    }
-
-    fn group_radii(&self, key: &str, given: Radii) -> Result<[f64; 2], SceneError> {
-        match given {
-            Radii::Equal(radius) => self.positive(key, radius, "a length, or a range [0.01, 0.02]").map(|r| [r, r]),
-            Radii::Between([low, high]) => {
-                let holds = low > 0.0 && low <= high && high.is_finite();
-                let rule = "must be two lengths greater than 0, the smaller one first";
-                self.require(holds, key, point([low, high]), rule, "such as [0.015, 0.025]")?;
-                Ok([low, high])
-            }
-        }
-    }
-
-    fn group_centres(
-        &self,
-        key: &str,
-        table: &BodiesTable,
-        radii: &[f64],
-        seed: u64,
-        before: &[Body],
-        walls: &[Wall],
-    ) -> Result<Vec<Point>, SceneError> {
-        let at = |name: &str| format!("{key}.{name}");
-        let finite = |name: &str, x: [f64; 2]| {
-            self.require(x.iter().all(|x| x.is_finite()), &at(name), point(x), "must be finite", "such as [0, 0]")
-        };
-        if let Some(centres) = &table.at {
-            centres.iter().enumerate().try_for_each(|(k, x)| finite(&format!("at.{k}"), *x))?;
-            return Ok(centres.iter().map(|x| Point::from(*x)).collect());
-        }
-        if let Some(RingTable { centre, radius, .. }) = &table.ring {
-            finite("ring.centre", *centre)?;
-            self.positive(&at("ring.radius"), *radius, "of the circle on which the centres lie")?;
-            let angle = |k: usize| std::f64::consts::TAU * k as f64 / radii.len() as f64;
-            let on = |k: usize| Point::from(*centre) + *radius * Point::new(angle(k).cos(), angle(k).sin());
-            return Ok((0..radii.len()).map(on).collect());
-        }
-        let (region, name) = match (table.in_box, table.in_disc) {
-            (Some([low, high]), _) => {
-                let holds = low.iter().chain(&high).all(|x| x.is_finite()) && low[0] < high[0] && low[1] < high[1];
-                let shown = format!("[{}, {}]", point(low), point(high));
-                let rule = "must be the lower left and the upper right corner";
-                self.require(holds, &at("box"), shown, rule, "such as [[0, 0], [1, 1]]")?;
-                (Region::Box([low.into(), high.into()]), "box")
-            }
-            (None, Some(CircleTable { centre, radius })) => {
-                finite("disc.centre", centre)?;
-                self.positive(&at("disc.radius"), radius, "of the disc in which the bodies lie")?;
-                (Region::Disc { centre: centre.into(), radius }, "disc")
-            }
-            (None, None) => unreachable!("one of four places was given"),
-        };
-        let widest = radii.iter().copied().fold(0.0, f64::max);
-        let rule = format!("must be at most {}: a larger body does not fit into the `{name}`", region.inradius());
-        self.require(
-            widest <= region.inradius(),
-            &at("radius"),
-            widest,
-            &rule,
-            "take smaller bodies or a larger place",
-        )?;
-        let others: Vec<(Shape, Pose)> = before.iter().map(|body| (body.shape.clone(), body.start)).collect();
-        scatter(&region, radii, seed, &others, walls).map_err(|filled| {
-            let rule = format!(
-                "there is no room: with {:.1} % of the `{name}` filled, the next one finds no place",
-                100.0 * filled
-            );
-            let hint = "random places fill at most about half: take fewer or smaller bodies, or a larger place";
-            self.error(&at("count"), radii.len(), &rule, hint)
-        })
-    }
-
-    /// The path of the k-th body of a ring that turns.
-    fn turning(
-        &self,
-        key: &str,
-        ring: &RingTable,
-        angle: &Formula,
-        k: usize,
-        count: usize,
-        known: &[(&str, f64)],
-    ) -> Result<Hold, SceneError> {
-        let turned = self.of_body(key, angle, known)?;
-        let rule = "must be a formula of t alone";
-        let alone = turned.depends_on_time_alone();
-        self.require(alone, key, format!("\"{angle}\""), rule, "such as \"0.5*t\"")?;
-        let first = std::f64::consts::TAU * k as f64 / count as f64;
-        let [x, y] = ring.centre;
-        let along = |centre: f64, function: &str| {
-            Formula::Text(format!("{centre:?} + {:?}*{function}({first:?} + ({angle}))", ring.radius))
-        };
-        let position = self.of_body_pair(key, &[along(x, "cos"), along(y, "sin")], known)?;
-        Ok(Hold::Path { position, angle: turned })
-    }
-
-    fn walls(&self, tables: &mut [WallTable], around: Around) -> Result<Walls, SceneError> {
-        let (mut walls, mut tags) = (Vec::new(), Vec::new());
-        for (at, table) in tables.iter().enumerate() {
-            let key = format!("wall.{at}");
-            let one = "exactly one of `segment`, `disc`, `hollow` and `tag` is needed";
-            match (table.segment, table.disc, table.hollow, &table.tag) {
-                (Some([a, b]), None, None, None) => {
-                    let (a, b) = (Point::from(a), Point::from(b));
-                    let length = (b - a).norm();
-                    let shown = format!("[{}, {}]", point(a.into()), point(b.into()));
-                    let rule = "must be two finite points that differ";
-                    let holds = length.is_finite() && length > 0.0;
-                    self.require(holds, &format!("{key}.segment"), shown, rule, "such as [[0, 0], [1, 0]]")?;
-                    walls.push(Wall::Segment([a, b]));
-                }
-                (None, Some(circle), None, None) => {
-                    let (centre, radius) = self.circle_of_wall(&format!("{key}.disc"), circle)?;
-                    walls.push(Wall::Disc { centre, radius });
-                }
-                (None, None, Some(circle), None) => {
-                    let (centre, radius) = self.circle_of_wall(&format!("{key}.hollow"), circle)?;
-                    walls.push(Wall::Hollow { centre, radius });
-                }
-                (None, None, None, Some(tag)) => {
-                    let key = format!("{key}.tag");
-                    let hint = "give a `segment`, a `disc` or a `hollow`";
-                    let rule = "particles have no mesh whose boundary could have a tag";
-                    self.require(around == Around::Flow, &key, format!("\"{tag}\""), rule, hint)?;
-                    let rule = "another wall has this tag";
-                    self.require(
-                        !tags.iter().any(|(_, other)| other == tag),
-                        &key,
-                        format!("\"{tag}\""),
-                        rule,
-                        "remove one of the two",
-                    )?;
-                    tags.push((at, tag.clone()));
-                }
-                (_, _, _, _) => {
-                    return Err(self.error(&key, "(a table)", one, "write one [[wall]] for each"));
-                }
-            }
-        }
-        Ok((walls, tags))
-    }
-
-    fn circle_of_wall(&self, key: &str, circle: CircleTable) -> Result<(Point, f64), SceneError> {
-        let finite = circle.centre.iter().all(|x| x.is_finite());
-        self.require(finite, &format!("{key}.centre"), point(circle.centre), "must be finite", "such as [0, 0]")?;
-        let radius = self.positive(&format!("{key}.radius"), circle.radius, "such as 1")?;
-        Ok((circle.centre.into(), radius))
-    }
-
-    fn contact(&self, given: &mut Option<ContactTable>, touch: bool) -> Result<Option<ContactSettings>, SceneError> {
-        if !touch {
-            let hint = "remove it, or add another body or a [[wall]]";
-            self.require(
-                given.is_none(),
-                "contact",
-                "(given)",
-                "there is nothing that a single body could meet",
-                hint,
-            )?;
-            return Ok(None);
-        }
-        let table = given.get_or_insert_default();
-        let law = match (table.law, table.gamma_min) {
-            (LawName::Inelastic, None) => Law::Inelastic,
-            (LawName::Inelastic, Some(value)) => {
-                let rule = "bodies do not stick in inelastic contact, so there is no threshold of roughness";
-                let hint = "remove it, or take law = \"gluey\"";
-                return Err(self.error("contact.gamma_min", value, rule, hint));
-            }
-            (LawName::Gluey, given) => {
-                let gamma_min = given.unwrap_or(f64::NEG_INFINITY);
-                let hint = "-inf, the default, is smooth glue; -1 lets go earlier; 0 is inelastic contact";
-                self.require(gamma_min <= 0.0, "contact.gamma_min", gamma_min, "must not be above 0", hint)?;
-                table.gamma_min = Some(gamma_min);
-                Law::Gluey { gamma_min }
-            }
-        };
-        let (margin, tolerance) = (table.margin, table.tolerance);
-        let holds = margin.is_finite() && margin >= 0.0;
-        let hint = "0 lets bodies touch; about one cell keeps a layer of fluid between them";
-        self.require(holds, "contact.margin", margin, "must be finite and not negative", hint)?;
-        let holds = (1e-14..=1e-3).contains(&tolerance);
-        let hint = "1e-12 is the usual value";
-        self.require(holds, "contact.tolerance", shown(tolerance), "must lie between 1e-14 and 1e-3", hint)?;
-        Ok(Some(ContactSettings { law, margin, tolerance, solver: table.solver }))
-    }
-
     /// Refuses bodies in a scene whose kind has none.
     pub(super) fn no_bodies(&self, tables: &BodyTables) -> Result<(), SceneError> {
         let given = [
@@ -669,7 +402,7 @@ impl Checker<'_> {
 }
 
 /// Names that the formulas of a body may use.
-fn numbers<'a>(shape: &Shape, density: f64, symbols: &'a [(&'static str, f64)]) -> Vec<(&'a str, f64)> {
+pub(super) fn numbers<'a>(shape: &Shape, density: f64, symbols: &'a [(&'static str, f64)]) -> Vec<(&'a str, f64)> {
     let area = shape.area();
     let mut all = vec![("area", area), ("mass", density * area), ("inertia", density * shape.second_moment())];
     match shape {
@@ -680,6 +413,6 @@ fn numbers<'a>(shape: &Shape, density: f64, symbols: &'a [(&'static str, f64)]) 
     all
 }
 
-fn point([x, y]: [f64; 2]) -> String {
+pub(super) fn point([x, y]: [f64; 2]) -> String {
     format!("[{x}, {y}]")
 }

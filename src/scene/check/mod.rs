@@ -2,10 +2,12 @@
 
 mod bodies;
 mod fields;
+mod groups;
 mod kinds;
 mod maps;
 mod outputs;
 mod strain;
+mod walls;
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
