@@ -6,6 +6,7 @@ pub mod defects;
 pub mod estimate;
 pub mod exact;
 pub mod finished;
+pub mod last_state;
 pub mod maps;
 pub mod measures;
 pub mod memory;
@@ -204,6 +205,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     writer.kept = kept.unwrap_or_default();
     progress.recall(&writer.kept.said);
     if resumed_at.is_none() {
+        setup.said_of_start.get().into_iter().for_each(|remark| progress.say(&format!("note: {remark}")));
         keep(&mut writer, &gauges, &progress, remarks);
         writer.write_due(&mut march, &setup, None)?;
         // a run that is killed early can be resumed, too
