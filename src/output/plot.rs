@@ -236,9 +236,13 @@ impl Plot {
     }
 }
 
-fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> {
+fn with_suffix(stem: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(stem);
-    name.push(ending);
-    let path = PathBuf::from(name);
+    name.push(suffix);
+    PathBuf::from(name)
+}
+
+fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> {
+    let path = with_suffix(stem, ending);
     std::fs::write(&path, bytes).map_err(|source| PlotError::Write { path, source })
 }
