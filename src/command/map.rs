@@ -49,7 +49,7 @@ pub struct MapArgs {
     /// Colours of bodies in pictures of the bodies alone: speed, force (of the contacts) or name [default: speed].
     #[arg(long, value_name = "COLOUR", value_parser = named::<Colour>)]
     colour: Option<Colour>,
-    /// Folder of the pictures [default: `plots` in the folder of each run].
+    /// Folder of the pictures [default: `maps` in the folder of each run].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -160,12 +160,11 @@ fn what_of(folder: &Path, args: &MapArgs) -> Result<Drawn, Failure> {
 
 /// Draws the bodies alone, as they were at the last time of their table.
 fn draw_bodies(folder: &Path, stem: &str, out: Option<&Path>, seen: &Seen, look: &Look) -> Result<PathBuf, Failure> {
-    let plots = out.map_or_else(|| folder.join("plots"), Path::to_owned);
+    let plots = out.map_or_else(|| folder.join("maps"), Path::to_owned);
     std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
     let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
     let path = plots.join(format!("{prefix}bodies-last"));
-    picture(&seen.moment(), look)?.write(&path)?;
-    Ok(path)
+    Ok(picture(&seen.moment(), look)?.write_new(&path)?)
 }
 
 fn request(options: &MapOptions) -> MapRequest {
@@ -254,7 +253,7 @@ fn draw(
     named: bool,
 ) -> Result<Vec<PathBuf>, Failure> {
     let (run, requests) = read(folder, requests, options, named)?;
-    let plots = out.map_or_else(|| folder.join("plots"), Path::to_owned);
+    let plots = out.map_or_else(|| folder.join("maps"), Path::to_owned);
     std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
     // pictures of several runs in one folder are told apart by the runs' names
     let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
@@ -263,9 +262,7 @@ fn draw(
     match &run {
         Read::Moving(run) => {
             for request in &requests {
-                let path = path(request, run.steps);
-                run.draw(request)?.write(&path)?;
-                written.push(path);
+                written.push(run.draw(request)?.write_new(&path(request, run.steps))?);
             }
         }
         Read::Resting(run) => {
@@ -280,8 +277,7 @@ fn draw(
             let draft = Draft { stream, bodies, ..Draft::new(&run.setup, &march.state, march.t) };
             for request in &requests {
                 let path = path(request, march.counts.steps);
-                draft.draw(request, &Caption::of(&run.scene))?.write(&path)?;
-                written.push(path);
+                written.push(draft.draw(request, &Caption::of(&run.scene))?.write_new(&path)?);
             }
         }
     }

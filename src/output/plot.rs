@@ -241,10 +241,14 @@ impl Plot {
     }
 }
 
-fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> {
+fn with_suffix(stem: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(stem);
-    name.push(ending);
-    let path = PathBuf::from(name);
+    name.push(suffix);
+    PathBuf::from(name)
+}
+
+fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> {
+    let path = with_suffix(stem, ending);
     mark::check(&path).map_err(|error| PlotError::Foreign(Box::new(error)))?;
     // as everything: at any moment the old picture or the new one
     let part = PathBuf::from(format!("{}.part", path.display()));

@@ -1,7 +1,11 @@
 //! Measured velocities averaged on bins, and how far a run is from them [11.1–11.3].
 
+mod derive;
 mod file;
+mod format;
+mod how;
 mod maps;
+mod reader;
 mod synthesize;
 mod tracks;
 mod velocity;
@@ -17,7 +21,7 @@ use crate::measure::measured::{Averages, Binned, Difference, Flux, overshoot};
 use crate::output::lock::{self, Room};
 use crate::run::RunError;
 
-pub use file::{Columns, CompareStudy};
+pub use file::CompareStudy;
 pub use synthesize::{Synthesis, synthesize};
 pub use tracks::Tracks;
 pub use velocity::RunVelocity;
@@ -218,6 +222,9 @@ impl std::fmt::Display for Comparison {
         let cells: u64 = self.averages.cells.iter().sum();
         let (rows, bins) = (self.tracks.samples.len(), self.averages.bins.len());
         write!(out, "{cells} of {rows} rows in {filled} of {bins} bins, {} frames", self.tracks.frames)?;
+        for note in &self.tracks.notes {
+            write!(out, "\nnote: {note}")?;
+        }
         if let Some(computed) = &self.computed {
             let d = &computed.difference;
             write!(out, "\n{} bins compared with the run at t = {}", d.bins, computed.run.time)?;
