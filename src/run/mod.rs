@@ -7,6 +7,7 @@ pub mod estimate;
 pub mod exact;
 pub mod finished;
 pub mod folder;
+pub mod last_state;
 pub mod maps;
 pub mod measures;
 pub mod memory;
@@ -208,6 +209,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     progress.recall(&writer.kept.said);
     match resumed {
         None => {
+            setup.said_of_start.get().into_iter().for_each(|remark| progress.say(&format!("note: {remark}")));
             keep(&mut writer, &gauges, &progress, remarks);
             writer.write_due(&mut march, &setup, None)?;
             // a run that is killed early can be resumed, too
