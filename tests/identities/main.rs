@@ -17,3 +17,4 @@ mod space;
 mod start;
 mod strain;
 mod time;
+mod units;
