@@ -26,7 +26,7 @@ use crate::space::Space;
 pub enum SlipTreatment {
     /// Nodal unknowns in the frame of the exact normal.
     Rotated,
-    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3].
+    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3], `ε_r` in units of `√|Ω|`.
     Penalty { epsilon: f64 },
 }
 
@@ -98,7 +98,7 @@ pub struct Momentum {
     /// Factorised masses of the stationary residuals, free velocity unknowns and pressure.
     residual_masses: (Factored, Factored),
     friction: f64,
-    /// Faces with slip by penalty, and `ε_r`.
+    /// Faces with slip by penalty, and `ε_r √|Ω|`.
     penalty: Option<(Faces, f64)>,
 }
 
@@ -148,7 +148,8 @@ impl Momentum {
         let penalty = match slip {
             SlipTreatment::Rotated => None,
             SlipTreatment::Penalty { epsilon } => {
-                Some((tagged(conditions, |c| matches!(c, VelocityCondition::Slip)), epsilon))
+                let slip = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
+                Some((slip, epsilon * loops.mesh.area().sqrt()))
             }
         };
         let form = stiffness_form(velocity, friction, penalty);
@@ -169,7 +170,7 @@ impl Momentum {
         let system = match bodies {
             None => {
                 let system = factorise(&frames, &stiffness, &gradient, &pressure_mass, closed);
-                system.map_err(|error| blame_penalty(penalty, error))?
+                system.map_err(|error| blame_penalty(slip, error))?
             }
             Some((immersion, rigidity)) => {
                 let blocks = element_blocks(loops, (velocity, pressure), friction, penalty);
@@ -366,7 +367,7 @@ impl Momentum {
             System::Immersed { .. } => unreachable!("bodies have been dealt with"),
             System::Open(factored) => {
                 right.extend(&volume);
-                let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.penalty, error))?;
+                let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.slip, error))?;
                 let pressure = x.split_off(self.frames.free);
                 (x, pressure)
             }
@@ -375,7 +376,7 @@ impl Momentum {
                 let last = volume.len() - 1;
                 right.extend(&volume[..last]);
                 let solved = bordered.solve(&right, &[volume[last], 0.0]);
-                let (mut x, border) = solved.map_err(|error| blame_penalty(self.penalty, error))?;
+                let (mut x, border) = solved.map_err(|error| blame_penalty(self.slip, error))?;
                 let mut pressure = x.split_off(self.frames.free);
                 pressure.push(border[0]);
                 (x, pressure)
@@ -487,8 +488,8 @@ pub fn outer_force<'a>(
 }
 
 /// Rounding weighs a penalty against the rest of the balance: a system that is not solved well is blamed on it.
-fn blame_penalty(penalty: Option<(Faces, f64)>, mut error: SolveError) -> SolveError {
-    if let (Some((_, epsilon)), SolveError::Inaccurate { hint, .. }) = (penalty, &mut error) {
+fn blame_penalty(slip: SlipTreatment, mut error: SolveError) -> SolveError {
+    if let (SlipTreatment::Penalty { epsilon }, SolveError::Inaccurate { hint, .. }) = (slip, &mut error) {
         *hint = format!(
             "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
              take `space.slip = \"rotated\"`"
