@@ -7,6 +7,7 @@ use monolayer::measure::StreamFunction;
 use monolayer::output::OutputError;
 use monolayer::output::bodies::{Colour, Look, picture};
 use monolayer::output::plot::map::Window;
+use monolayer::output::say;
 use monolayer::results::bodies::Seen;
 use monolayer::run::finished::Finished;
 use monolayer::run::maps::{Caption, Draft};
@@ -16,7 +17,7 @@ use monolayer::scene::{AnyScene, ArrowsOf, MapOptions, MapRequest, Quantity};
 use serde::Deserialize;
 use serde::de::value::{Error as NameError, StrDeserializer};
 
-use crate::{Failure, say};
+use crate::Failure;
 
 /// What `monolayer map` is told.
 #[derive(Debug, Args)]
@@ -112,7 +113,7 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
             written.push(draw_bodies(folder, stem, out, seen, &look)?);
         }
         if !quiet {
-            written.iter().try_for_each(|path| say(&format!("written {}.png and .svg", path.display())))?;
+            written.iter().for_each(|path| say::tell(&format!("written {}.png and .svg", path.display())));
         }
     }
     Ok(())

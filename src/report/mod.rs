@@ -12,6 +12,7 @@ mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use crate::output::mark::MADE_BY;
 use crate::results::curves::{Wish, curves};
 use crate::results::{Kind, Results, differing};
 
@@ -34,7 +35,7 @@ pub fn page(folders: &[Results]) -> String {
                 meta charset="utf-8";
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="generator" content={ "monolayer " (env!("CARGO_PKG_VERSION")) };
+                meta name="generator" content={ (MADE_BY) " " (env!("CARGO_PKG_VERSION")) };
                 title { (title) }
                 style { (PreEscaped(STYLE)) }
             }

@@ -8,11 +8,13 @@ use std::time::Instant;
 use super::StudyError;
 use super::branch_file::{BranchStudy, ParameterScale};
 use super::table::{refuse_occupied, write_rows, write_study};
+use crate::output::lock::{self, Room};
 use crate::output::plot::{Line, Markers, Plot, Scale, Series, Symbol};
 use crate::output::progress::{Progress, Verbosity};
 use crate::output::{OutputError, number as number_of};
 use crate::results::names;
 use crate::run::measures::Gauges;
+use crate::run::stake::Stake;
 use crate::run::{RunError, Setup, setup};
 use crate::solve::{dot, root};
 use crate::steady::arclength::{Family, Place};
@@ -37,11 +39,23 @@ pub struct Diagram {
     pub interrupted: bool,
 }
 
+/// Names of what a study of branches leaves.
+const NAMES: [&str; 4] = ["study.toml", "branches.csv", "branches.svg", "branches.png"];
+
 /// Finds a steady state at the study's start and follows its branches; table and diagram are written to `out`.
 ///
 /// # Errors
 /// A scene that cannot be set up, no steady state at the start, results that cannot be written.
 pub fn run(
+    study: &BranchStudy,
+    out: &Path,
+    verbosity: Verbosity,
+    interrupt: &AtomicBool,
+) -> Result<Diagram, StudyError> {
+    lock::alone(out, Room::Without(&NAMES), || find_and_follow(study, out, verbosity, interrupt))
+}
+
+fn find_and_follow(
     study: &BranchStudy,
     out: &Path,
     verbosity: Verbosity,
@@ -132,6 +146,7 @@ pub fn run(
     let mut memory = Memory::default();
     let work = Work { memory: &mut memory, phases: &mut phases, interrupt };
     let settings = crate::steady::branch::BranchSettings { residual, eigenvalues, ..study.settings };
+    let _stake = Stake::new();
     let outcome = follow(&family, &starts, &settings, work, &mut take);
     if let Some(error) = broken {
         return Err(error.into());

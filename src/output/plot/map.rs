@@ -276,7 +276,7 @@ impl Picture {
     /// folder must exist.
     ///
     /// # Errors
-    /// As [`Picture::png`], and [`PlotError::Write`].
+    /// As [`Picture::png`], and [`PlotError::Write`], [`PlotError::Foreign`].
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
         let png = self.png()?;
         write_file(path_without_extension, ".svg", self.svg().as_bytes())?;

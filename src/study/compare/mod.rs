@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use super::{StudyError, table};
 use crate::measure::MeasureError;
 use crate::measure::measured::{Averages, Binned, Difference, Flux, overshoot};
+use crate::output::lock::{self, Room};
 use crate::run::RunError;
 
 pub use file::CompareStudy;
@@ -63,16 +64,21 @@ pub struct Comparison {
     pub blocks: usize,
 }
 
+/// Names of what a comparison leaves.
+const NAMES: [&str; 7] = ["study.toml", "field.csv", "run.csv", "comparison.csv", "summary.json", "cuts", "plots"];
+
 /// Reads the data, compares them with the run, and leaves the results in `out`.
 ///
 /// # Errors
 /// A folder that holds results, data or a run that cannot be read, a window without cells, a run that shares no bin with the data.
 pub fn run(study: &CompareStudy, out: &Path) -> Result<Comparison, StudyError> {
-    table::refuse_occupied(out)?;
-    let comparison = compare(study)?;
-    table::write_study(&study.text(), out)?;
-    write::write(study, &comparison, out)?;
-    Ok(comparison)
+    lock::alone(out, Room::Without(&NAMES), || {
+        table::refuse_occupied(out)?;
+        let comparison = compare(study)?;
+        table::write_study(&study.text(), out)?;
+        write::write(study, &comparison, out)?;
+        Ok(comparison)
+    })
 }
 
 /// As [`run`], without files.
