@@ -11,7 +11,6 @@ pub mod expected;
 pub mod figures;
 pub mod file;
 mod forms;
-mod lock;
 mod one;
 pub mod order;
 mod pool;
