@@ -213,7 +213,7 @@ impl<'s> Gauges<'s> {
             Measure::EnergyBudget => values.extend(Budget::at(model, state, rate_of_p, t).columns()),
             Measure::Mass => self.mass(state, values),
             Measure::DensityMin => self.smallest_density(state, values),
-            Measure::Overshoot => self.overshoot(state, t, values)?,
+            Measure::Overshoot => self.overshoot(at, values)?,
             Measure::Asymmetry => self.asymmetry(state, values),
             Measure::Defects => self.count_defects(state, values),
             Measure::Circulation => self.circulation(state, values),
@@ -228,8 +228,9 @@ impl<'s> Gauges<'s> {
     }
 
     /// Relative to what flows in on the axis; empty while that is zero.
-    fn overshoot(&self, state: &State, t: f64, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
-        let Setup { mesh, locator, model, .. } = self.setup;
+    fn overshoot(&self, at: &At, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+        let At { model, state, t, .. } = *at;
+        let Setup { mesh, locator, .. } = self.setup;
         let (axis, span) = (self.centre[1], (self.centre[0] + self.radius, self.end));
         let Some(inlet) = Inlet::on(mesh, axis) else { return Ok(()) };
         // the polarity is imposed weakly: what is given counts, not its trace

@@ -53,6 +53,30 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     mesh_of(&scene.mesh, scene.source())
 }
 
+/// Smallest and largest extent of a mesh from a file, and the smallest relative to its coordinates.
+const EXTENTS: [f64; 2] = [1e-9, 2e9];
+const NARROWEST: f64 = 1e-9;
+
+/// Refuses a mesh whose areas leave the range of numbers, or whose vertices coincide in their rounding.
+fn check_extent(mesh: Mesh, file: &str) -> Result<Mesh, MeshError> {
+    let first = mesh.vertices[0];
+    let corners = |(low, high): (Point, Point), x: &Point| (low.inf(x), high.sup(x));
+    let (low, high) = mesh.vertices.iter().fold((first, first), corners);
+    let (extent, reach) = ((high - low).max(), low.amax().max(high.amax()));
+    if (EXTENTS[0]..=EXTENTS[1]).contains(&extent) && extent >= NARROWEST * reach {
+        return Ok(mesh);
+    }
+    Err(MeshError::BadKey {
+        key: "mesh.file".into(),
+        value: format!("\"{file}\""),
+        rule: format!(
+            "the mesh is {extent:e} across at coordinates up to {reach:e}; an extent lies between 1e-9 and 1e9, and is at least \
+             1e-9 of the coordinates"
+        ),
+        hint: "scale the mesh to a unit of length in which it is near 1 across, and put the origin into it".into(),
+    })
+}
+
 /// Builds or reads the mesh of a scene of any kind.
 ///
 /// # Errors
@@ -60,15 +84,17 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
 pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError> {
     let built = match &table.file {
         None => table.build(),
-        Some(file) => gmsh::read(Path::new(file)).and_then(|mut mesh| match table.curved {
-            None => Ok(mesh),
-            Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
-            Some(other) => Err(MeshError::BadKey {
-                key: "mesh.curved".into(),
-                value: other.to_string(),
-                rule: "must be 1, 2 or 3".into(),
-                hint: "leave it out to keep the geometry of the file".into(),
-            }),
+        Some(file) => gmsh::read(Path::new(file)).and_then(|mesh| check_extent(mesh, file)).and_then(|mut mesh| {
+            match table.curved {
+                None => Ok(mesh),
+                Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
+                Some(other) => Err(MeshError::BadKey {
+                    key: "mesh.curved".into(),
+                    value: other.to_string(),
+                    rule: "must be 1, 2 or 3".into(),
+                    hint: "leave it out to keep the geometry of the file".into(),
+                }),
+            }
         }),
     };
     let few_tags = built.and_then(|mesh| match mesh.tags.len() {

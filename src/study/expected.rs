@@ -14,6 +14,11 @@ const SOLVED: f64 = 10.0;
 /// What second derivatives do to rounding in cells of size 1: inverse inequality of the highest degree.
 const STEEP: f64 = 100.0;
 
+/// What may be wrong, below the last line.
+const HINT: &str = "; hint: exact fields with kinks and boundary data of another solution have no order, steps alone show none below the error \
+                    of the mesh, and coarse levels may not show it: refine, or give `expect` with the orders that you do expect \
+                    (`expect = {}` for none)";
+
 /// What a level promises of its errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Promise {
@@ -95,6 +100,9 @@ pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
             for &(field, space) in &finest.promise.space {
                 lines.extend(broken_promise(outcome, &levels, field, space));
             }
+            if let Some(last) = lines.last_mut() {
+                last.push_str(HINT);
+            }
         }
     }
     lines
@@ -122,11 +130,7 @@ fn broken_promise(outcome: &Outcome, levels: &[&Level], field: ErrorField, space
         return None;
     }
     let (name, norm) = (field.name(), Norm::Square.name());
-    Some(format!(
-        "{name} in {norm}: order {observed:.2}, expected {expected:.1} by {why}; hint: exact fields with kinks or boundary data of \
-         another solution have no order, and coarse levels may not show it: refine, or give `expect` with the orders that you do \
-         expect (`expect = {{}}` for none)"
-    ))
+    Some(format!("{name} in {norm}: order {observed:.2}, expected {expected:.1} by {why}"))
 }
 
 /// Whether the error of a field is no more than what solvers leave.

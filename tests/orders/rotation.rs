@@ -57,7 +57,7 @@ fn slip_walls_let_a_disc_and_a_ring_turn() {
     let ring = SCENE
         .replace("shape = \"disc\"\nh = 0.5", RING[0])
         .replace("[boundary.wall]", "[boundary.outer]\nvelocity = \"slip\"\npolarity = \"neumann\"\n[boundary.inner]");
-    for text in [SCENE, &ring] {
+    for text in [SCENE, ring.as_str()] {
         for (k, slip) in [(1, "rotated"), (2, "rotated"), (3, "rotated"), (1, "penalty")] {
             let (k, slip) = (k.to_string(), format!("\"{slip}\""));
             let (scene, setup) = setup(text, &[("space.k", &k), ("space.slip", &slip)]);
