@@ -13,6 +13,7 @@ pub mod motion;
 pub mod moved;
 pub mod particles;
 pub mod report;
+mod resolution;
 pub mod setup;
 pub mod steady;
 pub mod stokes;

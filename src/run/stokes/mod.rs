@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::available::available;
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan};
-use super::{Options, RunError, maps, memory, setup};
+use super::{Options, RunError, maps, memory, resolution, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;
@@ -83,7 +83,7 @@ pub fn need(scene: &StokesScene) -> Option<f64> {
 pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     let sizes = sizes(scene)?;
     let available = available()?;
-    let mut remarks = remarks(scene);
+    let mut remarks = remarks(scene, &sizes.mesh);
     if available.is_some_and(|available| sizes.bytes > available) {
         remarks.push(
             "the run does not fit into the memory that is available; take a coarser mesh or a lower degree".into(),
@@ -105,7 +105,7 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     })
 }
 
-fn remarks(scene: &StokesScene) -> Vec<String> {
+fn remarks(scene: &StokesScene, mesh: &Mesh) -> Vec<String> {
     let mut remarks = Vec::new();
     if scene.pressure_is_free() {
         remarks.push(
@@ -114,6 +114,7 @@ fn remarks(scene: &StokesScene) -> Vec<String> {
                 .to_owned(),
         );
     }
+    remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
     remarks
 }
 
@@ -231,13 +232,15 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
     let none = Vec::new();
     let plan = Plan {
         title: scene.title.as_deref(),
+        origin: scene.source().origin(),
         text,
-        time: scene.time,
+        end: scene.time.end,
+        max_steps: scene.time.max_steps,
         outputs: &scene.outputs,
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,
         terms: terms(scene),
-        remarks: remarks(scene),
+        remarks: remarks(scene, &mesh),
         mesh: Some(mesh.quality()),
         fingerprint: mesh.fingerprint(),
         unknowns: [velocity.dof_count(), pressure, system],
