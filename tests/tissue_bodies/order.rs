@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use monolayer::body::cut::Cover;
+use monolayer::body::cut::{Class, Cover};
 use monolayer::body::{Pose, Shape};
 use monolayer::form::upwind::Carrier;
 use monolayer::form::{CellPoint, mass};
@@ -98,7 +98,7 @@ fn errors(n: usize, degree: usize) -> [f64; 3] {
     }
     let value = tissue.sum(2 * degree + 4, |x| (p.vector(&x.site) - at(x.site.x).0).norm_squared());
     let slope = tissue.sum(2 * degree + 4, |x| (p.vector_gradient(&x.site) - at(x.site.x).1).norm_squared());
-    let inner: Vec<usize> = (0..mesh.cells.len()).filter(|&c| covered.is_body(c)).collect();
+    let inner: Vec<usize> = (0..mesh.cells.len()).filter(|&c| matches!(cover.cell(c), Class::Inside(_))).collect();
     let largest = inner.iter().flat_map(|&c| p.coefficients(c, 0)).fold(0.0_f64, |m, v| m.max(v.abs()));
     [value.max(0.0).sqrt(), slope.max(0.0).sqrt(), largest]
 }
