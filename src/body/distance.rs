@@ -24,7 +24,11 @@ pub enum ShapeError {
     NotConvex { index: usize, x: f64, y: f64 },
     #[error("the polygon winds round more than once; hint: list the corners in their order around the body")]
     Winding,
-    #[error("the {shape} is a sliver: its width is {width:.1e} of its length, and {narrowest:.0e} is the least; hint: {hint}", narrowest = NARROWEST)]
+    #[error(
+        "the {shape} is a sliver: its width is {width:.1e} of its length, and {least:.0e} is the least; \
+         hint: {hint}",
+        least = NARROWEST
+    )]
     Sliver { shape: &'static str, width: f64, hint: &'static str },
 }
 

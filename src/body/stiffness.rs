@@ -1,11 +1,12 @@
 //! How long a step can follow forces that vary with the place of a body, and velocities that are prescribed by it.
 //!
-//! Steps take forces at their beginning. With `ΔF = F(x + Δt W) − F(x)` at the twist W that is predicted, and `Y ΔF` the change of the twists that
+//! Steps take forces at their beginning. With `ΔF = F(x + Δt W) − F(x)` at the twist W that is predicted, and `Y ΔF`
+//! the change of the twists that
 //! ΔF causes, a step is followed where for every body of size r
 //!
 //! ```text
 //! ½ Δt |Y ΔF| ≤ tolerance r       what the second order would change of the way
-//! Δt |Y ∂F/∂x| ≤ bound            so that a force that draws back does not overshoot, however near its rest the body is
+//! Δt |Y ∂F/∂x| ≤ bound            so that a force that draws back does not overshoot, however near its rest
 //! ```
 //! and a path is followed where a step's chord is nearly as long as the way.
 

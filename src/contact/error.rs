@@ -8,7 +8,8 @@ pub enum ContactError {
     )]
     Step { dt: f64 },
     #[error(
-        "the {what} of body \"{body}\" is {value}{at}: it must be finite; hint: a formula must be finite wherever it is used"
+        "the {what} of body \"{body}\" is {value}{at}: it must be finite; hint: a formula must be finite wherever it \
+         is used"
     )]
     NotFinite { body: String, what: &'static str, value: f64, at: String },
     #[error(
@@ -25,7 +26,8 @@ pub enum ContactError {
     )]
     Caught { first: String, second: String, miss: f64, iterations: usize, hint: String },
     #[error(
-        "\"{first}\" and {second} move by {travel:.2e} past each other in one step of {dt:.2e}, and could pass through each other: no more than \
+        "\"{first}\" and {second} move by {travel:.2e} past each other in one step of {dt:.2e}, and could pass \
+         through each other: no more than \
          {limit:.2e} is followed; hint: take a smaller step"
     )]
     TooFar { first: String, second: String, travel: f64, limit: f64, dt: f64 },

@@ -7,11 +7,13 @@ use super::step::Step;
 use super::{Contact, ContactError, Partner, Wall};
 use crate::body::Twist;
 
-/// Gaps below this share of what a step may leap count as contact, whose direction is known however fast the bodies are pressed.
+/// Gaps below this share of what a step may leap count as contact, whose direction is known however fast the bodies are
+/// pressed.
 const CLOSE: f64 = 1e-2;
 
 impl Step<'_> {
-    /// Refuses steps in which bodies would leap, were there no contact; the direction of a contact that is still far away would be wrong.
+    /// Refuses steps in which bodies would leap, were there no contact; the direction of a contact that is still far
+    /// away would be wrong.
     pub(super) fn refuse_leaps(&self, pairs: &Pairs) -> Result<(), ContactError> {
         let predicted: Vec<Twist> = self.movers.iter().map(|m| m.whole(&m.predicted, self.dt)).collect();
         for near in &self.near {
@@ -32,7 +34,8 @@ impl Step<'_> {
         Ok(())
     }
 
-    /// Refuses a step that moves two bodies that can meet in it past each other by more than the thinner one is thick, or turns them by more than
+    /// Refuses a step that moves two bodies that can meet in it past each other by more than the thinner one is thick,
+    /// or turns them by more than
     /// half of that: gaps are looked at where a step ends.
     pub(super) fn refuse_leap(
         &self,

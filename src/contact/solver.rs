@@ -112,7 +112,8 @@ pub struct Projected {
     pub poses: Vec<Pose>,
     /// Contact force and torque on each body.
     pub forces: Vec<[f64; 3]>,
-    /// Pairs that are close or touch, in ascending order, with their gaps after the step; of those whose motion is given, all that overlap.
+    /// Pairs that are close or touch, in ascending order, with their gaps after the step; of those whose motion is
+    /// given, all that overlap.
     pub contacts: Vec<Contact>,
     /// Contact force on all walls.
     pub wall_force: Point,
@@ -342,7 +343,8 @@ impl Mover<'_> {
         }
     }
 
-    /// How far its centre moves in a step with `twist`, and a bound of how far its turning carries points of its boundary beside that.
+    /// How far its centre moves in a step with `twist`, and a bound of how far its turning carries points of its
+    /// boundary beside that.
     pub(super) fn strides(&self, twist: &Twist, dt: f64) -> (Point, f64) {
         let round = match self.shape {
             Shape::Disc { .. } => 0.0,

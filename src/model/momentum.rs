@@ -229,7 +229,8 @@ impl Momentum {
         Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames }
     }
 
-    /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of the factors above them is made
+    /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of
+    /// the factors above them is made
     /// anew. The result does not depend on where the bodies were before.
     ///
     /// # Errors

@@ -40,7 +40,8 @@ impl Resolution {
         let (at, ratio, cell) = worst?;
         let others = if count > 1 { format!(" ({} more bodies likewise)", count - 1) } else { String::new() };
         Some(format!(
-            "`{}` is not resolved{others}: half of its thickness, {:.3e}, is {ratio:.2e} of the cell there, {cell:.3e}; below {LEAST} a body \
+            "`{}` is not resolved{others}: half of its thickness, {:.3e}, is {ratio:.2e} of the cell there, \
+             {cell:.3e}; below {LEAST} a body \
              moves and is held like one of about a cell: take smaller cells where it is",
             bodies[at].name,
             bodies[at].shape.inradius()
@@ -63,7 +64,8 @@ impl Resolution {
             Partner::Wall(wall) => format!("wall {}", wall + 1),
         };
         Some(format!(
-            "the gap between `{}` and {partner}, {:.3e}, is {:.2e} of the cell there, {cell:.3e}: the flow in it is not resolved; \
+            "the gap between `{}` and {partner}, {:.3e}, is {:.2e} of the cell there, {cell:.3e}: the flow in it is \
+             not resolved; \
              `contact.margin` keeps bodies apart",
             bodies[contact.body].name,
             contact.gap.max(0.0),

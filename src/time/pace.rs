@@ -62,12 +62,14 @@ pub struct Pace {
     wait: usize,
 }
 
-/// Easy steps before a longer one. A force that draws back must not see longer steps at the same place of every swing, which would feed it: a
+/// Easy steps before a longer one. A force that draws back must not see longer steps at the same place of every swing,
+/// which would feed it: a
 /// hundred steps are more than one.
 const AFTER_FORCE: usize = 100;
 const AFTER_CONTACT: usize = 4;
 
-/// Load of the forces, relative to the largest, at which a step twice as long can be made: they grow with its third power at most.
+/// Load of the forces, relative to the largest, at which a step twice as long can be made: they grow with its third
+/// power at most.
 pub const EASY: f64 = 0.125;
 
 /// What to do about forces that no step follows.
@@ -94,7 +96,8 @@ impl Default for Pace {
 }
 
 impl Pace {
-    /// Makes one step from `t`, trimmed to land on `landing`, halved as long as `attempt` refuses; it tells whether the step was easy.
+    /// Makes one step from `t`, trimmed to land on `landing`, halved as long as `attempt` refuses; it tells whether the
+    /// step was easy.
     ///
     /// # Errors
     /// The reason why there is none; the last good state is the caller's.

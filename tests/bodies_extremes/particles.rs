@@ -342,7 +342,8 @@ fn a_rod_that_turns_fast_stops_at_what_is_in_its_way() {
 
 #[test]
 fn a_fast_disc_passes_through_nothing_thin() {
-    let wall = "[[body]]\nname = \"plate\"\nshape = { capsule = { length = 2.0, radius = 0.005 } }\nposition = [0.0, 0.0]\nangle = 1.2\nmotion = \"fixed\"\n";
+    let wall = "[[body]]\nname = \"plate\"\nshape = { capsule = { length = 2.0, radius = 0.005 } }\nposition = [0.0, \
+        0.0]\nangle = 1.2\nmotion = \"fixed\"\n";
     for obstacle in [wall.to_owned(), segment([0.4, 1.0], [-0.4, -1.0])] {
         let left =
             run(&particles("", &(disc("ball", 0.05, -3.0, 0.1, "velocity = [1000.0, 0.0]") + &obstacle), 0.1, 0.2))
@@ -379,7 +380,8 @@ fn given_bodies_that_are_led_into_each_other_overlap() {
 
 #[test]
 fn a_path_that_turns_round_within_a_step_is_followed() {
-    let path = "[[body]]\nname = \"a\"\nshape = { disc = { radius = 0.1 } }\nmotion = { path = { position = [\"cos(20*pi*t)\", \"sin(20*pi*t)\"] } }\n";
+    let path = "[[body]]\nname = \"a\"\nshape = { disc = { radius = 0.1 } }\nmotion = { path = { position = \
+        [\"cos(20*pi*t)\", \"sin(20*pi*t)\"] } }\n";
     let left = run(&particles("", &(path.to_owned() + &disc("b", 0.1, -1.0, 0.0, "")), 0.1, 0.1)).ended();
     assert!(
         left.last("b").x.hypot(left.last("b").y + 0.0) > 1.0 && left.last("b").vy.abs() > 1.0,

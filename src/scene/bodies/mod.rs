@@ -110,7 +110,8 @@ impl Bodies {
                 let (thin, cell) = (body.shape.inradius(), (2.0 * mesh.cell_area(cell)).sqrt());
                 if thin < FINEST * cell {
                     let rule = format!(
-                        "half of the body's thickness, {thin:.1e}, is {:.1e} of the cell where it lies: below {FINEST:e} nothing is left of it",
+                        "half of the body's thickness, {thin:.1e}, is {:.1e} of the cell where it lies: below \
+                         {FINEST:e} nothing is left of it",
                         thin / cell
                     );
                     return error(key, value, rule, "take a larger body, or much smaller cells");

@@ -215,7 +215,8 @@ pub fn first_crowded(bodies: &[Body], walls: &[Wall], margin: f64) -> Option<(us
 /// Why a margin is too large, and what to do.
 pub fn crowded_rule(body: &str, partner: &str, gap: f64) -> (String, String) {
     let rule = format!(
-        "is too large for the gap of {gap:.3e} that `{body}` and {partner} have at the start: the first step would throw them apart by more than \
+        "is too large for the gap of {gap:.3e} that `{body}` and {partner} have at the start: the first step would \
+         throw them apart by more than \
          half of a body"
     );
     (rule, "take a smaller margin, or place the bodies farther apart".into())

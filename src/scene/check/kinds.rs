@@ -130,7 +130,8 @@ impl Checker<'_> {
         let step_min = self.step_min(step, table.step_min)?;
         let tolerance = *table.tolerance.get_or_insert(TOLERANCE);
         let holds = tolerance > 0.0 && tolerance <= 1.0;
-        let hint = "1e-3 of a body's size is the usual value; smaller ones make shorter steps where forces vary with the place";
+        let hint = "1e-3 of a body's size is the usual value; smaller ones make shorter steps where forces vary with \
+            the place";
         self.require(holds, "time.tolerance", tolerance, "must be greater than 0 and at most 1", hint)?;
         let none = "leave it out for no limit";
         self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
