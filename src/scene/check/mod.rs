@@ -351,10 +351,8 @@ impl Checker<'_> {
         let table = &mut file.time;
         let step = self.positive("time.step", table.step, "the first and largest step, such as 0.1")?;
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
-        let step_min = *table.step_min.get_or_insert(1e-6 * step);
-        let step_min = self.positive("time.step_min", step_min, "without it, a millionth of `step` is taken")?;
-        let rule = format!("must not be below time.step_min = {}", shown(step_min));
-        self.require(step >= step_min, "time.step", shown(step), &rule, "raise `step` or lower `step_min`")?;
+        let step_min = self.step_min(step, table.step_min)?;
+        table.step_min = Some(step_min.value());
         let rule = format!("must not be longer than the run, time.end = {end}");
         self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
         let none = "leave it out for no limit";
