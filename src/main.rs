@@ -19,6 +19,7 @@ use monolayer::mesh::gmsh::{self, Encoding};
 use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::run::{self, Ending, Options};
+use monolayer::scene::path;
 use monolayer::scene::{AnyScene, Scene, SceneKind, SceneSource};
 use monolayer::study::{self, BranchStudy, OrderStudy};
 
@@ -233,10 +234,10 @@ impl Sets {
 
     fn pairs(&self) -> Result<Vec<(String, String)>, Failure> {
         let pair = |set: &String| {
-            let (key, value) = set.split_once('=').ok_or_else(|| {
+            let (key, value) = path::assignment(set).ok_or_else(|| {
                 format!("`--set {set}` has no `=`; hint: write `--set KEY=VALUE`, such as `--set model.peclet=4`")
             })?;
-            Ok((key.trim().to_owned(), value.trim().to_owned()))
+            Ok((key.to_owned(), value.to_owned()))
         };
         self.sets.iter().map(pair).collect()
     }
@@ -372,12 +373,11 @@ fn default_folder(scene: &Path, resume: bool) -> PathBuf {
 }
 
 fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
-    let mesh = if input.extension().is_some_and(|e| e == "msh") {
-        gmsh::read(input)?
-    } else {
-        run::any::mesh(&sets.apply(input)?)?
-    };
+    let mesh = if gmsh::is_mesh_file(input) { gmsh::read(input)? } else { run::any::mesh(&sets.apply(input)?)? };
     say(&mesh.quality().to_string())?;
+    for note in run::setup::mesh_remarks(&mesh) {
+        say(&format!("note: {note}"))?;
+    }
     if let Some(out) = out {
         std::fs::create_dir_all(out).map_err(|e| monolayer::output::OutputError::io(out, &e))?;
         let stem = input.file_stem().map_or_else(|| "mesh".into(), |s| s.to_string_lossy().into_owned());
