@@ -411,6 +411,61 @@ fn a_run_can_start_from_another_runs_checkpoint_on_another_mesh() {
     assert!((a - b).abs() < 0.1 * a.abs(), "{a} {b}");
 }
 
+/// A closed sheet on a square of 2n² cells.
+const SHEET: &str = r#"
+[model]
+kind = "compressible"
+friction = 1.0
+traction = 1.0
+peclet = 1.0
+coherence = 0.5
+elasticity = 0.2
+density = { penalty = 1.0, exponent = 1.0, critical = 0.2 }
+[mesh]
+shape = "square"
+n = 4
+[boundary]
+left = { velocity = "slip", polarity = "neumann" }
+right = { velocity = "slip", polarity = "neumann" }
+bottom = { velocity = "slip", polarity = "neumann" }
+top = { velocity = "slip", polarity = "neumann" }
+[initial]
+polarity = ["0.5", "0.1*y"]
+density = "if(x>0.5,1,0.1)"
+[time]
+scheme = "bdf2"
+step = 0.05
+end = 0.1
+[coupling]
+kind = "newton"
+tolerance = 1e-9
+[[output]]
+measures = ["mass"]
+every = { steps = 1 }
+"#;
+
+#[test]
+fn the_mass_of_a_density_that_jumps_is_right_and_goes_on_to_other_meshes() {
+    let root = tempfile::tempdir().unwrap();
+    let first = folder(&root, "first");
+    let summary = run_in(&first, &scene_of(SHEET, &[]), false).unwrap();
+    assert!((summary.measures["mass"] - 0.55).abs() < 1e-13, "{:?}", summary.measures);
+    let start = format!("{{ file = {:?} }}", first.join("checkpoint.bin").to_string_lossy());
+    let sets = [("initial.polarity", start.as_str()), ("initial.density", start.as_str())];
+    for (name, n) in [("same", "4"), ("finer", "7"), ("coarser", "3")] {
+        let sets: Vec<_> =
+            sets.into_iter().chain([("mesh.n", n), ("mesh.distortion", "0.1"), ("mesh.seed", "3")]).collect();
+        let summary = run_in(&folder(&root, name), &scene_of(SHEET, &sets), false).unwrap();
+        assert!((summary.measures["mass"] - 0.55).abs() < 1e-12, "{name}: {:?}", summary.measures);
+        assert!(!summary.said.iter().any(|said| said.contains("has the mass")), "{:?}", summary.said);
+    }
+    fails(
+        SHEET,
+        &[("initial.density", "1-1.5*sin(4*pi*x)^2*sin(4*pi*y)^2")],
+        &["initial.density", "must not be negative"],
+    );
+}
+
 #[test]
 fn a_source_that_turns_nan_is_never_taken_for_converged() {
     // no force depends on the polarity here, so that nothing but the polarity's own equation can notice

@@ -1,27 +1,27 @@
 //! Mesh, model and initial state of a scene.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::RunError;
 use super::available::available;
 use super::exact::check_exact;
+use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Unknowns};
-use crate::form::Faces;
+use crate::form::{Faces, Integrator};
 use crate::measure::{MeasureError, Strain};
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
-use crate::mesh::{Mesh, MeshError, Point, Slits, gmsh};
+use crate::mesh::{Mesh, MeshError, Slits, gmsh};
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::manufactured::Volume;
 use crate::model::momentum::MomentumError;
 use crate::model::{Expression, ModelKind, start};
-use crate::output::checkpoint::Saved;
 use crate::scene::{Initial, InitialDensity, Measure, Scene, SceneSource, What};
-use crate::space::{Continuity, Field, Space, project};
-use crate::time::{Checkpoint, March, Sheet};
+use crate::space::{Field, project};
+use crate::time::{Checkpoint, Kind, March, Sheet};
 
 /// All that is built before the first step.
 #[derive(Debug)]
@@ -34,7 +34,12 @@ pub struct Setup {
     pub strain: Option<Strain>,
     /// Wall seconds that the setup took.
     pub seconds: f64,
+    /// A remark on the start of a run, once it was made.
+    pub said_of_start: OnceLock<String>,
 }
+
+/// Masses that differ by this share are the same.
+const SAME_MASS: f64 = 1e-10;
 
 /// Length over which the aligned start is smoothed, in disc radii   [10.4].
 const ALIGNED_LENGTH: f64 = 1.0;
@@ -136,7 +141,8 @@ impl Setup {
         }
         let locator = Locator::new(&mesh);
         let strain = super::strain::prepare(scene, &mesh, model.conditions())?;
-        Ok(Self { quality: mesh.quality(), locator, model, strain, mesh, seconds: begin.elapsed().as_secs_f64() })
+        let seconds = begin.elapsed().as_secs_f64();
+        Ok(Self { quality: mesh.quality(), locator, model, strain, mesh, seconds, said_of_start: OnceLock::new() })
     }
 
     /// The polarity at t = 0.
@@ -154,7 +160,7 @@ impl Setup {
             }
             Initial::Circulating => {
                 let track = scene.mesh.track().expect("the scene was checked for a track");
-                Ok(project::interpolate_vector(space, |x| track.tangent(x)))
+                Ok(project::project_vector(space, &[], |x| track.tangent(x)))
             }
             Initial::Exact => {
                 let exact = scene.sources.exact.as_ref().expect("the scene was checked for exact fields");
@@ -173,27 +179,48 @@ impl Setup {
                     what: format!("`initial.polarity.random.h_coarse` = {h_coarse} needs too many random vectors"),
                     hint: "take about the size of the structures, such as 0.25".into(),
                 }),
-            Initial::File(path) => from_checkpoint(space, path, Carried::Polarity),
+            Initial::File(path) => polarity_of(space, path),
         }
     }
 
-    /// The density at t = 0, where there is one.
+    /// The density at t = 0, where there is one: nowhere negative.
     ///
     /// # Errors
     /// As [`Setup::initial`]; a density below zero.
     pub fn initial_density(&self, scene: &Scene) -> Result<Option<Field>, RunError> {
-        let Some(start) = &scene.initial_density else { return Ok(None) };
-        let space = self.model.volume();
+        let (Some(start), Kind::Compressible(sheet)) = (&scene.initial_density, self.model.kind()) else {
+            return Ok(None);
+        };
+        let limiter = &sheet.density.limiter;
         let formula = |key: &str, formula: &Expression| {
-            start::density(space, formula, 0.0)
+            start::density(limiter, formula, 0.0)
                 .map_err(|e| RunError::Formula { origin: scene.source().place(key).to_string(), error: Box::new(e) })
         };
-        let field = match start {
+        Ok(Some(match start {
             InitialDensity::Formula(given) => formula("initial.density", given)?,
             InitialDensity::Exact => formula("exact.density", exact_density(scene))?,
-            InitialDensity::File(path) => from_checkpoint(space, path, Carried::Density)?,
-        };
-        Ok(Some(field))
+            InitialDensity::File(path) => {
+                let source = LastState::read(path)?.density()?;
+                let field = limiter.limit_start(&source.on(limiter.space())?);
+                self.compare_masses(path, &source.field, &field);
+                field
+            }
+        }))
+    }
+
+    /// Notes when the mass of a density that was taken from another run is not the same here.
+    fn compare_masses(&self, path: &Path, source: &Field, field: &Field) {
+        let mass = |rho: &Field| Integrator::new(&rho.space.mesh).sum(rho.space.degree, |x| rho.scalar(&x.site));
+        let (there, here) = (mass(source), mass(field));
+        let change = (here - there) / there.abs().max(f64::MIN_POSITIVE);
+        if change.abs() > SAME_MASS {
+            let note = format!(
+                "the density of {} has the mass {there:.9} on its own mesh and {here:.9} on this one, a relative change of {change:.1e}: the two \
+                 meshes do not cover the same points at the boundary",
+                path.display()
+            );
+            let _ = self.said_of_start.set(note);
+        }
     }
 
     /// What is carried at t = 0.
@@ -225,7 +252,10 @@ impl Setup {
             let y = match exact.volume() {
                 Volume::Pressure(_) => p,
                 Volume::Density { value, .. } => {
-                    [start::density(self.model.volume(), value, t).map_err(formula)?.values, p].concat()
+                    let Kind::Compressible(sheet) = self.model.kind() else {
+                        unreachable!("the exact fields of a scene are those of its kind")
+                    };
+                    [start::density(&sheet.density.limiter, value, t).map_err(formula)?.values, p].concat()
                 }
             };
             past.insert(0, (t, y));
@@ -321,110 +351,10 @@ pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
     }
 }
 
-/// A field that checkpoints keep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Carried {
-    Density,
-    Polarity,
-}
-
 /// The formula of the exact density.
 fn exact_density(scene: &Scene) -> &Expression {
     let exact = scene.sources.exact.as_ref().expect("the scene was checked for exact fields");
     exact.volume().density().expect("the exact fields of a compressible sheet have a density")
-}
-
-/// A field of another run's checkpoint, interpolated: mesh and degree may differ, the domain must not.
-fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Field, RunError> {
-    let file = path.display().to_string();
-    let wrong = |what: String| RunError::Start {
-        file: file.clone(),
-        what,
-        hint: "give a `checkpoint.bin` of a run on the same domain".into(),
-    };
-    let saved = Saved::read(path).map_err(|e| wrong(e.to_string()))?;
-    let scene = Scene::parse(&saved.scene, path)?;
-    let mesh = Arc::new(build_mesh(&scene)?);
-    let discontinuous =
-        |degree: usize, components: usize| Arc::new(Space::new(&mesh, Continuity::Discontinuous, degree, components));
-    let polarity = discontinuous(scene.space.polarity, 2);
-    // an incompressible sheet has no space of densities
-    let density = match scene.parameters.kind() {
-        ModelKind::Incompressible => None,
-        ModelKind::Compressible => Some(discontinuous(scene.space.density, 1)),
-    };
-    let before = density.as_ref().map_or(0, |space| space.dof_count());
-    let count = before + polarity.dof_count();
-    let (first, other) = match (which, density) {
-        (Carried::Density, Some(density)) => (0, density),
-        (Carried::Density, None) => {
-            return Err(wrong("its run was of an incompressible sheet, which has no density".into()));
-        }
-        (Carried::Polarity, _) => (before, polarity),
-    };
-    if saved.mesh != mesh.fingerprint() {
-        return Err(wrong("the mesh of its run has changed since".into()));
-    }
-    let values = saved.march.past.into_iter().next().map(|(_, y)| y).filter(|y| y.len() == count);
-    let values = values.ok_or_else(|| wrong("its fields do not fit its mesh".into()))?;
-    let field = Field::new(&other, values[first..first + other.dof_count()].to_vec());
-    interpolate(space, &field, &mesh)
-        .map_err(|x| wrong(format!("its mesh does not cover the point ({:.4}, {:.4})", x.x, x.y)))
-}
-
-/// The last polarity of the run that left a checkpoint, on that run's own mesh.
-///
-/// # Errors
-/// A file that is none, a mesh that has changed since.
-pub fn last_polarity(checkpoint: &Path) -> Result<(Arc<Mesh>, Field), RunError> {
-    let saved = Saved::read(checkpoint)?;
-    let scene = Scene::parse(&saved.scene, checkpoint)?;
-    let mesh = Arc::new(build_mesh(&scene)?);
-    let space = Arc::new(Space::new(&mesh, Continuity::Discontinuous, scene.space.polarity, 2));
-    let values = saved.march.past.into_iter().next().map(|(_, y)| y).unwrap_or_default();
-    let first = values.len().checked_sub(space.dof_count());
-    let (Some(first), true) = (first, saved.mesh == mesh.fingerprint()) else {
-        let (file, what) = (checkpoint.display().to_string(), "its fields do not fit its mesh".to_owned());
-        return Err(RunError::Start { file, what, hint: "the mesh of its run has changed since: run it again".into() });
-    };
-    let field = Field::new(&space, values[first..].to_vec());
-    Ok((mesh, field))
-}
-
-/// The last polarity of the run that left a checkpoint, interpolated into another space.
-///
-/// # Errors
-/// As [`last_polarity`]; a domain that does not cover this one.
-pub fn polarity_of(space: &Arc<Space>, checkpoint: &Path) -> Result<Field, RunError> {
-    from_checkpoint(space, checkpoint, Carried::Polarity)
-}
-
-/// A field at the nodes of another space, or a point that its mesh does not cover.
-fn interpolate(space: &Arc<Space>, field: &Field, mesh: &Mesh) -> Result<Field, Point> {
-    let locator = Locator::new(mesh);
-    let mut missing = None;
-    // nodes lie on the boundaries of cells: evaluate a little inside of the own cell to take the value of the right side
-    let inside = 1e-9;
-    let mut out = Field::zero(space);
-    let reference = crate::element::basis::nodes(space.degree);
-    for cell in 0..space.mesh.cells.len() {
-        let centre = space.mesh.map(cell).at(Point::new(1.0 / 3.0, 1.0 / 3.0)).0;
-        for (i, &xi) in reference.iter().enumerate() {
-            let x = space.mesh.map(cell).at(xi).0;
-            match locator.locate_near(mesh, x + (centre - x) * inside, 0.05) {
-                Some((from, eta)) => {
-                    for c in 0..space.components {
-                        out.values[space.dof(cell, c, i)] = field.component_at(from, eta, c);
-                    }
-                }
-                None => missing = missing.or(Some(x)),
-            }
-        }
-    }
-    match missing {
-        None => Ok(out),
-        Some(x) => Err(x),
-    }
 }
 
 /// The first key in which two resolved scenes differ, of those that define the problem.

@@ -10,7 +10,6 @@ pub mod compare;
 pub mod figures;
 pub mod file;
 mod forms;
-mod lock;
 mod one;
 pub mod order;
 mod pool;

@@ -10,6 +10,9 @@ use crate::measure::errors::{ErrorField, Norm};
 use crate::output::plot::{Axis, Plot, Scale, Series, Slope};
 use crate::output::{OutputError, number, write_whole};
 
+/// Names of what a study of orders leaves beside the folders of its variants.
+pub const NAMES: [&str; 6] = ["study.toml", "scene.toml", "runs.csv", "orders.csv", "orders.svg", "orders.png"];
+
 /// Whether a folder holds something that a study would overwrite or mix with.
 pub fn is_occupied(out: &Path) -> bool {
     ["runs.csv", "results.csv", "study.toml", "scene.toml", "summary.json"].iter().any(|name| out.join(name).exists())

@@ -13,6 +13,7 @@ mod mesh_generate;
 mod model;
 mod newton;
 mod parts;
+mod project;
 mod solve;
 mod space;
 mod start;

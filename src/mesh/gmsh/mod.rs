@@ -21,6 +21,7 @@ use std::path::Path;
 
 use super::embedding::Slits;
 use super::{Mesh, MeshError};
+use crate::output::mark::MADE_BY;
 
 pub use foreign::is_mesh_file;
 
@@ -109,8 +110,9 @@ pub fn write(mesh: &Mesh, path: &Path, encoding: Encoding) -> Result<(), MeshErr
         return Err(Fault::new(what, "rename the physical curve in the file that the mesh comes from").in_file(path));
     }
     let hint = "check that the folder exists and can be written to";
-    std::fs::write(path, write::encode(mesh, encoding))
-        .map_err(|e| Fault::new(format!("cannot be written: {e}"), hint).in_file(path))
+    let mut bytes = write::encode(mesh, encoding);
+    bytes.extend(format!("$Comments\n{MADE_BY}\n$EndComments\n").bytes());
+    std::fs::write(path, bytes).map_err(|e| Fault::new(format!("cannot be written: {e}"), hint).in_file(path))
 }
 
 /// Connected groups of edges: the group number of every edge, groups numbered by their first edge. Two edges that share
