@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use rstar::primitives::{GeomWithData, Line};
-use rstar::{AABB, RTree, RTreeObject};
+use rstar::{AABB, RTree};
 
 use super::{CellMap, Mesh, MeshError, Point};
 use crate::element::basis;

@@ -220,7 +220,7 @@ fn curved_cells_are_refused_if_and_only_if_they_fold() {
         let degree = 2 + k % 2;
         let mut mesh = build(&[[0.0, 0.0], [1.0, 0.0], [0.2, 0.9]], &[[0, 1, 2]]).unwrap();
         let mut nodes = monolayer::mesh::geometry::straight_nodes(degree, mesh.corners(0));
-        nodes.positions[3..].iter_mut().for_each(|x| *x += Point::new(random(), random()) * (0.9 / degree as f64));
+        nodes.positions[3..].iter_mut().for_each(|x| *x += Point::new(random(), random()) * (0.6 / degree as f64));
         mesh.curved[0] = Some(Box::new(nodes));
         let fine = 120;
         let points =
@@ -230,7 +230,7 @@ fn curved_cells_are_refused_if_and_only_if_they_fold() {
         seen[usize::from(passes)] += 1;
         assert!(if passes { least > 0.0 } else { least < 0.03 }, "cell {k}: least Jacobian {least}, passes: {passes}");
     }
-    assert!(seen[0] > 50 && seen[1] > 50, "{seen:?}");
+    assert!(seen[0] > 30 && seen[1] > 30, "{seen:?}");
 }
 
 #[test]
