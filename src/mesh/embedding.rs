@@ -1,8 +1,9 @@
 //! Whether the cells cover their domain once: no folds, no overlaps, no cuts where nodes were not merged.
 //!
-//! Around every vertex the angles of its cells add up to 2π at most, so a mesh is locally one sheet. It is one sheet as a
-//! whole if its boundary does not cross itself and winds once around the cells along it: the cells that cover a point are as
-//! many as the turns of the oriented boundary around it. All of that costs O(n + m log m), m the boundary faces.
+//! Around every vertex the angles of its cells add up to 2π at most, so a mesh is locally one sheet. It is one sheet
+//! as a whole if its boundary does not cross itself and winds once around the cells along it: the cells that cover a
+//! point are as many as the turns of the oriented boundary around it. All of that costs O(n + m log m), m the
+//! boundary faces.
 
 use std::f64::consts::TAU;
 

@@ -42,22 +42,26 @@ pub enum MeshError {
     #[error("the mesh has no cells")]
     Empty,
     #[error(
-        "the mesh is folded at the edge from ({x0:.4}, {y0:.4}) to ({x1:.4}, {y1:.4}): cells {cells:?} lie on the same side of it; \
+        "the mesh is folded at the edge from ({x0:.4}, {y0:.4}) to ({x1:.4}, {y1:.4}): cells {cells:?} lie on the \
+         same side of it; \
          hint: move the vertex that lies beyond its neighbours, or mesh again"
     )]
     Folded { x0: f64, y0: f64, x1: f64, y1: f64, cells: [usize; 2] },
     #[error(
-        "the mesh overlaps itself at ({x:.4}, {y:.4}): {what}; hint: look at this place in Gmsh; surfaces may touch but not \
+        "the mesh overlaps itself at ({x:.4}, {y:.4}): {what}; hint: look at this place in Gmsh; surfaces may touch \
+         but not \
          overlap (`BooleanDifference`, `BooleanFragments`)"
     )]
     Overlap { x: f64, y: f64, what: String },
     #[error(
-        "the mesh touches itself in the single vertex ({x:.4}, {y:.4}), where nothing can flow from one side to the other; hint: \
+        "the mesh touches itself in the single vertex ({x:.4}, {y:.4}), where nothing can flow from one side to the \
+         other; hint: \
          let the parts share an edge, or move them apart"
     )]
     Pinched { x: f64, y: f64 },
     #[error(
-        "the mesh is cut through: {count} pairs of boundary edges lie on one another without sharing their nodes, the first from \
+        "the mesh is cut through: {count} pairs of boundary edges lie on one another without sharing their nodes, \
+         the first from \
          ({:.4}, {:.4}) to ({:.4}, {:.4}), of the tags `{}` and `{}` (connected parts: {parts}); hint: merge what touches before meshing \
          (`Coherence;` or `BooleanFragments` in Gmsh) or the mesh itself (`Coherence Mesh;`), or set `mesh.slits = true` if these \
          are walls without thickness", .ends[0], .ends[1], .ends[2], .ends[3], .tags[0], .tags[1]
@@ -136,7 +140,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// As [`Mesh::build`], of a mesh whose cells are still to be bent: whether parts far from each other overlap is not checked.
+    /// As [`Mesh::build`], of a mesh whose cells are still to be bent: whether parts far from each other overlap is
+    /// not checked.
     pub(crate) fn connected(
         vertices: Vec<Point>,
         mut cells: Vec<[usize; 3]>,

@@ -7,8 +7,8 @@ use crate::space::Space;
 /// Of a cell or dof in a part whose pressure is fixed.
 const OPEN: u32 = u32::MAX;
 
-/// The closed parts of a domain: on none of their faces does a condition prescribe a normal stress, so their pressures are
-/// determined up to a constant each. They are numbered in the order of their first cells.
+/// The closed parts of a domain: on none of their faces does a condition prescribe a normal stress, so their
+/// pressures are determined up to a constant each. They are numbered in the order of their first cells.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ClosedParts {
     of_cell: Vec<u32>,

@@ -166,9 +166,9 @@ impl Frames {
         Ok(out)
     }
 
-    /// The first connected part whose rigid motions, translations and the rotation, or a combination of them (the rotation about the
-    /// centre of a disc), the conditions at the [`WallPoints::Nodes`] do not all hold: as messages name it, empty where the mesh is
-    /// connected.
+    /// The first connected part whose rigid motions, translations and the rotation, or a combination of them (the
+    /// rotation about the centre of a disc), the conditions at the [`WallPoints::Nodes`] do not all hold: as messages
+    /// name it, empty where the mesh is connected.
     pub fn free_part(&self, space: &Space) -> Option<String> {
         let parts = space.mesh.parts();
         let part_of = part_of_nodes(&space.mesh, space, &parts);

@@ -6,9 +6,9 @@
 //! [ Gᵀ   0     0    ]        F′ = F_p + F_L M⁻¹ Λ′
 //! [ D    0    J_pp  ]
 //! ```
-//! Unknowns are numbered `û | Π | λ | p`, where λ has a multiplier of the pressure's zero mean for every closed part of the
-//! domain. The energy-consistent force couples cells two faces apart; these factors take the local force in its stead, which
-//! is close enough for a preconditioner.
+//! Unknowns are numbered `û | Π | λ | p`, where λ has a multiplier of the pressure's zero mean for every closed part
+//! of the domain. The energy-consistent force couples cells two faces apart; these factors take the local force in
+//! its stead, which is close enough for a preconditioner.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
@@ -93,7 +93,8 @@ impl Structure {
                 layout.mean_unknowns(e - cells, element);
             }
         };
-        // the multipliers' rows are elements of their own: they are eliminated last, and the cells' elements need not wait for them
+        // the multipliers' rows are elements of their own: they are eliminated last, and the cells' elements need not
+        // wait for them
         let elements = cells + layout.closed.cells().len();
         let symbolic = Symbolic::new(name, size, &tree, elements, pattern)?;
         Ok(Self { symbolic: Arc::new(symbolic), first })
@@ -204,7 +205,8 @@ impl Layout<'_> {
         ranges.into_iter().flatten()
     }
 
-    /// Rows and columns of the mean's element of the k-th cell of closed parts: its pressures and the multiplier. Returns the cell.
+    /// Rows and columns of the mean's element of the k-th cell of closed parts: its pressures and the multiplier.
+    /// Returns the cell.
     pub(super) fn mean_unknowns(&self, k: usize, out: &mut Element) -> usize {
         let cell = self.closed.cells()[k] as usize;
         let part = self.closed.of_cell(cell).expect("the cell of a closed part");

@@ -1,8 +1,8 @@
 //! The velocity and pressure of a given polarity: a generalised Stokes problem, factorised once.
 
-use std::sync::Arc;
+mod factors;
 
-use nalgebra::DMatrix;
+use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::closed::ClosedParts;
@@ -17,10 +17,10 @@ use crate::body::penalty::{BodyError, Immersion, Wrench};
 use crate::form::words::Vector;
 use crate::form::{Bilinear, CellPoint, FacePoint, Faces, Integrator, Linear, mass, stokes};
 use crate::mesh::Point;
-use crate::solve::bordered::Bordered;
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, norm};
 use crate::space::Space;
+use factors::{System, factorise};
 
 /// How `v·n = 0` is imposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +51,8 @@ pub enum MomentumError {
     #[error(transparent)]
     Body(#[from] BodyError),
     #[error(
-        "`model.friction` = 0 and the boundary conditions leave a rigid motion{part} free: nothing holds the tissue in place; hint: \
+        "`model.friction` = 0 and the boundary conditions leave a rigid motion{part} free: nothing holds the tissue \
+         in place; hint: \
          give a friction, or a Dirichlet velocity on one tag{}", of_every(.part)
     )]
     Unheld { part: String },
@@ -64,7 +65,8 @@ pub enum MomentumError {
     #[error("{0}")]
     Weighted(SolveError),
     #[error(
-        "the prescribed velocities carry a net flux of {flux:.3e} through the closed boundary{part}, but div v = 0; hint: make \
+        "the prescribed velocities carry a net flux of {flux:.3e} through the closed boundary{part}, but div v = 0; \
+         hint: make \
          inflow and outflow equal, or give one tag `velocity = \"traction\"`"
     )]
     Flux { flux: f64, part: String },
@@ -73,16 +75,6 @@ pub enum MomentumError {
 /// Where there are several parts.
 fn of_every(part: &str) -> &'static str {
     if part.is_empty() { "" } else { " of every part" }
-}
-
-#[derive(Debug)]
-enum System {
-    /// Some boundary part fixes the pressure.
-    Open(Factored),
-    /// The pressure has zero mean in each closed part: one pressure unknown and the multiplier of each border the rest.
-    Closed(Bordered),
-    /// Rigid bodies, with a system of their own.
-    Immersed(Box<Immersed>),
 }
 
 /// `2(D(v)|D(w)) + C_F(v|w) + b(w,Π) = F(w)`, `b(v,ξ) = 0`   [7.11a], [7.11b]
@@ -531,49 +523,4 @@ pub fn check_held(velocity: &Space, conditions: &[Conditions]) -> Result<(), Mom
         None => Ok(()),
         Some(part) => Err(MomentumError::Unheld { part }),
     }
-}
-
-/// `[TᵀAT  TᵀBᵀ; BT  0]`, bordered by the zero mean of the pressure in every part where no condition fixes it.
-fn factorise(
-    frames: &Frames,
-    stiffness: &Matrix,
-    gradient: &Matrix,
-    means: &[f64],
-    closed: &ClosedParts,
-) -> Result<System, SolveError> {
-    let (free, last) = (frames.free, closed.last());
-    // places of the pressures that are not in the border
-    let mut place = vec![None; means.len()];
-    let mut size = free;
-    for dof in (0..means.len()).filter(|dof| !last.contains(dof)) {
-        place[dof] = Some(size);
-        size += 1;
-    }
-    let mut triplets = frames.reduce(stiffness);
-    let mut columns = vec![vec![0.0; size]; 2 * last.len()];
-    for (i, j, value) in frames.reduce_rows(gradient) {
-        if let Some(j) = place[j] {
-            triplets.push((i, j, value));
-            triplets.push((j, i, value));
-        } else if let Some(part) = last.iter().position(|&dof| dof == j) {
-            columns[2 * part][i] += value;
-        }
-    }
-    let inner = Factored::new("Stokes", Matrix::from_triplets(size, size, &triplets))?;
-    if last.is_empty() {
-        return Ok(System::Open(inner));
-    }
-    let mut corner = DMatrix::zeros(2 * last.len(), 2 * last.len());
-    for (part, &dof) in last.iter().enumerate() {
-        let mut own = vec![0.0; last.len()];
-        own[part] = -1.0;
-        let mut mean = vec![0.0; means.len()];
-        closed.shift(&mut mean, &own, |dof| means[dof]);
-        for (value, place) in mean.iter().zip(&place) {
-            place.iter().for_each(|&at| columns[2 * part + 1][at] = *value);
-        }
-        (corner[(2 * part, 2 * part + 1)], corner[(2 * part + 1, 2 * part)]) = (means[dof], means[dof]);
-    }
-    let bordered = Bordered::new(inner, &columns, columns.clone(), corner)?;
-    Ok(System::Closed(bordered))
 }

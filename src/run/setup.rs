@@ -290,7 +290,8 @@ pub fn mesh_remarks(mesh: &Mesh) -> Vec<String> {
     let count = mesh.parts().count;
     if count > 1 {
         remarks.push(format!(
-            "the mesh has {count} parts that share no faces; each has a flow of its own, and where nothing else fixes its pressure, a \
+            "the mesh has {count} parts that share no faces; each has a flow of its own, and where nothing else \
+             fixes its pressure, a \
              pressure of zero mean"
         ));
     }

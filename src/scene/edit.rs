@@ -12,8 +12,8 @@ fn refuse<T>(rule: String, hint: impl Into<String>) -> Result<T, Refusal> {
     Err(Refusal { rule, hint: hint.into() })
 }
 
-/// Sets the value at `keys` below `root`, or removes it if `text` is empty. Tables on the way are made. `false` if there was
-/// nothing to remove.
+/// Sets the value at `keys` below `root`, or removes it if `text` is empty. Tables on the way are made. `false` if
+/// there was nothing to remove.
 pub(super) fn set(root: &mut Item, keys: &[&str], text: &str) -> Result<bool, Refusal> {
     let value = if text.is_empty() { None } else { Some(parse(text)?) };
     in_item(root, keys, value)

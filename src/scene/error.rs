@@ -44,7 +44,8 @@ pub enum SceneError {
     )]
     UnknownTag { place: Box<Place>, tag: String, suggestion: String, known: String },
     #[error(
-        "{file}: the boundary tag `{tag}` of the mesh has no condition; hint: add [boundary.{}] with `velocity` and `polarity`",
+        "{file}: the boundary tag `{tag}` of the mesh has no condition; hint: add [boundary.{}] with `velocity` and \
+         `polarity`",
         quoted(.tag)
     )]
     TagWithoutCondition { file: String, tag: String },

@@ -29,7 +29,8 @@ pub fn join<K: AsRef<str>>(keys: &[K]) -> String {
     keys.iter().map(|key| quoted(key.as_ref())).collect::<Vec<_>>().join(".")
 }
 
-/// The keys of a path. A key with dots, spaces at its ends or quotes stands in quotes, `"…"` with escapes or `'…'` without.
+/// The keys of a path. A key with dots, spaces at its ends or quotes stands in quotes, `"…"` with escapes or `'…'`
+/// without.
 ///
 /// # Errors
 /// Rule and hint: an empty key, quotes that do not close, a path that is deeper than any scene.

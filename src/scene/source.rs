@@ -95,8 +95,8 @@ impl SceneSource {
         Ok(Self { origin: name, folder, original: text.to_owned(), document, set: Vec::new() })
     }
 
-    /// Puts `value` at the dotted `path`, as in `model.peclet`, `boundary.inlet.velocity`, `boundary."my wall".velocity` or
-    /// `output.0.every.time`.
+    /// Puts `value` at the dotted `path`, as in `model.peclet`, `boundary.inlet.velocity`, `boundary."my
+    /// wall".velocity` or `output.0.every.time`.
     ///
     /// The value is a TOML value, or else a string without its quotes (`slip`, `1 - y^2`). An empty value removes the
     /// key, which restores its default. The scene is checked as a whole only by [`super::Scene::check`], so that several
@@ -156,7 +156,8 @@ impl SceneSource {
         }
     }
 
-    /// A key that is to be removed and is not there: one that scenes have is at its default already, another is a mistake.
+    /// A key that is to be removed and is not there: one that scenes have is at its default already, another is a
+    /// mistake.
     fn check_absent<T: DeserializeOwned>(&self, keys: &[String], path: &str) -> Result<(), SceneError> {
         if let [boundary, tag, ..] = keys
             && boundary == "boundary"

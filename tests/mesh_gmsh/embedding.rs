@@ -125,7 +125,8 @@ fn parts_that_overlap_are_refused() {
     }
 }
 
-/// Two rectangles whose nodes were not merged: one mesh to the eye, two to the flow. At any place, turned and at any scale.
+/// Two rectangles whose nodes were not merged: one mesh to the eye, two to the flow. At any place, turned and at any
+/// scale.
 #[test]
 fn a_cut_through_the_mesh_is_refused_and_may_be_kept() {
     for (scale, angle, shift) in [(1.0, 0.0, 0.0), (1e-9, 0.3, 1.0), (1e9, 2.0, -3.0), (1.0, 1.0, 1e3)] {

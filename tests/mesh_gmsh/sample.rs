@@ -40,8 +40,8 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// The rectangle 2 × 1 as two squares of two triangles each, which share the curve 5; curves 1 to 4 are its bottom, right, top
-    /// and left side. The right side bulges by `bulge` if the degree allows it.
+    /// The rectangle 2 × 1 as two squares of two triangles each, which share the curve 5; curves 1 to 4 are its
+    /// bottom, right, top and left side. The right side bulges by `bulge` if the degree allows it.
     pub fn rectangle(degree: usize, bulge: f64) -> Self {
         let corners = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [0.0, 1.0]];
         let mut sample = Self {

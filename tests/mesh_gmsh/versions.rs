@@ -158,7 +158,8 @@ fn other_sections_are_named() {
     let mut sample = Sample::rectangle(1, 0.0);
     sample.extra = [
         "$Periodic\n1\n1 2 4\n0\n1\n1 2\n$EndPeriodic\n",
-        "$Comments\nby hand\n$EndComments\n$NodeData\n1\n\"u\"\n0\n3\n0\n1\n0\n$EndNodeData\n$ElementData\n0\n$EndElementData\n",
+        "$Comments\nby \
+         hand\n$EndComments\n$NodeData\n1\n\"u\"\n0\n3\n0\n1\n0\n$EndNodeData\n$ElementData\n0\n$EndElementData\n",
     ];
     let mesh = everywhere(&sample);
     says(&mesh, &["not used of the file: $ElementData, $NodeData, $Periodic, 2 point elements"]);

@@ -51,7 +51,8 @@ pub struct MeshScene {
     /// File of Gmsh (MSH 2.2, 4.0 or 4.1), relative to the scene's folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// `file`: boundary edges that lie on one another are walls without thickness, not nodes that were not merged (default false).
+    /// `file`: boundary edges that lie on one another are walls without thickness, not nodes that were not merged
+    /// (default false).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slits: Option<bool>,
     /// Cells per side of `square`.

@@ -78,7 +78,8 @@ fn surfaces<'c>(content: &'c Content, notes: &mut Vec<String>) -> Vec<&'c Elemen
         let count: usize = other.values().sum();
         let names: Vec<String> = other.keys().map(i32::to_string).collect();
         notes.push(format!(
-            "{count} triangles of surfaces without a physical group are left out (surface {}), for other surfaces have one",
+            "{count} triangles of surfaces without a physical group are left out (surface {}), for other surfaces \
+             have one",
             names.join(", ")
         ));
     }
@@ -141,7 +142,8 @@ impl Places {
         if depth > PLANE * width.max(height) {
             let [(low, at), (high, other)] = heights;
             let what = format!(
-                "the mesh is three-dimensional: z = {low:?} at node {at}, z = {high:?} at node {other}, but all z must be equal"
+                "the mesh is three-dimensional: z = {low:?} at node {at}, z = {high:?} at node {other}, but all z \
+                 must be equal"
             );
             return Err(Fault::new(what, "move, rotate or project the geometry into the plane z = 0"));
         }

@@ -120,13 +120,15 @@ fn say(content: &Content, places: &Places, lines: &[BoundaryLine], left: &Left, 
         let [a, b] = first.vertices.map(|v| places.vertices[v]);
         let all = if without.len() == lines.len() { "all " } else { "" };
         notes.push(format!(
-            "{all}{} boundary edges without a physical group have the tag `boundary`, the first from ({:.4}, {:.4}) to ({:.4}, {:.4}); \
-             a curve gets another by `Physical Curve(\"walls\") = {{1, 2}};`",
+            "{all}{} boundary edges without a physical group have the tag `boundary`, the first from ({:.4}, {:.4}) \
+             to ({:.4}, {:.4}); \
+             a curve gets another by `Physical Curve(\"walls\") = {{1, 2}};`{}",
             without.len(),
             a.x,
             a.y,
             b.x,
-            b.y
+            b.y,
+            unused_names(content, lines)
         ));
     }
     let mut seen = BTreeSet::new();
@@ -134,7 +136,8 @@ fn say(content: &Content, places: &Places, lines: &[BoundaryLine], left: &Left, 
         let (first, second) = (content.name(*first), content.name(*second));
         if first != second && seen.insert((first.clone(), second.clone())) {
             notes.push(format!(
-                "{count} boundary edges are in two physical curves, `{first}` and `{second}`: they have the tag `{first}`"
+                "{count} boundary edges are in two physical curves, `{first}` and `{second}`: they have the tag \
+                 `{first}`"
             ));
         }
     }
@@ -145,6 +148,14 @@ fn say(content: &Content, places: &Places, lines: &[BoundaryLine], left: &Left, 
     if !left.stray.is_empty() {
         let (count, names) = listed(&left.stray);
         notes.push(format!("{count} line elements that are no side of a triangle are ignored: of {names}"));
+    }
+}
+
+/// Names that the file gives to groups without elements.
+fn unused_names(content: &Content, lines: &[BoundaryLine]) -> &'static str {
+    match !content.names.is_empty() && lines.iter().all(|line| line.group.is_none()) {
+        true => "; the file names groups, but nothing is in them: version 2 with `Mesh.SaveAll` leaves them out",
+        false => "",
     }
 }
 

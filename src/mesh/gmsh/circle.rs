@@ -13,7 +13,8 @@ const STRAIGHT: f64 = 1e-4;
 /// Longest arc of one face. The corners of every triangle and rectangle lie on a circle too, but one of their sides spans
 /// at least a right angle.
 const WIDEST: f64 = 1.4;
-/// Longest face, over the radius, of a circle of which the file has neither the curve nor inner nodes: 21 faces or more.
+/// Longest face, over the radius, of a circle of which the file has neither the curve nor inner nodes: 21 faces or
+/// more.
 const NARROW: f64 = 0.3;
 
 /// The circles that boundary parts follow, and the circle of every line.
@@ -40,8 +41,8 @@ pub fn of_lines(lines: &[BoundaryLine]) -> (Vec<Curve>, Vec<Option<usize>>) {
     (curves, curve_of)
 }
 
-/// The circle of a connected part of the boundary. Each curve of the geometry in it must have an inner node: the straight
-/// sides of a regular polygon, one edge each, are no circle although their ends lie on one.
+/// The circle of a connected part of the boundary. Each curve of the geometry in it must have an inner node: the
+/// straight sides of a regular polygon, one edge each, are no circle although their ends lie on one.
 fn of_part<'a>(lines: impl Iterator<Item = &'a BoundaryLine>) -> Option<Curve> {
     let mut nodes = BTreeMap::new();
     let mut faces = Vec::new();

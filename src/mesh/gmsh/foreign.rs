@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::Fault;
 
-const MESHIO: &str = "convert it: `meshio convert --output-format gmsh22 FILE file.msh` (pip install meshio), or save it as MSH in the program that made it";
+const MESHIO: &str = "convert it: `meshio convert --output-format gmsh22 FILE file.msh` (pip install meshio), or \
+ save it as MSH in the program that made it";
 const GMSH_READS: &str = "convert it: `gmsh FILE -save -format msh41 -o file.msh`, or with `meshio convert`";
 const MESH_IT: &str = "mesh it: `gmsh FILE -2 -o file.msh`";
 

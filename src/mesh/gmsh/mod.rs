@@ -1,10 +1,10 @@
 //! Mesh files of Gmsh: formats MSH 2.0 to 2.2, 4.0 and 4.1, ASCII or binary, read; 4.1 written.
 //!
 //! Read are triangles of order 1, 2 and 3 and the line elements on their boundary. A physical curve becomes a boundary
-//! tag under its name, or under its number when it has none; boundary edges in no physical curve get the tag `boundary`.
-//! What is left out or had to be decided is told in [`Mesh::notes`]. High-order triangles that are not straight keep the nodes of
-//! the file; boundary parts whose nodes lie on one circle get that circle as exact curve. What is written is read back
-//! with the same vertices, cells, tags, circles and geometry nodes, bit for bit.
+//! tag under its name, or under its number when it has none; boundary edges in no physical curve get the tag
+//! `boundary`. What is left out or had to be decided is told in [`Mesh::notes`]. High-order triangles that are not
+//! straight keep the nodes of the file; boundary parts whose nodes lie on one circle get that circle as exact curve.
+//! What is written is read back with the same vertices, cells, tags, circles and geometry nodes, bit for bit.
 
 mod assemble;
 mod boundary;
@@ -80,8 +80,8 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
 ///
 /// # Errors
 /// [`MeshError::File`]: a missing or truncated file, files of other programs and versions, elements other than points,
-/// lines and triangles up to order 3, nodes outside of one plane z = const, and whatever [`Mesh::build`], [`Mesh::bend`]
-/// and [`Mesh::check_curved`] refuse.
+/// lines and triangles up to order 3, nodes outside of one plane z = const, and whatever [`Mesh::build`],
+/// [`Mesh::bend`] and [`Mesh::check_curved`] refuse.
 pub fn read_as(path: &Path, reading: Reading) -> Result<Mesh, MeshError> {
     let unreadable = |e: std::io::Error| Fault::new(format!("cannot be read: {e}"), "check the path of the mesh file");
     let whole = || -> Result<Mesh, Fault> {

@@ -110,7 +110,8 @@ pub fn parse(bytes: &[u8]) -> Result<Content, Fault> {
     match ["MeshFormat", "Nodes", "Elements"].into_iter().find(|s| !seen.iter().any(|have| have == s)) {
         None => Ok(content),
         Some(section) => {
-            let hint = "give a mesh file of Gmsh (.msh) that has been meshed (`gmsh file.geo -2 -o file.msh`) and saved completely";
+            let hint = "give a mesh file of Gmsh (.msh) that has been meshed (`gmsh file.geo -2 -o file.msh`) and \
+             saved completely";
             Err(Fault::new(format!("there is no section ${section}"), hint))
         }
     }

@@ -44,7 +44,8 @@ impl<'a> Scanner<'a> {
             }
             None => {
                 let shown: String = text.chars().take(40).collect();
-                let hint = "give a mesh file of Gmsh (.msh); geometry files (.geo) are meshed with `gmsh file.geo -2 -o file.msh`";
+                let hint = "give a mesh file of Gmsh (.msh); geometry files (.geo) are meshed with `gmsh file.geo -2 \
+                 -o file.msh`";
                 Err(Fault::new(format!("expected a section such as $MeshFormat or $Nodes, found `{shown}`"), hint))
             }
         }
