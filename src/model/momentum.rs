@@ -27,7 +27,7 @@ use factors::{System, factorise};
 pub enum SlipTreatment {
     /// Nodal unknowns in the frame of the exact normal.
     Rotated,
-    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3].
+    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3], `ε_r` in units of `√|Ω|`.
     Penalty { epsilon: f64 },
 }
 
@@ -99,8 +99,10 @@ pub struct Momentum {
     system: System,
     /// Factorised masses of the stationary residuals, free velocity unknowns and pressure.
     residual_masses: (Factored, Factored),
+    /// What the pressures of the factors are multiples of.
+    unit: f64,
     friction: f64,
-    /// Faces with slip by penalty, and `ε_r`.
+    /// Faces with slip by penalty, and `ε_r √|Ω|`.
     penalty: Option<(Faces, f64)>,
 }
 
@@ -150,7 +152,8 @@ impl Momentum {
         let penalty = match slip {
             SlipTreatment::Rotated => None,
             SlipTreatment::Penalty { epsilon } => {
-                Some((tagged(conditions, |c| matches!(c, VelocityCondition::Slip)), epsilon))
+                let slip = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
+                Some((slip, epsilon * loops.mesh.area().sqrt()))
             }
         };
         let form = stiffness_form(velocity, friction, penalty);
@@ -169,10 +172,11 @@ impl Momentum {
             (Factored::new("velocity mass", reduced_mass)?, Factored::new("pressure mass", pressure_mass.clone())?);
         let closed = ClosedParts::new(pressure, conditions);
         let means = pressure_mass.times(&vec![1.0; np]);
+        let unit = pressure_unit(loops.mesh.area());
         let system = match bodies {
             None => {
-                let system = factorise(&frames, &stiffness, &gradient, &means, &closed);
-                system.map_err(|error| blame_penalty(penalty, error))?
+                let system = factorise(&frames, &stiffness, &gradient, (&means, unit), &closed);
+                system.map_err(|error| blame_penalty(slip, error))?
             }
             Some((immersion, rigidity)) => {
                 let blocks = element_blocks(loops, (velocity, pressure), friction, penalty);
@@ -196,6 +200,7 @@ impl Momentum {
             pressure_mass,
             system,
             residual_masses,
+            unit,
             friction,
             penalty,
         })
@@ -375,18 +380,19 @@ impl Momentum {
         let (free, pressure) = match &self.system {
             System::Immersed(_) => unreachable!("bodies have been dealt with"),
             System::Open(factored) => {
-                right.extend(&volume);
-                let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.penalty, error))?;
+                right.extend(volume.iter().map(|v| self.unit * v));
+                let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.slip, error))?;
                 let pressure = x.split_off(self.frames.free);
                 (x, pressure)
             }
             System::Closed(bordered) => {
                 self.check_flux(&volume, prescribed)?;
                 let last = self.closed.last();
-                right.extend(volume.iter().enumerate().filter(|(dof, _)| !last.contains(dof)).map(|(_, value)| value));
-                let border: Vec<f64> = last.iter().flat_map(|&dof| [volume[dof], 0.0]).collect();
+                let kept = volume.iter().enumerate().filter(|(dof, _)| !last.contains(dof));
+                right.extend(kept.map(|(_, value)| self.unit * value));
+                let border: Vec<f64> = last.iter().flat_map(|&dof| [self.unit * volume[dof], 0.0]).collect();
                 let solved = bordered.solve(&right, &border);
-                let (mut x, border) = solved.map_err(|error| blame_penalty(self.penalty, error))?;
+                let (mut x, border) = solved.map_err(|error| blame_penalty(self.slip, error))?;
                 let mut kept = x.split_off(self.frames.free).into_iter();
                 let own = |dof| last.iter().position(|&other| other == dof).map(|part| border[2 * part]);
                 let pressure = (0..volume.len()).map(|dof| own(dof).or_else(|| kept.next()).unwrap_or(f64::NAN));
@@ -394,6 +400,7 @@ impl Momentum {
                 (x, pressure)
             }
         };
+        let pressure = pressure.into_iter().map(|pi| self.unit * pi).collect();
         Ok((self.frames.expand(&free, prescribed), pressure))
     }
 
@@ -498,8 +505,8 @@ pub fn outer_force<'a>(
 }
 
 /// Rounding weighs a penalty against the rest of the balance: a system that is not solved well is blamed on it.
-fn blame_penalty(penalty: Option<(Faces, f64)>, mut error: SolveError) -> SolveError {
-    if let (Some((_, epsilon)), SolveError::Inaccurate { hint, .. }) = (penalty, &mut error) {
+fn blame_penalty(slip: SlipTreatment, mut error: SolveError) -> SolveError {
+    if let (SlipTreatment::Penalty { epsilon }, SolveError::Inaccurate { hint, .. }) = (slip, &mut error) {
         *hint = format!(
             "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
              take `space.slip = \"rotated\"`"
@@ -523,4 +530,10 @@ pub fn check_held(velocity: &Space, conditions: &[Conditions]) -> Result<(), Mom
         None => Ok(()),
         Some(part) => Err(MomentumError::Unheld { part }),
     }
+}
+
+/// The power of two next to `|Ω|^-½`: with it as unit of pressure the matrix does not depend on the unit of length, and its factors are as
+/// exact in any.
+fn pressure_unit(area: f64) -> f64 {
+    (-0.5 * area.log2()).round().exp2()
 }

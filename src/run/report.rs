@@ -11,7 +11,7 @@ use super::setup::{build_mesh, describe};
 use super::{RunError, setup};
 use crate::mesh::quality::Quality;
 use crate::model::momentum::check_held;
-use crate::model::{ModelKind, Term};
+use crate::model::{ModelKind, Term, rotation};
 use crate::scene::Scene;
 use crate::scene::presets::MEASURED;
 
@@ -91,6 +91,8 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
     let mut remarks = scene.remarks();
     remarks.extend(setup::mesh_remarks(&mesh));
     remarks.extend(setup::resolution_remark(scene, &quality));
+    let friction = scene.parameters.friction;
+    remarks.extend(rotation::remark(&mesh, velocity, &description.conditions, friction));
     remarks.extend(memory::check(scene, &need, available).err().map(|error| error.to_string()));
     Ok(Report {
         title: scene.title.clone(),

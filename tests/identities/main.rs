@@ -19,3 +19,4 @@ mod space;
 mod start;
 mod strain;
 mod time;
+mod units;

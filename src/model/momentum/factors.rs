@@ -19,12 +19,12 @@ pub(super) enum System {
     Immersed(Box<Immersed>),
 }
 
-/// `[TᵀAT  TᵀBᵀ; BT  0]`, bordered by the zero mean of the pressure in every part where no condition fixes it.
+/// `[TᵀAT  sTᵀBᵀ; sBT  0]` with the unit s of pressure, bordered by the zero mean of the pressure in every part where no condition fixes it.
 pub(super) fn factorise(
     frames: &Frames,
     stiffness: &Matrix,
     gradient: &Matrix,
-    means: &[f64],
+    (means, unit): (&[f64], f64),
     closed: &ClosedParts,
 ) -> Result<System, SolveError> {
     let (free, last) = (frames.free, closed.last());
@@ -38,6 +38,7 @@ pub(super) fn factorise(
     let mut triplets = frames.reduce(stiffness);
     let mut columns = vec![vec![0.0; size]; 2 * last.len()];
     for (i, j, value) in frames.reduce_rows(gradient) {
+        let value = unit * value;
         if let Some(j) = place[j] {
             triplets.push((i, j, value));
             triplets.push((j, i, value));
@@ -49,16 +50,18 @@ pub(super) fn factorise(
     if last.is_empty() {
         return Ok(System::Open(inner));
     }
+    // the mean of the pressure over the area: a weight that has no unit
+    let share = unit * unit;
     let mut corner = DMatrix::zeros(2 * last.len(), 2 * last.len());
     for (part, &dof) in last.iter().enumerate() {
         let mut own = vec![0.0; last.len()];
         own[part] = -1.0;
         let mut mean = vec![0.0; means.len()];
-        closed.shift(&mut mean, &own, |dof| means[dof]);
+        closed.shift(&mut mean, &own, |dof| share * means[dof]);
         for (value, place) in mean.iter().zip(&place) {
             place.iter().for_each(|&at| columns[2 * part + 1][at] = *value);
         }
-        (corner[(2 * part, 2 * part + 1)], corner[(2 * part + 1, 2 * part)]) = (means[dof], means[dof]);
+        (corner[(2 * part, 2 * part + 1)], corner[(2 * part + 1, 2 * part)]) = (share * means[dof], share * means[dof]);
     }
     let bordered = Bordered::new(inner, &columns, columns.clone(), corner)?;
     Ok(System::Closed(bordered))
