@@ -213,7 +213,7 @@ fn meeting([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Meeting {
     let along = [c, d].map(|x| (x - a).dot(&u) / length);
     let beside = [c, d].map(|x| u.perp(&(x - a)) / length);
     let (low, high) = (along[0].min(along[1]).max(0.0), along[0].max(along[1]).min(length));
-    if high - low > 1e-3 * length.min(other) {
+    if high - low > 2.0 * near {
         // the distance at the ends of the common stretch
         let at = |s: f64| beside[0] + (s - along[0]) / (along[1] - along[0]) * (beside[1] - beside[0]);
         if at(low).abs() <= near && at(high).abs() <= near {

@@ -118,6 +118,8 @@ fn parts_that_overlap_are_refused() {
         (([0.5, 0.0], [1.0, 1.0], 2), "along common lines"),
         (([0.0, 0.0], [1.0, 1.0], 2), "the same again"),
         (([-0.5, 0.4], [2.0, 0.2], 1), "across"),
+        (([1.0 - 1e-5, 0.0], [1.0, 1.0], 2), "by a little"),
+        (([1.0 - 1e-5, 0.3], [1.0, 1.0], 2), "by a little, shifted"),
     ] {
         let (vertices, cells) = rectangles(&[unit, other]);
         let text = refused(&vertices, &cells);
