@@ -1,6 +1,7 @@
 //! What is solved: parameters, formulas, boundary conditions. Knows nothing of files; [`crate::scene`] does.
 
 pub mod boundary;
+pub mod closed;
 pub mod compressible;
 pub mod expression;
 pub mod floating;

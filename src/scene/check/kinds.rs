@@ -11,6 +11,7 @@ use crate::model::{ModelError, ModelKind, VelocityCondition};
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
 use crate::scene::particles::{Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesScene};
+use crate::scene::path::quoted;
 use crate::scene::stokes::{StokesFile, StokesScene};
 use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
 use crate::scene::{SceneKind, SceneSource};
@@ -256,7 +257,7 @@ impl Checker<'_> {
             let full = BoundaryScene { velocity: table.velocity.clone(), polarity: neumann, density: None };
             let conditions = full
                 .check(ModelKind::Incompressible, symbols, None)
-                .map_err(|error: ModelError| self.model(&format!("boundary.{tag}"), error))?;
+                .map_err(|error: ModelError| self.model(&format!("boundary.{}", quoted(tag)), error))?;
             table.velocity = full.resolved().velocity;
             checked.insert(tag.clone(), conditions);
         }

@@ -14,6 +14,7 @@ use std::fmt::Display;
 use std::path::PathBuf;
 
 use super::error::SceneError;
+use super::path::quoted;
 use super::presets;
 use super::tables::{CouplingName, DensityScheme, SceneFile, SlipName, SpaceTable, TimeStart};
 use super::{
@@ -208,7 +209,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A mesh from a file takes `curved`, and the place of the disc for measures and cuts; nothing else.
+    /// A mesh from a file takes `curved` and `slits`, and the place of the disc for measures and cuts; nothing else.
     fn keys_beside_a_file(&self, mesh: &MeshScene) -> Result<(), SceneError> {
         let given = [
             ("n", mesh.n.is_some()),
@@ -227,7 +228,7 @@ impl Checker<'_> {
             ("symmetric", mesh.symmetric.is_some()),
         ];
         if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
-            let hint = "beside `file`, only `curved`, `radius` and `centre` (of the disc) have a meaning";
+            let hint = "beside `file`, only `curved`, `slits`, `radius` and `centre` (of the disc) have a meaning";
             return Err(self.error(&format!("mesh.{key}"), "(given)", "does not apply to a mesh from a file", hint));
         }
         mesh.radius
@@ -326,13 +327,19 @@ impl Checker<'_> {
         for (tag, table) in &mut file.boundary {
             let conditions = table
                 .check(p.kind(), &p.symbols(), exact)
-                .map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
+                .map_err(|error| self.model(&format!("boundary.{}", quoted(tag)), error))?;
             let from_exact = sources.boundary().is_some();
             let given =
                 matches!(&conditions.velocity, VelocityCondition::Traction(f) if !f.iter().all(Expression::is_zero));
             let rule = "the traction is that of the exact fields, so none can be given";
             let hint = "write velocity = \"traction\", or set exact.boundary = \"scene\"";
-            self.require(!(from_exact && given), &format!("boundary.{tag}.velocity"), &table.velocity, rule, hint)?;
+            self.require(
+                !(from_exact && given),
+                &format!("boundary.{}.velocity", quoted(tag)),
+                &table.velocity,
+                rule,
+                hint,
+            )?;
             *table = table.resolved();
             checked.insert(tag.clone(), conditions);
         }
@@ -444,7 +451,7 @@ impl Checker<'_> {
         let hint = "take `t` out of the formula, or the table [steady] (the flag --steady) away";
         for (tag, conditions) in boundary {
             for (key, moving) in conditions.depend_on_time() {
-                self.require(!moving, &format!("boundary.{tag}.{key}"), "a formula of t", rule, hint)?;
+                self.require(!moving, &format!("boundary.{}.{key}", quoted(tag)), "a formula of t", rule, hint)?;
             }
         }
         for (key, moving) in sources.depend_on_time() {
