@@ -178,7 +178,8 @@ impl<'s> Gauges<'s> {
         Ok(())
     }
 
-    /// Every measure that the scene names at a steady state of a model, and its residuals; [`OF_A_MARCH`] are not among them.
+    /// Every measure that the scene names at a steady state of a model, and its residuals; [`OF_A_MARCH`] are not among
+    /// them.
     ///
     /// # Errors
     /// A measure that cannot be taken.
