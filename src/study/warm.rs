@@ -1,6 +1,5 @@
 //! Runs that start from the last state of their neighbour, and whether they stayed on its branch of states.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::StudyError;
@@ -10,6 +9,7 @@ use super::source::Values;
 use super::sweep_file::SweepStudy;
 use crate::form::Integrator;
 use crate::output::OutputError;
+use crate::output::lock::Lock;
 use crate::run::RunError;
 use crate::run::last_state;
 use crate::scene::Scene;
@@ -36,7 +36,7 @@ struct Way<'a> {
     neighbour: usize,
     /// Folder of the steps in between.
     steps: PathBuf,
-    lock: &'a File,
+    lock: &'a Lock,
     taken: usize,
     /// The longest way between neighbours that halving did not shorten.
     jump: f64,
@@ -89,7 +89,7 @@ pub(super) fn judge(
     out: &Path,
     at: usize,
     neighbour: usize,
-    lock: &File,
+    lock: &Lock,
 ) -> Result<Option<(Start, Vec<String>)>, StudyError> {
     let folder = |at: usize| out.join(&study.cases[at].folder);
     let (here, there) = (folder(at), folder(neighbour));

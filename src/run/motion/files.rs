@@ -13,6 +13,7 @@ use crate::output::history::History;
 use crate::output::plot::map::Window;
 use crate::output::pvd::Series;
 use crate::run::RunError;
+use crate::run::folder::Resumed;
 use crate::run::maps::failed;
 use crate::run::measures::columns_of;
 use crate::scene::{Field, MapRequest, Measure, Quantity, What};
@@ -20,7 +21,7 @@ use crate::time::Schedule;
 use crate::time::march::Counts;
 
 /// Columns of the history before the measures.
-const STEP_COLUMNS: [&str; 3] = ["time", "dt", "iterations"];
+const STEP_COLUMNS: [&str; 4] = ["time", "dt", "iterations", "rejected"];
 
 /// A run that is killed loses no more than this, whatever its scene asks for.
 const PAUSE: Duration = Duration::from_secs(60);
@@ -45,12 +46,12 @@ pub(super) struct Files {
 }
 
 impl Files {
-    pub fn new(plan: &Plan, out: &Path, saved: Option<&SavedMotion>) -> Result<Self, RunError> {
+    pub fn new(plan: &Plan, out: &Path, resumed: Option<Resumed>) -> Result<Self, RunError> {
         let columns = asked(plan.outputs).into_iter().flat_map(columns_of);
         let columns: Vec<String> = STEP_COLUMNS.into_iter().chain(columns).map(str::to_owned).collect();
         let path = out.join("history.csv");
-        let history = match saved {
-            Some(saved) if path.exists() => History::resume(&path, columns, saved.counts.steps)?,
+        let history = match resumed {
+            Some(resumed) if path.exists() => History::resume(&path, columns, resumed.step)?,
             Some(_) | None => History::create(&path, columns)?,
         };
         let mut files = Self {
@@ -86,7 +87,7 @@ impl Files {
                 What::Cuts(_) => {}
             }
         }
-        let resume = saved.map(|saved| saved.t);
+        let resume = resumed.map(|resumed| resumed.last_time());
         if !plan.bodies.is_empty() || want.pictures {
             let cast = Cast::new(plan.bodies, &plan.walls);
             files.window = first_view(plan, &cast)?;
@@ -100,6 +101,10 @@ impl Files {
                 Some(t) => Series::resume(&index, t)?,
                 None => Series::create(&index)?,
             });
+        }
+        if let Some(resumed) = resumed {
+            let requests = files.maps.iter().flat_map(|(requests, _)| requests);
+            resumed.drop_later(out, &requests.map(|request| request.name.as_str()).collect::<Vec<_>>())?;
         }
         Ok(files)
     }
@@ -145,9 +150,7 @@ impl Files {
         tables: bool,
     ) -> Result<(), RunError> {
         if let (Some(series), false) = (&mut self.series, fields.is_empty()) {
-            let mut named = fields.to_vec();
-            named.sort_by_key(|f| f.name());
-            named.dedup();
+            let named = Field::in_order(fields);
             let name = format!("fields/step-{step:06}.vtu");
             mover.write_fields(&self.out.join(&name), t, &named)?;
             series.append(t, &name)?;
@@ -200,7 +203,8 @@ impl Files {
         measures.for_each(|measure| take(*measure, plan, mover, &mut values));
         let value = |column: &str| match column {
             "time" => Some(row.t),
-            "dt" => Some(row.dt),
+            "dt" => Some(row.stride.dt),
+            "rejected" => Some(row.stride.rejected as f64),
             "iterations" => Some(row.stride.iterations as f64),
             other => values.get(other).copied(),
         };

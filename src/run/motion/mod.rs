@@ -4,14 +4,17 @@ pub(super) mod easel;
 mod files;
 pub mod saved;
 pub mod summary;
+mod watch;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::folder::{self, Resumed};
 use super::maps::Source;
 use super::measures::{of_body, of_holding};
+use super::stake::Stake;
 use super::{Ending, Options, RunError};
 use crate::body::penalty::Wrench;
 use crate::body::{Body, Pose, Twist};
@@ -22,30 +25,23 @@ use crate::model::Term;
 use crate::output::bodies::Moment;
 use crate::output::plot::map::Picture;
 use crate::output::progress::{Progress, Status};
-use crate::output::{OutputError, write_whole};
-use crate::scene::particles::MotionTime;
 use crate::scene::{Field, MapRequest, Measure, Output, What};
 use crate::time::march::Counts;
 use crate::time::phases::Phases;
-use crate::time::schedule::trim;
 
 use easel::Easel;
 use files::Files;
 use saved::SavedMotion;
 pub use summary::MotionSummary;
+use watch::{Overlaps, lost};
 
 /// What a loop moves.
 pub(super) trait Mover {
-    /// From `t` to `t + dt`. What fails changes nothing, or stops at [`Self::stands_at`].
+    /// One step from `t`, trimmed to land on `landing`. What fails changes nothing.
     ///
     /// # Errors
     /// The reason.
-    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String>;
-
-    /// The time of the state, where steps that fail may leave it after the last whole one.
-    fn stands_at(&mut self) -> Option<f64> {
-        None
-    }
+    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String>;
 
     /// The state, for an exact restart.
     fn state(&self) -> Vec<u8>;
@@ -102,17 +98,33 @@ pub(super) fn extent(mover: &dyn Mover, moment: &Moment, request: &MapRequest) -
 }
 
 /// What a step took.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Stride {
+    /// Where it ended, and its length.
+    pub t: f64,
+    pub dt: f64,
     pub iterations: usize,
+    /// Steps that were too long before it.
+    pub rejected: usize,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// A note of a step that was too long.
+pub(super) fn shortened(t: f64, dt: f64, why: &str) -> String {
+    let why = why.split_once("; hint: ").map_or(why, |(why, _)| why);
+    format!("steps are shortened, to {dt:.3e} before t = {t:.6}: {why}")
 }
 
 /// What a loop needs of a scene.
 pub(super) struct Plan<'a> {
     pub title: Option<&'a str>,
+    /// The scene's file, for messages.
+    pub origin: &'a str,
     /// The resolved scene.
     pub text: String,
-    pub time: MotionTime,
+    pub end: f64,
+    pub max_steps: Option<usize>,
     pub outputs: &'a [Output],
     pub bodies: &'a [Body],
     pub walls: Vec<Wall>,
@@ -127,28 +139,17 @@ pub(super) struct Plan<'a> {
     pub setup_seconds: f64,
 }
 
-/// Makes the folder, refuses to overwrite another run, reads the checkpoint to resume from.
+/// The checkpoint to go on from, where there is one to; the folder is there then.
 ///
 /// # Errors
 /// As [`super::run`].
 pub(super) fn prepare(text: &str, options: &Options) -> Result<Option<SavedMotion>, RunError> {
-    let out = &options.out;
-    let checkpoint = out.join("checkpoint.bin");
-    let saved = if options.resume {
-        if !checkpoint.exists() {
-            return Err(RunError::NothingToResume { folder: out.display().to_string() });
-        }
-        let saved = SavedMotion::read(&checkpoint)?;
-        if let Some(key) = super::setup::first_difference(&saved.scene, text) {
-            return Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key });
-        }
-        Some(saved)
-    } else {
-        super::refuse_occupied(out)?;
-        None
-    };
-    std::fs::create_dir_all(out).map_err(|e| OutputError::io(out, &e))?;
-    Ok(saved)
+    let Some(checkpoint) = folder::prepare(options)? else { return Ok(None) };
+    let saved = SavedMotion::read(&checkpoint)?;
+    match super::setup::first_difference(&saved.scene, text) {
+        Some(key) => Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key }),
+        None => Ok(Some(saved)),
+    }
 }
 
 /// Moves until the end. A step that fails ends the run; the last good state is written like any other.
@@ -163,56 +164,62 @@ pub(super) fn run(
 ) -> Result<MotionSummary, RunError> {
     let begin = Instant::now();
     let counts_before = crate::solve::sparse::counts();
-    write_whole(&options.out.join("scene.toml"), |file| file.write_all(plan.text.as_bytes()))?;
+    let resumed = saved.as_ref().map(|saved| Resumed::at(&options.out, saved.counts.steps, saved.t));
+    let _stake = Stake::new();
+    folder::write_scene(&options.out, &plan.text, saved.as_ref().map(|saved| saved.scene.as_str()))?;
     let (mut t, mut counts) = saved.as_ref().map_or((0.0, Counts::default()), |saved| (saved.t, saved.counts));
-    let mut files = Files::new(plan, &options.out, saved.as_ref())?;
+    let mut files = Files::new(plan, &options.out, resumed)?;
     let mut phases = Phases::default();
     let mut progress = Progress::new(options.verbosity, t);
     plan.remarks.iter().for_each(|remark| progress.say(&format!("note: {remark}")));
     if saved.is_none() {
         phases.measure("output", || files.write_due(mover, t, 0, None))?;
         files.write_checkpoint(plan, mover, t, counts)?;
-    } else if t > plan.time.end {
-        progress
-            .say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.time.end));
     }
+    if let Some(resumed) = resumed.filter(|resumed| resumed.cut_off) {
+        phases.measure("output", || files.write_due(mover, t, counts.steps, resumed.before(&options.out)))?;
+    }
+    if t > plan.end {
+        progress.say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.end));
+    }
+    let mut overlaps = Overlaps::default();
+    let failed = |reason: String| Ending::Failed { reason: format!("{}: {reason}", plan.origin) };
     let ending = loop {
-        if t >= plan.time.end * (1.0 - 1e-12) {
+        if let Some(reason) = lost(plan.bodies, mover, t) {
+            break failed(reason);
+        }
+        if t >= plan.end * (1.0 - 1e-12) {
             break Ending::EndTime;
         }
-        if plan.time.max_steps.is_some_and(|most| counts.steps >= most) {
+        if plan.max_steps.is_some_and(|most| counts.steps >= most) {
             break Ending::MaxSteps;
         }
         if options.interrupt.load(Ordering::Relaxed) {
             break Ending::Interrupted;
         }
         let landings = plan.outputs.iter().filter_map(|output| output.schedule.next_time(t));
-        let landing = landings.fold(plan.time.end, f64::min);
-        let (before, dt) = (t, trim(t, plan.time.step, landing));
-        let stride = match phases.measure("steps", || mover.advance(t, dt)) {
+        let landing = landings.fold(plan.end, f64::min);
+        let before = t;
+        let stride = match phases.measure("steps", || mover.advance(t, landing)) {
             Ok(stride) => stride,
-            Err(reason) => {
-                t = mover.stands_at().unwrap_or(t);
-                break Ending::Failed { reason };
-            }
+            Err(reason) => break failed(reason),
         };
-        // so that no rounding piles up before an output
-        t = if dt == landing - before { landing } else { before + dt };
+        t = stride.t;
         counts.steps += 1;
         counts.nonlinear_iterations += stride.iterations;
+        counts.rejected += stride.rejected;
+        stride
+            .notes
+            .iter()
+            .chain(&overlaps.look(plan, mover, t))
+            .for_each(|note| progress.say(&format!("note: {note}")));
+        let (dt, iterations) = (stride.dt, stride.iterations);
         phases.measure("output", || {
-            files.append_history(plan, mover, &Row { before, t, dt, step: counts.steps, stride })?;
+            files.append_history(plan, mover, &Row { before, t, step: counts.steps, stride })?;
             files.write_due(mover, t, counts.steps, Some(before))?;
             files.write_checkpoint_if_due(plan, mover, (before, t), counts)
         })?;
-        progress.show(&Status {
-            step: counts.steps,
-            t,
-            end: plan.time.end,
-            dt,
-            iterations: stride.iterations,
-            residual: None,
-        });
+        progress.show(&Status { step: counts.steps, t, end: plan.end, dt, iterations, residual: None });
     };
     phases.measure("output", || {
         files.write_checkpoint(plan, mover, t, counts)?;
@@ -221,6 +228,7 @@ pub(super) fn run(
     // a picture that cannot be drawn is no failure
     crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));
     progress.finish();
+    overlaps.last().iter().for_each(|note| progress.say(&format!("note: {note}")));
     let mut measures = BTreeMap::new();
     asked(plan.outputs).iter().for_each(|measure| take(*measure, plan, mover, &mut measures));
     measures.retain(|_, value| value.is_finite());
@@ -234,7 +242,6 @@ pub(super) fn run(
 struct Row {
     before: f64,
     t: f64,
-    dt: f64,
     step: usize,
     stride: Stride,
 }

@@ -12,13 +12,14 @@ use serde::Serialize;
 use super::available::available;
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan};
-use super::{Options, RunError, maps, memory, setup};
+use super::{Options, RunError, maps, memory, resolution, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;
-use crate::model::Term;
-use crate::model::frames::{Frames, WallPoints};
-use crate::model::momentum::MomentumError;
+use crate::model::closed::ClosedParts;
+use crate::model::frames::Frames;
+use crate::model::momentum::check_held;
+use crate::model::{Term, rotation};
 use crate::scene::StokesScene;
 use crate::scene::bodies::Bodies;
 use crate::space::{Continuity, Space};
@@ -59,14 +60,14 @@ fn sizes(scene: &StokesScene) -> Result<Sizes, RunError> {
     let conditions = scene.conditions(&mesh);
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.degrees[0], 2);
     let pressure = Space::new(&mesh, Continuity::Continuous, scene.degrees[1], 1);
-    let held = || Frames::new(&velocity, &conditions, WallPoints::Nodes).hold_rigid_motions(&velocity);
-    if scene.friction == 0.0 && !held() {
-        let origin = scene.source().place("model.friction").to_string();
-        return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
+    if scene.friction == 0.0 {
+        check_held(&velocity, &conditions).map_err(|error| {
+            let origin = scene.source().place("model.friction").to_string();
+            RunError::Model { origin, error: Box::new(error) }
+        })?;
     }
     let frames = Frames::new(&velocity, &conditions, scene.slip.points());
-    let closed = scene.pressure_is_free();
-    let bytes = memory::of_flow(&velocity, &pressure, &frames, closed);
+    let bytes = memory::of_flow(&velocity, &pressure, &frames, &ClosedParts::new(&pressure, &conditions));
     let (system, pressure) = (frames.free + pressure.dof_count(), pressure.dof_count());
     Ok(Sizes { mesh, velocity, pressure, system, bytes })
 }
@@ -83,7 +84,7 @@ pub fn need(scene: &StokesScene) -> Option<f64> {
 pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     let sizes = sizes(scene)?;
     let available = available()?;
-    let mut remarks = remarks(scene);
+    let mut remarks = remarks(scene, &sizes.mesh);
     if available.is_some_and(|available| sizes.bytes > available) {
         remarks.push(
             "the run does not fit into the memory that is available; take a coarser mesh or a lower degree".into(),
@@ -105,8 +106,10 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     })
 }
 
-fn remarks(scene: &StokesScene) -> Vec<String> {
-    let mut remarks = Vec::new();
+fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
+    let mut remarks = setup::mesh_remarks(mesh);
+    let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
+    remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction));
     if scene.pressure_is_free() {
         remarks.push(
             "the velocity is Dirichlet or slip on the whole boundary: the pressure is fixed by its zero mean, and the \
@@ -114,6 +117,7 @@ fn remarks(scene: &StokesScene) -> Vec<String> {
                 .to_owned(),
         );
     }
+    remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
     remarks
 }
 
@@ -231,13 +235,15 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
     let none = Vec::new();
     let plan = Plan {
         title: scene.title.as_deref(),
+        origin: scene.source().origin(),
         text,
-        time: scene.time,
+        end: scene.time.end,
+        max_steps: scene.time.max_steps,
         outputs: &scene.outputs,
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,
         terms: terms(scene),
-        remarks: remarks(scene),
+        remarks: remarks(scene, &mesh),
         mesh: Some(mesh.quality()),
         fingerprint: mesh.fingerprint(),
         unknowns: [velocity.dof_count(), pressure, system],

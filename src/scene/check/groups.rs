@@ -41,6 +41,7 @@ impl Checker<'_> {
         let mut bodies = Vec::new();
         for (k, (&radius, centre)) in radii.iter().zip(&centres).enumerate() {
             let shape = Shape::Disc { radius };
+            self.computable(&at("radius"), &at("density"), &shape, density)?;
             let known = numbers(&shape, density, symbols);
             let start = Pose { position: *centre, angle: 0.0 };
             let hold = match (motion, &turning) {
@@ -57,6 +58,7 @@ impl Checker<'_> {
             };
             bodies.push(Body {
                 name: format!("{name}-{}", k + 1),
+                key: key.to_owned(),
                 force: self.force(&at("force"), &mut table.force, &known, &start)?,
                 torque: self.torque(&at("torque"), &mut table.torque, &known, &start)?,
                 shape,
@@ -95,11 +97,13 @@ impl Checker<'_> {
 
     pub(super) fn group_radii(&self, key: &str, given: Radii) -> Result<[f64; 2], SceneError> {
         match given {
-            Radii::Equal(radius) => self.positive(key, radius, "a length, or a range [0.01, 0.02]").map(|r| [r, r]),
+            Radii::Equal(radius) => self.length(key, radius, "a length, or a range [0.01, 0.02]").map(|r| [r, r]),
             Radii::Between([low, high]) => {
                 let holds = low > 0.0 && low <= high && high.is_finite();
                 let rule = "must be two lengths greater than 0, the smaller one first";
                 self.require(holds, key, point([low, high]), rule, "such as [0.015, 0.025]")?;
+                self.length(key, low, "such as [0.015, 0.025]")?;
+                self.length(key, high, "such as [0.015, 0.025]")?;
                 Ok([low, high])
             }
         }

@@ -14,6 +14,7 @@ use std::fmt::Display;
 use std::path::PathBuf;
 
 use super::error::SceneError;
+use super::path::quoted;
 use super::presets;
 use super::tables::{CouplingName, DensityScheme, SceneFile, SlipName, SpaceTable, TimeStart};
 use super::{
@@ -21,7 +22,8 @@ use super::{
     Time,
 };
 use crate::element::MAX_DEGREE;
-use crate::mesh::generate::MeshScene;
+use crate::mesh::generate::{MeshScene, Shape};
+use crate::model::boundary::NamedCondition;
 use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
 use crate::time::CouplingKind;
@@ -53,8 +55,9 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let mut file = full.tables::<SceneFile>().map_err(|found| found.1)?;
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
-    checker.mesh(&mut file.mesh)?;
     let space = checker.space(&mut file.space, parameters.kind())?;
+    checker.curved_where_it_turns(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.mesh(&mut file.mesh)?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
     let boundary = checker.boundary(&mut file, &parameters, &sources)?;
@@ -192,7 +195,21 @@ impl Checker<'_> {
         }
     }
 
-    /// A mesh from a file takes `curved`, and the place of the disc for measures and cuts; nothing else.
+    /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities have only in cells of at
+    /// most their own degree.
+    fn curved_where_it_turns<'a>(
+        &self,
+        mesh: &mut MeshScene,
+        degree: usize,
+        mut velocities: impl Iterator<Item = &'a NamedCondition>,
+    ) {
+        let round = matches!(mesh.shape, Some(Shape::Disc | Shape::Annulus));
+        if round && mesh.curved.is_none() && velocities.all(|velocity| velocity.name == "slip") {
+            mesh.curved = Some(degree.min(3));
+        }
+    }
+
+    /// A mesh from a file takes `curved` and `slits`, and the place of the disc for measures and cuts; nothing else.
     fn keys_beside_a_file(&self, mesh: &MeshScene) -> Result<(), SceneError> {
         let given = [
             ("n", mesh.n.is_some()),
@@ -211,7 +228,7 @@ impl Checker<'_> {
             ("symmetric", mesh.symmetric.is_some()),
         ];
         if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
-            let hint = "beside `file`, only `curved`, `radius` and `centre` (of the disc) have a meaning";
+            let hint = "beside `file`, only `curved`, `slits`, `radius` and `centre` (of the disc) have a meaning";
             return Err(self.error(&format!("mesh.{key}"), "(given)", "does not apply to a mesh from a file", hint));
         }
         mesh.radius
@@ -238,12 +255,31 @@ impl Checker<'_> {
             ModelKind::Compressible => (0, self.density_degree(table)?),
         };
         self.degree("polarity", polarity, 1)?;
-        let epsilon = self.positive("space.penalty", table.penalty, "1e-8 is the usual value")?;
+        let epsilon = self.penalty(table.penalty)?;
         let slip = match table.slip {
             SlipName::Rotated => SlipTreatment::Rotated,
             SlipName::Penalty => SlipTreatment::Penalty { epsilon },
         };
         Ok(Space { velocity, pressure, density, polarity, slip })
+    }
+
+    /// `ε_r`, whether slip is imposed by it or not.
+    pub(super) fn penalty(&self, epsilon: f64) -> Result<f64, SceneError> {
+        let rule = "must lie between 1e-16 and 0.01: above, tissue leaks through slip walls, below, no digit is left for the rest";
+        self.within("space.penalty", epsilon, [1e-16, 0.01], rule, "1e-8 is the usual value")
+    }
+
+    /// A length of a body: its area and its moment of inertia stay within the range of numbers.
+    fn length(&self, key: &str, value: f64, hint: &str) -> Result<f64, SceneError> {
+        self.positive(key, value, hint)?;
+        let rule = "must lie between 1e-9 and 1e9";
+        self.within(key, value, [1e-9, 1e9], rule, "choose a unit in which lengths are near 1")
+    }
+
+    /// A value in a range, both ends included.
+    fn within(&self, key: &str, value: f64, [low, high]: [f64; 2], rule: &str, hint: &str) -> Result<f64, SceneError> {
+        self.require((low..=high).contains(&value), key, shown(value), rule, hint)?;
+        Ok(value)
     }
 
     fn degree(&self, name: &str, degree: usize, least: usize) -> Result<(), SceneError> {
@@ -291,13 +327,19 @@ impl Checker<'_> {
         for (tag, table) in &mut file.boundary {
             let conditions = table
                 .check(p.kind(), &p.symbols(), exact)
-                .map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
+                .map_err(|error| self.model(&format!("boundary.{}", quoted(tag)), error))?;
             let from_exact = sources.boundary().is_some();
             let given =
                 matches!(&conditions.velocity, VelocityCondition::Traction(f) if !f.iter().all(Expression::is_zero));
             let rule = "the traction is that of the exact fields, so none can be given";
             let hint = "write velocity = \"traction\", or set exact.boundary = \"scene\"";
-            self.require(!(from_exact && given), &format!("boundary.{tag}.velocity"), &table.velocity, rule, hint)?;
+            self.require(
+                !(from_exact && given),
+                &format!("boundary.{}.velocity", quoted(tag)),
+                &table.velocity,
+                rule,
+                hint,
+            )?;
             *table = table.resolved();
             checked.insert(tag.clone(), conditions);
         }
@@ -316,10 +358,8 @@ impl Checker<'_> {
         let table = &mut file.time;
         let step = self.positive("time.step", table.step, "the first and largest step, such as 0.1")?;
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
-        let step_min = *table.step_min.get_or_insert(1e-6 * step);
-        let step_min = self.positive("time.step_min", step_min, "without it, a millionth of `step` is taken")?;
-        let rule = format!("must not be below time.step_min = {}", shown(step_min));
-        self.require(step >= step_min, "time.step", shown(step), &rule, "raise `step` or lower `step_min`")?;
+        let step_min = self.step_min(step, table.step_min)?;
+        table.step_min = Some(step_min.value());
         let rule = format!("must not be longer than the run, time.end = {end}");
         self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
         let none = "leave it out for no limit";
@@ -411,7 +451,7 @@ impl Checker<'_> {
         let hint = "take `t` out of the formula, or the table [steady] (the flag --steady) away";
         for (tag, conditions) in boundary {
             for (key, moving) in conditions.depend_on_time() {
-                self.require(!moving, &format!("boundary.{tag}.{key}"), "a formula of t", rule, hint)?;
+                self.require(!moving, &format!("boundary.{}.{key}", quoted(tag)), "a formula of t", rule, hint)?;
             }
         }
         for (key, moving) in sources.depend_on_time() {
