@@ -509,13 +509,14 @@ pub fn tagged(conditions: &[Conditions], kind: impl Fn(&VelocityCondition) -> bo
     of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
 }
 
-/// The power of two next to `|Ω|^-½`: with it as unit of pressure the matrix does not depend on the unit of length, and its factors are as
-/// exact in any.
+/// The power of two next to `|Ω|^-½`: with it as unit of pressure the matrix does not depend on the unit of length,
+/// and its factors are as exact in any.
 fn pressure_unit(area: f64) -> f64 {
     (-0.5 * area.log2()).round().exp2()
 }
 
-/// `[TᵀAT  sTᵀBᵀ; sBT  0]` with the unit s of pressure, bordered by the zero mean of the pressure where no condition fixes it.
+/// `[TᵀAT  sTᵀBᵀ; sBT  0]` with the unit s of pressure, bordered by the zero mean of the pressure where no condition
+/// fixes it.
 fn factorise(
     frames: &Frames,
     stiffness: &Matrix,
