@@ -195,8 +195,8 @@ impl Checker<'_> {
         }
     }
 
-    /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities have only in cells of at
-    /// most their own degree.
+    /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities
+    /// have only in cells of at most their own degree.
     fn curved_where_it_turns<'a>(
         &self,
         mesh: &mut MeshScene,
@@ -265,7 +265,8 @@ impl Checker<'_> {
 
     /// `ε_r`, whether slip is imposed by it or not.
     pub(super) fn penalty(&self, epsilon: f64) -> Result<f64, SceneError> {
-        let rule = "must lie between 1e-16 and 0.01: above, tissue leaks through slip walls, below, no digit is left for the rest";
+        let rule = "must lie between 1e-16 and 0.01: above, tissue leaks through slip walls, below, no digit is left \
+                    for the rest";
         self.within("space.penalty", epsilon, [1e-16, 0.01], rule, "1e-8 is the usual value")
     }
 
