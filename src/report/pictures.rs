@@ -10,7 +10,7 @@ use quick_xml::events::Event;
 
 use crate::results::{Drawn, Results};
 
-/// An SVG with more bytes than these gives way to the PNG beside it.
+/// An SVG with more bytes than these gives way to a smaller PNG beside it.
 const LARGEST_SVG: usize = 300_000;
 
 /// Most bytes of the pictures of a page, so that it can be mailed.
@@ -160,6 +160,7 @@ fn read(path: &Path) -> Result<Shown, String> {
     let png = path.with_extension("png");
     if bytes.len() > LARGEST_SVG
         && let Ok(pixels) = std::fs::read(&png)
+        && pixels.len() < bytes.len()
         && check_png(&pixels).is_ok()
     {
         return Ok(Shown { uri: uri("png", &pixels), title, file });

@@ -7,10 +7,10 @@ use super::{RunError, Setup};
 use crate::body::penalty::Wrench;
 use crate::body::{Pose, Twist};
 use crate::measure::errors::{History, errors};
-use crate::measure::{Budget, Census, Defects, Mirror, Overshoot};
+use crate::measure::{Budget, Census, Defects, Inlet, Mirror, Overshoot};
 use crate::mesh::generate::Track;
-use crate::model::Exact;
-use crate::model::{ModelKind, Residuals, State};
+use crate::model::boundary::PolarityCondition;
+use crate::model::{Exact, ModelKind, Residuals, State};
 use crate::scene::{Measure, Scene, What};
 use crate::space::Field;
 use crate::time::{Kind, March, Schedule, Sheet};
@@ -213,7 +213,7 @@ impl<'s> Gauges<'s> {
             Measure::EnergyBudget => values.extend(Budget::at(model, state, rate_of_p, t).columns()),
             Measure::Mass => self.mass(state, values),
             Measure::DensityMin => self.smallest_density(state, values),
-            Measure::Overshoot => self.overshoot(state, values)?,
+            Measure::Overshoot => self.overshoot(at, values)?,
             Measure::Asymmetry => self.asymmetry(state, values),
             Measure::Defects => self.count_defects(state, values),
             Measure::Circulation => self.circulation(state, values),
@@ -227,17 +227,27 @@ impl<'s> Gauges<'s> {
         Ok(())
     }
 
-    fn overshoot(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+    /// Relative to what flows in on the axis; empty while that is zero.
+    fn overshoot(&self, at: &At, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+        let At { model, state, t, .. } = *at;
         let Setup { mesh, locator, .. } = self.setup;
-        let span = (self.centre[0] + self.radius, self.end);
-        let v = Overshoot::of(&state.v, mesh, locator, span, self.centre[1])?;
-        let p = Overshoot::of(&state.p, mesh, locator, span, self.centre[1])?;
-        values.extend([
-            ("overshoot_velocity", v.percent),
-            ("overshoot_velocity_x1", v.x1),
-            ("overshoot_polarity", p.percent),
-            ("overshoot_polarity_x1", p.x1),
-        ]);
+        let (axis, span) = (self.centre[1], (self.centre[0] + self.radius, self.end));
+        let Some(inlet) = Inlet::on(mesh, axis) else { return Ok(()) };
+        // the polarity is imposed weakly: what is given counts, not its trace
+        let polarity = match &model.conditions()[inlet.tag].polarity {
+            PolarityCondition::Dirichlet([first, _]) => Some(first.eval(inlet.x, t)),
+            PolarityCondition::Neumann => inlet.value(&state.p, mesh, locator),
+        };
+        let fields = [
+            (&state.v, inlet.value(&state.v, mesh, locator), ["overshoot_velocity", "overshoot_velocity_x1"]),
+            (&state.p, polarity, ["overshoot_polarity", "overshoot_polarity_x1"]),
+        ];
+        for (field, inflow, [percent, place]) in fields {
+            if let Some(inflow) = inflow.filter(|inflow| *inflow != 0.0) {
+                let found = Overshoot::of(field, mesh, locator, span, (axis, inflow))?;
+                values.extend([(percent, found.percent), (place, found.x1)]);
+            }
+        }
         Ok(())
     }
 

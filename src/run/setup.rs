@@ -10,16 +10,17 @@ use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Unknowns};
 use super::resolution;
 use crate::form::{Faces, Integrator};
-use crate::measure::{MeasureError, Strain};
+use crate::measure::{Inlet, MeasureError, Strain};
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
-use crate::mesh::{Mesh, MeshError, gmsh};
+use crate::mesh::{Mesh, MeshError, Point, gmsh};
+use crate::model::boundary::PolarityCondition;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::manufactured::Volume;
 use crate::model::momentum::MomentumError;
-use crate::model::{Expression, ModelKind, start};
+use crate::model::{Conditions, Expression, ModelKind, VelocityCondition, rotation, start};
 use crate::scene::{Initial, InitialDensity, Measure, Scene, SceneSource, What};
 use crate::space::{Field, project};
 use crate::time::{Checkpoint, Kind, March, Sheet};
@@ -53,6 +54,30 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     mesh_of(&scene.mesh, scene.source())
 }
 
+/// Smallest and largest extent of a mesh from a file, and the smallest relative to its coordinates.
+const EXTENTS: [f64; 2] = [1e-9, 2e9];
+const NARROWEST: f64 = 1e-9;
+
+/// Refuses a mesh whose areas leave the range of numbers, or whose vertices coincide in their rounding.
+fn check_extent(mesh: Mesh, file: &str) -> Result<Mesh, MeshError> {
+    let first = mesh.vertices[0];
+    let corners = |(low, high): (Point, Point), x: &Point| (low.inf(x), high.sup(x));
+    let (low, high) = mesh.vertices.iter().fold((first, first), corners);
+    let (extent, reach) = ((high - low).max(), low.amax().max(high.amax()));
+    if (EXTENTS[0]..=EXTENTS[1]).contains(&extent) && extent >= NARROWEST * reach {
+        return Ok(mesh);
+    }
+    Err(MeshError::BadKey {
+        key: "mesh.file".into(),
+        value: format!("\"{file}\""),
+        rule: format!(
+            "the mesh is {extent:e} across at coordinates up to {reach:e}; an extent lies between 1e-9 and 1e9, and is at least \
+             1e-9 of the coordinates"
+        ),
+        hint: "scale the mesh to a unit of length in which it is near 1 across, and put the origin into it".into(),
+    })
+}
+
 /// Builds or reads the mesh of a scene of any kind.
 ///
 /// # Errors
@@ -60,15 +85,17 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
 pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError> {
     let built = match &table.file {
         None => table.build(),
-        Some(file) => gmsh::read(Path::new(file)).and_then(|mut mesh| match table.curved {
-            None => Ok(mesh),
-            Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
-            Some(other) => Err(MeshError::BadKey {
-                key: "mesh.curved".into(),
-                value: other.to_string(),
-                rule: "must be 1, 2 or 3".into(),
-                hint: "leave it out to keep the geometry of the file".into(),
-            }),
+        Some(file) => gmsh::read(Path::new(file)).and_then(|mesh| check_extent(mesh, file)).and_then(|mut mesh| {
+            match table.curved {
+                None => Ok(mesh),
+                Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
+                Some(other) => Err(MeshError::BadKey {
+                    key: "mesh.curved".into(),
+                    value: other.to_string(),
+                    rule: "must be 1, 2 or 3".into(),
+                    hint: "leave it out to keep the geometry of the file".into(),
+                }),
+            }
         }),
     };
     let few_tags = built.and_then(|mesh| match mesh.tags.len() {
@@ -276,6 +303,8 @@ impl Setup {
     pub fn remarks(&self, scene: &Scene) -> Vec<String> {
         let mut remarks = scene.remarks();
         remarks.extend(mesh_remarks(scene, &self.mesh, &self.quality));
+        let (model, friction) = (&self.model, scene.parameters.friction);
+        remarks.extend(rotation::remark(&self.mesh, model.velocity(), model.conditions(), friction));
         remarks
     }
 }
@@ -300,7 +329,7 @@ fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
 /// Refuses measures that the domain does not have.
 ///
 /// # Errors
-/// An overshoot where there is no disc with tissue behind it.
+/// An overshoot where there is no disc with tissue behind it, or no inflow before it.
 pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let asked = scene.outputs.iter().any(|output| match &output.what {
         What::Measures(measures) => measures.contains(&Measure::Overshoot),
@@ -308,13 +337,37 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     });
     let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
-    if asked && super::tissue::wake(scene).is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end)) {
+    if !asked {
         return Ok(());
     }
-    if asked && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
+    let wake = super::tissue::wake(scene);
+    let carried = wake.is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end));
+    if !carried && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { behind }));
     }
-    Ok(())
+    check_inflow(scene, mesh, wake.map_or(scene.mesh.centre.unwrap_or([0.0, 0.0])[1], |(middle, _)| middle.y))
+}
+
+/// Refuses an overshoot over an inflow that cannot be one.
+fn check_inflow(scene: &Scene, mesh: &Mesh, axis: f64) -> Result<(), RunError> {
+    let wrong = |what: String| Err(RunError::Measure(MeasureError::NoInflow { axis, what }));
+    let Some(inlet) = Inlet::on(mesh, axis) else { return wrong("the axis meets no boundary".to_owned()) };
+    let (tag, Conditions { velocity, polarity, .. }) = (&mesh.tags[inlet.tag], &scene.boundary[&mesh.tags[inlet.tag]]);
+    let constant =
+        |given: &[Expression; 2]| (!given.iter().any(Expression::depends_on_time)).then(|| given[0].eval(inlet.x, 0.0));
+    match velocity {
+        VelocityCondition::Slip => return wrong(format!("nothing passes `{tag}`, its left end, which is \"slip\"")),
+        VelocityCondition::Dirichlet(given) if constant(given).is_some_and(|v| v <= 0.0) => {
+            return wrong(format!("the velocity of `{tag}`, its left end, is {}", given[0].text()));
+        }
+        VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential => {}
+    }
+    match polarity {
+        PolarityCondition::Dirichlet(given) if constant(given) == Some(0.0) => {
+            wrong(format!("the polarity of `{tag}`, its left end, is {}", given[0].text()))
+        }
+        PolarityCondition::Dirichlet(_) | PolarityCondition::Neumann => Ok(()),
+    }
 }
 
 /// The problem in the model's terms.

@@ -286,9 +286,7 @@ impl Writer {
 
     fn write_fields(&mut self, march: &mut March, setup: &Setup, fields: &[Field]) -> Result<(), RunError> {
         let grid = self.grid.as_ref().expect("opened with the series");
-        let mut named: Vec<Field> = fields.to_vec();
-        named.sort_by_key(|f| f.name());
-        named.dedup();
+        let named = Field::in_order(fields);
         let mut at_nodes: Vec<(usize, Vec<f64>)> = Vec::new();
         for &field in &named {
             at_nodes.push(match field {

@@ -7,6 +7,7 @@ pub mod branch_file;
 pub mod child;
 pub mod columns;
 pub mod compare;
+pub mod expected;
 pub mod figures;
 pub mod file;
 mod forms;

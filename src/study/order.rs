@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::expected::Promise;
 use super::file::{OrderStudy, Variant};
 use super::{StudyError, table};
 use crate::measure::errors::{ErrorField, History, Norm, errors};
@@ -32,6 +33,8 @@ pub struct Level {
     pub counts: Counts,
     pub factorisations: usize,
     pub seconds: f64,
+    /// The orders that its degrees and its scheme promise.
+    pub promise: Promise,
     /// Why it did not reach its end.
     pub failure: Option<String>,
 }
@@ -168,6 +171,7 @@ fn run_level(
         counts: steps.counts,
         factorisations: crate::solve::sparse::counts()[0] - before,
         seconds: begin.elapsed().as_secs_f64(),
+        promise: Promise::of(&scene, &setup.mesh),
         failure,
     })
 }

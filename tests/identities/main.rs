@@ -18,3 +18,4 @@ mod space;
 mod start;
 mod strain;
 mod time;
+mod units;

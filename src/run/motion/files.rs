@@ -150,9 +150,7 @@ impl Files {
         tables: bool,
     ) -> Result<(), RunError> {
         if let (Some(series), false) = (&mut self.series, fields.is_empty()) {
-            let mut named = fields.to_vec();
-            named.sort_by_key(|f| f.name());
-            named.dedup();
+            let named = Field::in_order(fields);
             let name = format!("fields/step-{step:06}.vtu");
             mover.write_fields(&self.out.join(&name), t, &named)?;
             series.append(t, &name)?;

@@ -16,9 +16,9 @@ use super::{Options, RunError, maps, memory, resolution, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;
-use crate::model::Term;
 use crate::model::frames::{Frames, WallPoints};
 use crate::model::momentum::MomentumError;
+use crate::model::{Term, rotation};
 use crate::scene::StokesScene;
 use crate::scene::bodies::Bodies;
 use crate::space::{Continuity, Space};
@@ -105,8 +105,10 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     })
 }
 
-fn remarks(scene: &StokesScene, mesh: &Mesh) -> Vec<String> {
+fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
     let mut remarks = Vec::new();
+    let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
+    remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction));
     if scene.pressure_is_free() {
         remarks.push(
             "the velocity is Dirichlet or slip on the whole boundary: the pressure is fixed by its zero mean, and the \
