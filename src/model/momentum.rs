@@ -235,8 +235,7 @@ impl Momentum {
     }
 
     /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of
-    /// the factors above them is made
-    /// anew. The result does not depend on where the bodies were before.
+    /// the factors above them is made anew. The result does not depend on where the bodies were before.
     ///
     /// # Errors
     /// As [`Momentum::with_bodies`]; after an error the bodies are nowhere.
