@@ -125,7 +125,7 @@ impl Immersed {
     ) -> Result<Self, MomentumError> {
         assert_eq!(rigidity.friction.len(), immersion.parts.len(), "a friction for every body");
         let mesh = &ground.velocity.mesh;
-        let kernel = Kernel::new(&immersion, ground.frames, None)?;
+        let kernel = Kernel::new(&immersion, ground.frames)?;
         let mut around = vec![Vec::new(); ground.velocity.node_count];
         for cell in 0..mesh.cells.len() {
             ground.velocity.cell_nodes(cell).iter().for_each(|&node| around[node as usize].push(cell as u32));
@@ -160,15 +160,9 @@ impl Immersed {
     }
 
     /// Moves the bodies: integrates and eliminates anew what changed.
-    pub(super) fn move_to(
-        &mut self,
-        ground: Ground,
-        loops: &Integrator,
-        poses: &[Pose],
-        keep: bool,
-    ) -> Result<(), MomentumError> {
+    pub(super) fn move_to(&mut self, ground: Ground, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
         let (immersion, changed) = self.immersion.moved(loops, poses)?;
-        let kernel = Kernel::new(&immersion, ground.frames, keep.then_some(&self.kernel))?;
+        let kernel = Kernel::new(&immersion, ground.frames)?;
         let mut cells: BTreeSet<usize> = changed.into_iter().collect();
         let (old, new): (BTreeSet<_>, BTreeSet<_>) =
             (self.kernel.hosts.iter().copied().collect(), kernel.hosts.iter().copied().collect());
@@ -212,19 +206,6 @@ impl Immersed {
             hosts: &self.kernel.hosts,
         };
         Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means }
-    }
-
-    /// Makes the factors anew as a whole.
-    pub(super) fn refactor(&mut self, ground: Ground) -> Result<(), MomentumError> {
-        let layout = ground.layout(&self.neighbours);
-        let (immersion, rigidity) = (&self.immersion, &self.rigidity);
-        let source = Source { layout, immersion, rigidity, friction: self.friction, hosts: &self.kernel.hosts };
-        let filled = Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means };
-        let (scales, symbolic) = (&self.scales, self.factors.symbolic().clone());
-        self.factors = Multifrontal::keeping(symbolic, |e, out| filled.fill_scaled(e, scales, out))?;
-        self.share = 1.0;
-        self.couple(ground);
-        Ok(())
     }
 
     /// The borders of the rigid motions.

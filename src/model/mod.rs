@@ -12,6 +12,7 @@ pub mod incompressible;
 pub mod lagged;
 pub mod limiter;
 pub mod manufactured;
+pub mod mobility;
 pub mod momentum;
 pub mod names;
 pub mod parameters;

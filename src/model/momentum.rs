@@ -234,50 +234,21 @@ impl Momentum {
         Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames, closed: &self.closed }
     }
 
-    /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of the factors above them is made anew.
+    /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of
+    /// the factors above them is made
+    /// anew. The result does not depend on where the bodies were before.
     ///
     /// # Errors
     /// As [`Momentum::with_bodies`]; after an error the bodies are nowhere.
     ///
     /// # Panics
     /// Without bodies.
-    pub fn move_bodies(&mut self, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
-        self.bodies_to(loops, poses, true)
-    }
-
-    /// As [`Momentum::move_bodies`], with a result that does not depend on where the bodies were before.
-    ///
-    /// # Errors
-    /// As [`Momentum::move_bodies`].
-    ///
-    /// # Panics
-    /// Without bodies.
     pub fn place_bodies(&mut self, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
-        self.bodies_to(loops, poses, false)
-    }
-
-    fn bodies_to(&mut self, loops: &Integrator, poses: &[Pose], keep: bool) -> Result<(), MomentumError> {
         let (velocity, pressure) = (&self.velocity, &self.pressure);
         let ground = Ground { velocity, pressure, frames: &self.frames, closed: &self.closed };
         match &mut self.system {
             System::Open(_) | System::Closed(_) => panic!("there are no bodies to move"),
-            System::Immersed(bodies) => bodies.move_to(ground, loops, poses, keep),
-        }
-    }
-
-    /// Makes the factors anew as a whole where the bodies are, which [`Momentum::move_bodies`] spares; for comparisons.
-    ///
-    /// # Errors
-    /// A factorisation that fails.
-    ///
-    /// # Panics
-    /// Without bodies.
-    pub fn refactor_bodies(&mut self) -> Result<(), MomentumError> {
-        let (velocity, pressure) = (&self.velocity, &self.pressure);
-        let ground = Ground { velocity, pressure, frames: &self.frames, closed: &self.closed };
-        match &mut self.system {
-            System::Open(_) | System::Closed(_) => panic!("there are no bodies"),
-            System::Immersed(bodies) => bodies.refactor(ground),
+            System::Immersed(bodies) => bodies.move_to(ground, loops, poses),
         }
     }
 

@@ -90,7 +90,7 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
     let quality = mesh.quality();
     let mut remarks = scene.remarks();
     remarks.extend(setup::mesh_remarks(&mesh));
-    remarks.extend(setup::resolution_remark(scene, &quality));
+    remarks.extend(setup::resolution_remarks(scene, &mesh, &quality));
     let friction = scene.parameters.friction;
     remarks.extend(rotation::remark(&mesh, velocity, &description.conditions, friction));
     remarks.extend(memory::check(scene, &need, available).err().map(|error| error.to_string()));

@@ -8,6 +8,7 @@ use super::available::available;
 use super::exact::check_exact;
 use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Unknowns};
+use super::resolution;
 use crate::form::{Faces, Integrator};
 use crate::measure::{Inlet, MeasureError, Strain};
 use crate::mesh::generate::{MeshScene, Shape};
@@ -305,11 +306,17 @@ impl Setup {
     pub fn remarks(&self, scene: &Scene) -> Vec<String> {
         let mut remarks = scene.remarks();
         remarks.extend(mesh_remarks(&self.mesh));
-        remarks.extend(resolution_remark(scene, &self.quality));
+        remarks.extend(resolution_remarks(scene, &self.mesh, &self.quality));
         let (model, friction) = (&self.model, scene.parameters.friction);
         remarks.extend(rotation::remark(&self.mesh, model.velocity(), model.conditions(), friction));
         remarks
     }
+}
+
+/// What the mesh does not resolve.
+pub fn resolution_remarks(scene: &Scene, mesh: &Mesh, quality: &Quality) -> Vec<String> {
+    let of_bodies = scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies));
+    resolution_remark(scene, quality).into_iter().chain(of_bodies).collect()
 }
 
 /// What was left out of the mesh's file, and what its parts mean for the pressure.
@@ -334,7 +341,7 @@ pub fn mesh_remarks(mesh: &Mesh) -> Vec<String> {
 }
 
 /// A warning when even the smallest cells do not resolve the coherence length.
-pub fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
+fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
     let (h, kappa, degree) = (quality.h_min, scene.parameters.coherence, scene.space.polarity);
     (h / degree as f64 > kappa).then(|| {
         format!(

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::available::available;
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan};
-use super::{Options, RunError, maps, memory, setup};
+use super::{Options, RunError, maps, memory, resolution, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;
@@ -117,6 +117,7 @@ fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
                 .to_owned(),
         );
     }
+    remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
     remarks
 }
 
@@ -234,8 +235,10 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
     let none = Vec::new();
     let plan = Plan {
         title: scene.title.as_deref(),
+        origin: scene.source().origin(),
         text,
-        time: scene.time,
+        end: scene.time.end,
+        max_steps: scene.time.max_steps,
         outputs: &scene.outputs,
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,

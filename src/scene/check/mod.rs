@@ -56,7 +56,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
     let space = checker.space(&mut file.space, parameters.kind())?;
-    checker.bend_by_velocity(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.curved_where_it_turns(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
@@ -197,7 +197,7 @@ impl Checker<'_> {
 
     /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities have only in cells of at
     /// most their own degree.
-    fn bend_by_velocity<'a>(
+    fn curved_where_it_turns<'a>(
         &self,
         mesh: &mut MeshScene,
         degree: usize,
@@ -358,10 +358,8 @@ impl Checker<'_> {
         let table = &mut file.time;
         let step = self.positive("time.step", table.step, "the first and largest step, such as 0.1")?;
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
-        let step_min = *table.step_min.get_or_insert(1e-6 * step);
-        let step_min = self.positive("time.step_min", step_min, "without it, a millionth of `step` is taken")?;
-        let rule = format!("must not be below time.step_min = {}", shown(step_min));
-        self.require(step >= step_min, "time.step", shown(step), &rule, "raise `step` or lower `step_min`")?;
+        let step_min = self.step_min(step, table.step_min)?;
+        table.step_min = Some(step_min.value());
         let rule = format!("must not be longer than the run, time.end = {end}");
         self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
         let none = "leave it out for no limit";
