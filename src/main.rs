@@ -12,18 +12,16 @@ mod command {
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use clap::{Args, Parser, Subcommand};
+use monolayer::interrupt::{self, INTERRUPT};
 use monolayer::mesh::gmsh::{self, Encoding};
 use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::{AnyScene, Scene, SceneKind, SceneSource};
 use monolayer::study::{self, BranchStudy, OrderStudy};
-
-/// Set by Ctrl-C.
-static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
 /// Solver for thin active tissue: velocity, pressure and polarity of a confluent cell sheet.
 #[derive(Debug, Parser)]
@@ -61,7 +59,7 @@ enum Command {
         #[arg(long, hide = true)]
         leash: bool,
     },
-    /// Read a scene and say what will be solved, or what is wrong; solve nothing.
+    /// Read a scene or a study and say what will be solved and what it takes, or what is wrong; solve nothing.
     Check {
         #[command(flatten)]
         scene: SceneArgs,
@@ -154,7 +152,7 @@ fn main() -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error}");
-            ExitCode::FAILURE
+            if interrupt::is_asked() { ExitCode::from(130) } else { ExitCode::FAILURE }
         }
     }
 }
@@ -173,9 +171,11 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             run_scene(cli, &scene.any(*steady)?, scene, out.as_deref(), *resume)
         }
         Command::Check { scene, json, steady } => {
-            let (text, value) = run::any::check(&scene.any(*steady)?)?;
-            let text = if *json { serde_json::to_string_pretty(&value)? } else { text };
-            say(&text)?;
+            if let Some(kind) = study::check::kind(&scene.scene) {
+                return check_study(kind, scene, *json);
+            }
+            let report = run::any::check(&scene.any(*steady)?)?;
+            say(&if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
             Ok(ExitCode::SUCCESS)
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
@@ -190,7 +190,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             catch_interrupts("keeping the settings that are finished")?;
             command::tradeoff::tradeoff(study, &pairs, &out, repeat, cli.verbosity(), &INTERRUPT)
         }
-        Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
+        Command::Mesh { input, sets, out, ascii } => mesh(cli, input, sets, out.as_deref(), *ascii),
     }
 }
 
@@ -290,6 +290,16 @@ fn run_scene(
     })
 }
 
+/// Says what a study will run, or what is wrong with it.
+fn check_study(kind: study::check::Kind, args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
+    let report = study::check::check(kind, &args.scene, &args.sets.pairs()?)?;
+    say(&if json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
+    for (run, reason) in &report.refused {
+        eprintln!("error: {run}: {reason}");
+    }
+    Ok(if report.refused.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
 /// Asks for a clean end once standard input is closed.
 fn end_with_input() {
     std::thread::spawn(|| {
@@ -371,11 +381,14 @@ fn default_folder(scene: &Path, resume: bool) -> PathBuf {
     }
 }
 
-fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
+fn mesh(cli: &Cli, input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
     let mesh = if input.extension().is_some_and(|e| e == "msh") {
         gmsh::read(input)?
     } else {
-        run::any::mesh(&sets.apply(input)?)?
+        let scene = sets.apply(input)?;
+        catch_interrupts("nothing is written")?;
+        run::any::announce_mesh(&scene, cli.verbosity());
+        run::any::mesh(&scene)?
     };
     say(&mesh.quality().to_string())?;
     if let Some(out) = out {

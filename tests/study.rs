@@ -90,11 +90,7 @@ fn every_combination_is_a_row_and_a_folder() {
     let said = table.column("said");
     let unresolved = |text: &str| text.contains("is larger than the coherence length 0.01");
     assert_eq!(said.iter().map(|text| unresolved(text)).collect::<Vec<_>>(), [false, true, false, true], "{said:?}");
-    assert!(
-        said[1].contains("zero mean, and the prescribed flow must conserve volume; the smallest cell"),
-        "{}",
-        said[1]
-    );
+    assert!(said[1].starts_with("the smallest cell"), "{}", said[1]);
     assert!(error_of(&output).contains("note: the smallest cell"));
 }
 
@@ -324,7 +320,7 @@ fn overrides_that_the_study_undoes_are_refused() {
 #[test]
 fn scenes_sweeps_and_studies_of_orders_are_told_apart() {
     let root = with_study(STUDY);
-    for command in ["run", "check", "mesh"] {
+    for command in ["run", "mesh"] {
         let parts =
             ["tiny.toml: this is a study, not a scene", "`monolayer study tiny.toml`", "its scene is square.toml"];
         refused_in(&root, &[command, "tiny.toml"], &parts);

@@ -6,8 +6,9 @@ use spade::handles::{DirectedEdgeHandle, FixedVertexHandle};
 use spade::{ConstrainedDelaunayTriangulation, Point2, PositionInTriangulation, Triangulation};
 
 use super::outline::Border;
+use super::relax::stop_if_asked;
 use super::size::Size;
-use crate::mesh::Point;
+use crate::mesh::{MeshError, Point};
 
 type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
 type Edge<'t> = DirectedEdgeHandle<'t, Point2<f64>, (), spade::CdtEdge<()>, ()>;
@@ -55,12 +56,16 @@ fn inside(cdt: &Cdt) -> Vec<Corners> {
 }
 
 /// The points of the border and those laid inside.
-pub(super) fn fill(border: &Border, size: &Size) -> Vec<Point> {
+///
+/// # Errors
+/// [`MeshError::Interrupted`]
+pub(super) fn fill(border: &Border, size: &Size) -> Result<Vec<Point>, MeshError> {
     let mut cdt = load(&border.points, &border.edges);
     let mut queue = VecDeque::from(inside(&cdt));
     // The front can stall where it only meets obtuse triangles; then their circumcentres restart it.
     for place in [from_front, at_circumcentre, from_front, at_circumcentre] {
         while let Some(corners) = queue.pop_front() {
+            stop_if_asked()?;
             let Some(x) = open(&cdt, corners, size).and_then(|edge| place(edge, size)) else { continue };
             let Some(x) = settle(&cdt, corners, x, size) else { continue };
             let new = cdt.insert_with_hint(Point2::new(x.x, x.y), corners[0]).expect("a finite point");
@@ -74,7 +79,7 @@ pub(super) fn fill(border: &Border, size: &Size) -> Vec<Point> {
         }
         queue = VecDeque::from(inside(&cdt));
     }
-    cdt.vertices().map(|v| point(v.position())).collect()
+    Ok(cdt.vertices().map(|v| point(v.position())).collect())
 }
 
 fn corners_of(edge: Edge<'_>) -> Corners {

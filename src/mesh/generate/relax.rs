@@ -4,7 +4,8 @@
 use super::front::triangulate;
 use super::outline::Border;
 use super::size::Size;
-use crate::mesh::Point;
+use crate::interrupt;
+use crate::mesh::{MeshError, Point};
 
 /// Triangulations with smoothing between them; in the first `COUNTED` the number of points may change.
 const ROUNDS: usize = 24;
@@ -29,9 +30,13 @@ struct Net<'s> {
 }
 
 /// Moves the inner points (after those of the border) to a smooth mesh that follows the size function.
-pub(super) fn relax(points: Vec<Point>, border: &Border, size: &Size) -> Vec<Point> {
+///
+/// # Errors
+/// [`MeshError::Interrupted`]
+pub(super) fn relax(points: Vec<Point>, border: &Border, size: &Size) -> Result<Vec<Point>, MeshError> {
     let mut net = Net { points, fixed: border.points.len(), cells: Vec::new(), fans: Vec::new(), size };
     for round in 0..ROUNDS {
+        stop_if_asked()?;
         net.connect(border);
         if round < COUNTED && round % 2 == 0 && net.recount() {
             net.connect(border);
@@ -41,12 +46,21 @@ pub(super) fn relax(points: Vec<Point>, border: &Border, size: &Size) -> Vec<Poi
         }
     }
     for _ in 0..OPENINGS {
+        stop_if_asked()?;
         net.connect(border);
         if !net.open_angles() {
             break;
         }
     }
-    net.points
+    Ok(net.points)
+}
+
+/// Gives up where somebody asks for it.
+///
+/// # Errors
+/// [`MeshError::Interrupted`]
+pub(super) fn stop_if_asked() -> Result<(), MeshError> {
+    if interrupt::is_asked() { Err(MeshError::Interrupted) } else { Ok(()) }
 }
 
 impl Net<'_> {

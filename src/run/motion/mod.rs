@@ -27,7 +27,7 @@ use crate::scene::particles::MotionTime;
 use crate::scene::{Field, MapRequest, Measure, Output, What};
 use crate::time::march::Counts;
 use crate::time::phases::Phases;
-use crate::time::schedule::trim;
+use crate::time::schedule::{plain, trim};
 
 use easel::Easel;
 use files::Files;
@@ -197,7 +197,7 @@ pub(super) fn run(
             }
         };
         // so that no rounding piles up before an output
-        t = if dt == landing - before { landing } else { before + dt };
+        t = if dt == landing - before { landing } else { plain(before + dt, 0.0) };
         counts.steps += 1;
         counts.nonlinear_iterations += stride.iterations;
         phases.measure("output", || {
