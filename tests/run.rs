@@ -542,3 +542,30 @@ fn a_failed_step_has_one_hint() {
     assert!(error.contains("with relative residual 1.0e-3 only; hint: a finer mesh"), "{error}");
     assert_eq!(error.matches("hint: ").count(), 1, "{error}");
 }
+
+#[test]
+fn check_refuses_what_a_run_refuses_before_its_first_step() {
+    use monolayer::run::report::report_within;
+    let cases: [(&[(&str, &str)], &str); 6] = [
+        (&[("mesh.centre", "[0.0, 0.7]"), ("output.1.measures", "[\"asymmetry\"]")], "mirror image"),
+        (&[("initial.polarity", "[\"sqrt(x)\", \"0\"]")], "is NaN"),
+        (&[("initial.polarity", "{ random = { seed = 1, h_coarse = 1e-6 } }")], "h_coarse"),
+        (&[("boundary.outlet.velocity", "{ dirichlet = [\"0\", \"0\"] }")], "net flux"),
+        (&[("output.2.cuts", "[{ name = \"far\", from = [20, 0], to = [30, 0] }]")], "far"),
+        (&[("output.2", "{ maps = [{ of = \"speed\", window = [[20, 20], [30, 30]] }] }")], "window"),
+    ];
+    for (sets, part) in cases {
+        let scene = scene_of(SCENE, sets);
+        let checked = report_within(&scene, None).expect_err(part).to_string();
+        let root = tempfile::tempdir().unwrap();
+        let run = run_in(&folder(&root, "out"), &scene, false).expect_err(part).to_string();
+        assert_eq!(checked, run);
+        assert!(checked.contains(part), "`{part}` is not in: {checked}");
+    }
+    // on a mesh that takes long, a coarser one of the same domain tells
+    let fine = [("mesh.h", "0.1"), ("mesh.h_disc", "0.02")];
+    let error = report_within(&scene_of(SCENE, &[&cases[0].0[..], &fine].concat()), None).expect_err("off the axis");
+    assert!(error.to_string().contains("mirror image"), "{error}");
+    let report = report_within(&scene_of(SCENE, &fine), None).unwrap();
+    assert!(report.mesh.cells() > 14_000 && report.memory_mib > 1000.0, "{} MiB", report.memory_mib);
+}

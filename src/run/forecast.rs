@@ -1,8 +1,8 @@
 //! What a scene on a large mesh takes, known in a time that does not grow with the mesh.
 //!
-//! Two coarse meshes of the same domain are built, and all that [`memory`] counts is counted there. Bytes grow as `C (a + b log C)`
-//! with the number C of cells: fields and blocks with C, factors of a nested dissection with `C log C`. Unknowns grow as
-//! `a C + b √C`, inside and on the boundary.
+//! Two coarse meshes of the same domain are built, and all that [`memory`](super::memory) counts is counted there. Bytes grow as a power
+//! of the number C of cells, about `C^1.2`: fields and blocks with C, factors with `C log C` or more. Unknowns grow as `a C + b √C`, inside
+//! and on the boundary.
 
 use std::sync::Arc;
 
@@ -42,13 +42,14 @@ impl Count {
             cells * (ra + slope * (f(cells) - f(a.cells)))
         };
         let border = |x: f64| 1.0 / x.sqrt();
+        let power = ((b.bytes - b.fixed) / (a.bytes - a.fixed)).ln() / (b.cells / a.cells).ln();
         let number = |of: fn(&Count) -> f64| along(border, [of(&a), of(&b)]).round();
         Self {
             cells,
             faces: number(|count| count.faces),
             vertices: number(|count| count.vertices),
             unknowns: std::array::from_fn(|k| along(border, [a.unknowns[k], b.unknowns[k]]).round()),
-            bytes: b.fixed + along(f64::ln, [a.bytes - a.fixed, b.bytes - b.fixed]),
+            bytes: b.fixed + (b.bytes - b.fixed) * (cells / b.cells).powf(power),
             fixed: b.fixed,
         }
     }

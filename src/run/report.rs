@@ -133,41 +133,12 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 /// # Errors
 /// All that a run could say before its first step, besides what its folder holds.
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
-    let expected = scene.mesh.expected();
-    let large = expected.filter(|cells| *cells > scene.mesh.quickly_built());
-    let (mesh, count, samples) = match large {
-        Some(cells) => {
-            let samples = memory::samples(scene, cells).ok_or_else(|| setup::uncounted(scene))?;
-            (MeshReport::Expected(Expected::new(&samples.at(cells))), samples.at(cells), Some(samples))
-        }
-        None => {
-            let mesh = std::sync::Arc::new(build_mesh(scene)?);
-            setup::check_on(scene, &mesh)?;
-            let cells = mesh.cells.len() as f64;
-            let samples = (cells > COUNTED).then(|| memory::samples(scene, cells)).flatten();
-            let count = match &samples {
-                Some(samples) => {
-                    let unknowns = Unknowns::new(scene, &mesh, &setup::describe(scene, &mesh)).counts();
-                    Count { unknowns, ..samples.at(cells) }
-                }
-                None => memory::count(scene, &mesh).ok_or_else(|| setup::uncounted(scene))?,
-            };
-            (MeshReport::Built(mesh.quality()), count, samples)
-        }
-    };
+    let (mesh, count, counted) = mesh_and_count(scene)?;
     let fits = available.is_none_or(|available| count.bytes <= available);
-    match samples {
-        None if count.bytes <= QUICK && fits => try_start(scene)?,
-        _ => {
-            let cells = expected.unwrap_or(count.cells);
-            if let Some((table, mesh)) = forecast::smaller(&scene.mesh, (cells / TRIED).sqrt(), scene.source()) {
-                if let Err(error) = try_start(&scene.on(&table, &mesh.tags))
-                    && is_about_the_scene(&error)
-                {
-                    return Err(error);
-                }
-            }
-        }
+    if counted && count.bytes <= QUICK && fits {
+        try_start(scene)?;
+    } else {
+        try_coarse(scene, count.cells)?;
     }
     let mut remarks = scene.remarks();
     if let MeshReport::Built(quality) = &mesh {
@@ -197,6 +168,32 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
         accuracy: PresetReport::new(scene),
         mesh,
     })
+}
+
+/// The mesh, what there is on it, and whether that was counted there or judged by smaller meshes.
+fn mesh_and_count(scene: &Scene) -> Result<(MeshReport, Count, bool), RunError> {
+    if let Some(cells) = scene.mesh.expected().filter(|cells| *cells > scene.mesh.quickly_built()) {
+        let count = memory::samples(scene, cells).ok_or_else(|| setup::uncounted(scene))?.at(cells);
+        return Ok((MeshReport::Expected(Expected::new(&count)), count, false));
+    }
+    let mesh = std::sync::Arc::new(build_mesh(scene)?);
+    setup::check_on(scene, &mesh)?;
+    let cells = mesh.cells.len() as f64;
+    let (count, counted) = match (cells > COUNTED).then(|| memory::samples(scene, cells)).flatten() {
+        Some(samples) => {
+            let unknowns = Unknowns::new(scene, &mesh, &setup::describe(scene, &mesh)).counts();
+            (Count { unknowns, ..samples.at(cells) }, false)
+        }
+        None => (memory::count(scene, &mesh).ok_or_else(|| setup::uncounted(scene))?, true),
+    };
+    Ok((MeshReport::Built(mesh.quality()), count, counted))
+}
+
+/// As [`try_start`] on a coarser mesh of the same domain, where there is one; what goes wrong with these cells alone is no error.
+fn try_coarse(scene: &Scene, cells: f64) -> Result<(), RunError> {
+    let coarse = forecast::smaller(&scene.mesh, (cells / TRIED).sqrt(), scene.source());
+    let tried = coarse.map_or(Ok(()), |(table, mesh)| try_start(&scene.on(&table, &mesh.tags)));
+    tried.or_else(|error| if is_about_the_scene(&error) { Err(error) } else { Ok(()) })
 }
 
 /// A run that takes no more bytes than this is begun by `check`, but for its first step.

@@ -75,7 +75,7 @@ pub struct StudyReport {
 }
 
 /// Runs that are checked as `check` does a scene of its own; of further ones with a mesh and degrees that have occurred, the tables are.
-const WHOLE: usize = 12;
+const WHOLE: usize = 4;
 
 /// A run of a study, as far as it can be read.
 type Run = (String, Result<AnyScene, StudyError>);

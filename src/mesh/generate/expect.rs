@@ -28,7 +28,7 @@ impl MeshScene {
     pub fn quickly_built(&self) -> f64 {
         match self.shape {
             Some(Shape::Square | Shape::SquareWithCircle) | None => 2e5,
-            Some(Shape::Strip | Shape::StripWithDisc | Shape::Disc | Shape::Annulus | Shape::Racetrack) => 1e4,
+            Some(Shape::Strip | Shape::StripWithDisc | Shape::Disc | Shape::Annulus | Shape::Racetrack) => 2e4,
         }
     }
 
