@@ -17,7 +17,6 @@ pub mod body;
 pub mod contact;
 pub mod element;
 pub mod form;
-pub mod interrupt;
 pub mod measure;
 pub mod mesh;
 pub mod model;

@@ -39,8 +39,6 @@ pub enum MeshError {
     BadVertex { cell: usize, vertex: usize, count: usize },
     #[error("the mesh has no cells")]
     Empty,
-    #[error("interrupted while the mesh was made")]
-    Interrupted,
     #[error("mesh key `{key}` = {value}: {rule}; hint: {hint}")]
     BadKey { key: String, value: String, rule: String, hint: String },
     #[error("{file}: {what}; hint: {hint}")]

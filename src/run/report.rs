@@ -15,9 +15,10 @@ use super::setup::build_mesh;
 use super::writer::Writer;
 use super::{RunError, Setup, setup, tissue};
 use crate::mesh::quality::Quality;
-use crate::model::{ModelKind, Term};
+use crate::model::{ModelKind, Term, rotation};
 use crate::scene::Scene;
 use crate::scene::presets::MEASURED;
+use crate::space::{Continuity, Space};
 
 /// A mesh, or what is expected of one that takes long to build.
 #[derive(Debug, Clone, Serialize)]
@@ -133,7 +134,7 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 /// # Errors
 /// All that a run could say before its first step, besides what its folder holds.
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
-    let (mesh, count, counted) = mesh_and_count(scene)?;
+    let Judged { mesh, count, counted, said } = mesh_and_count(scene)?;
     let fits = available.is_none_or(|available| count.bytes <= available);
     if counted && count.bytes <= QUICK && fits {
         try_start(scene)?;
@@ -141,9 +142,7 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
         try_coarse(scene, count.cells)?;
     }
     let mut remarks = scene.remarks();
-    if let MeshReport::Built(quality) = &mesh {
-        remarks.extend(setup::resolution_remark(scene, quality));
-    }
+    remarks.extend(said);
     remarks.extend(memory::check(scene, count.bytes, available).err().map(|error| error.to_string()));
     let steps = disk::steps(scene.time.control.step, scene.time.end, scene.time.max_steps);
     let bytes = written(scene, &count);
@@ -170,11 +169,22 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
     })
 }
 
-/// The mesh, what there is on it, and whether that was counted there or judged by smaller meshes.
-fn mesh_and_count(scene: &Scene) -> Result<(MeshReport, Count, bool), RunError> {
+/// A mesh, and what there is on it.
+struct Judged {
+    mesh: MeshReport,
+    count: Count,
+    /// Whether that was counted there, not judged by smaller meshes.
+    counted: bool,
+    /// What is worth knowing of the scene on this mesh.
+    said: Vec<String>,
+}
+
+/// The mesh of a scene, where it is there soon, and what there is on it.
+fn mesh_and_count(scene: &Scene) -> Result<Judged, RunError> {
     if let Some(cells) = scene.mesh.expected().filter(|cells| *cells > scene.mesh.quickly_built()) {
         let count = memory::samples(scene, cells).ok_or_else(|| setup::uncounted(scene))?.at(cells);
-        return Ok((MeshReport::Expected(Expected::new(&count)), count, false));
+        let mesh = MeshReport::Expected(Expected::new(&count));
+        return Ok(Judged { mesh, count, counted: false, said: Vec::new() });
     }
     let mesh = std::sync::Arc::new(build_mesh(scene)?);
     setup::check_on(scene, &mesh)?;
@@ -186,7 +196,11 @@ fn mesh_and_count(scene: &Scene) -> Result<(MeshReport, Count, bool), RunError> 
         }
         None => (memory::count(scene, &mesh).ok_or_else(|| setup::uncounted(scene))?, true),
     };
-    Ok((MeshReport::Built(mesh.quality()), count, counted))
+    let (quality, friction) = (mesh.quality(), scene.parameters.friction);
+    let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
+    let turning = rotation::remark(&mesh, &velocity, &setup::describe(scene, &mesh).conditions, friction);
+    let said = setup::resolution_remark(scene, &quality).into_iter().chain(turning).collect();
+    Ok(Judged { mesh: MeshReport::Built(quality), count, counted, said })
 }
 
 /// As [`try_start`] on a coarser mesh of the same domain, where there is one; what goes wrong with these cells alone is no error.

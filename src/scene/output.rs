@@ -131,6 +131,24 @@ impl Axis {
 }
 
 impl Field {
+    /// In the order in which files have them: what is asked for most comes first, the only tensor last.
+    pub const ALL: [Field; 9] = [
+        Field::Velocity,
+        Field::Pressure,
+        Field::Density,
+        Field::Polarity,
+        Field::MolecularField,
+        Field::StreamFunction,
+        Field::TissueVelocity,
+        Field::PolarityLaplacian,
+        Field::ElasticStrain,
+    ];
+
+    /// Each once, in the order of [`Field::ALL`].
+    pub fn in_order(fields: &[Field]) -> Vec<Field> {
+        Self::ALL.into_iter().filter(|field| fields.contains(field)).collect()
+    }
+
     /// As in the scene file.
     pub fn name(self) -> &'static str {
         match self {

@@ -6,9 +6,8 @@ use spade::handles::{DirectedEdgeHandle, FixedVertexHandle};
 use spade::{ConstrainedDelaunayTriangulation, Point2, PositionInTriangulation, Triangulation};
 
 use super::outline::Border;
-use super::relax::stop_if_asked;
 use super::size::Size;
-use crate::mesh::{MeshError, Point};
+use crate::mesh::Point;
 
 type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
 type Edge<'t> = DirectedEdgeHandle<'t, Point2<f64>, (), spade::CdtEdge<()>, ()>;
@@ -56,16 +55,12 @@ fn inside(cdt: &Cdt) -> Vec<Corners> {
 }
 
 /// The points of the border and those laid inside.
-///
-/// # Errors
-/// [`MeshError::Interrupted`]
-pub(super) fn fill(border: &Border, size: &Size) -> Result<Vec<Point>, MeshError> {
+pub(super) fn fill(border: &Border, size: &Size) -> Vec<Point> {
     let mut cdt = load(&border.points, &border.edges);
     let mut queue = VecDeque::from(inside(&cdt));
     // The front can stall where it only meets obtuse triangles; then their circumcentres restart it.
     for place in [from_front, at_circumcentre, from_front, at_circumcentre] {
         while let Some(corners) = queue.pop_front() {
-            stop_if_asked()?;
             let Some(x) = open(&cdt, corners, size).and_then(|edge| place(edge, size)) else { continue };
             let Some(x) = settle(&cdt, corners, x, size) else { continue };
             let new = cdt.insert_with_hint(Point2::new(x.x, x.y), corners[0]).expect("a finite point");
@@ -79,7 +74,7 @@ pub(super) fn fill(border: &Border, size: &Size) -> Result<Vec<Point>, MeshError
         }
         queue = VecDeque::from(inside(&cdt));
     }
-    Ok(cdt.vertices().map(|v| point(v.position())).collect())
+    cdt.vertices().map(|v| point(v.position())).collect()
 }
 
 fn corners_of(edge: Edge<'_>) -> Corners {

@@ -128,7 +128,7 @@ impl MeshScene {
         let outline = outline::Outline::new(&scene, shape);
         let size = size::Size::new(&scene, shape);
         let border = outline.divide(&size);
-        let points = relax::relax(front::fill(&border, &size)?, &border, &size)?;
+        let points = relax::relax(front::fill(&border, &size), &border, &size);
         let cells = front::triangulate(&points, &border.edges);
         let draft = mirror::Draft { points, cells, border, outline };
         let stretch = if scene.stretch.is_some() { stretch::Stretch::new(&scene) } else { stretch::Stretch::NONE };

@@ -4,8 +4,7 @@
 use super::front::triangulate;
 use super::outline::Border;
 use super::size::Size;
-use crate::interrupt;
-use crate::mesh::{MeshError, Point};
+use crate::mesh::Point;
 
 /// Triangulations with smoothing between them; in the first `COUNTED` the number of points may change.
 const ROUNDS: usize = 24;
@@ -30,13 +29,9 @@ struct Net<'s> {
 }
 
 /// Moves the inner points (after those of the border) to a smooth mesh that follows the size function.
-///
-/// # Errors
-/// [`MeshError::Interrupted`]
-pub(super) fn relax(points: Vec<Point>, border: &Border, size: &Size) -> Result<Vec<Point>, MeshError> {
+pub(super) fn relax(points: Vec<Point>, border: &Border, size: &Size) -> Vec<Point> {
     let mut net = Net { points, fixed: border.points.len(), cells: Vec::new(), fans: Vec::new(), size };
     for round in 0..ROUNDS {
-        stop_if_asked()?;
         net.connect(border);
         if round < COUNTED && round % 2 == 0 && net.recount() {
             net.connect(border);
@@ -46,21 +41,12 @@ pub(super) fn relax(points: Vec<Point>, border: &Border, size: &Size) -> Result<
         }
     }
     for _ in 0..OPENINGS {
-        stop_if_asked()?;
         net.connect(border);
         if !net.open_angles() {
             break;
         }
     }
-    Ok(net.points)
-}
-
-/// Gives up where somebody asks for it.
-///
-/// # Errors
-/// [`MeshError::Interrupted`]
-pub(super) fn stop_if_asked() -> Result<(), MeshError> {
-    if interrupt::is_asked() { Err(MeshError::Interrupted) } else { Ok(()) }
+    net.points
 }
 
 impl Net<'_> {

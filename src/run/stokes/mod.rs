@@ -18,9 +18,9 @@ use super::report::{Expected, MeshReport};
 use super::{Options, RunError, disk, maps, memory, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
-use crate::model::Term;
 use crate::model::frames::{Frames, WallPoints};
 use crate::model::momentum::MomentumError;
+use crate::model::{Term, rotation};
 use crate::scene::bodies::Bodies;
 use crate::scene::{StokesScene, ZERO_MEAN};
 use crate::space::{Continuity, Space};
@@ -151,6 +151,7 @@ fn written(scene: &StokesScene, count: &Count) -> f64 {
 /// All that a run could say before its first step, besides what its folder holds.
 pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     let available = available()?;
+    let mut said = Vec::new();
     let large = scene.mesh.expected().filter(|cells| *cells > scene.mesh.quickly_built());
     let (mesh, count) = match large.and_then(|cells| samples(scene, cells).map(|samples| samples.at(cells))) {
         Some(count) => {
@@ -166,10 +167,11 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
                 let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
                 Stepper::new(scene, &mesh, &walls, None)?;
             }
+            said = remarks(scene, &mesh);
             (MeshReport::Built(mesh.quality()), count)
         }
     };
-    let mut remarks: Vec<String> = Vec::new();
+    let mut remarks = said;
     remarks.extend(check_memory(scene, count.bytes, available).err().map(|error| error.to_string()));
     let bytes = written(scene, &count);
     remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
@@ -189,6 +191,12 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
         remarks,
         mesh,
     })
+}
+
+/// What is worth knowing of a flow on its mesh and no error.
+fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
+    let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
+    rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction).into_iter().collect()
 }
 
 /// The terms of the flow and of its bodies, on and off.
@@ -313,7 +321,7 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,
         terms: terms(scene),
-        remarks: Vec::new(),
+        remarks: remarks(scene, &mesh),
         mesh: Some(mesh.quality()),
         fingerprint: mesh.fingerprint(),
         unknowns: [0, 1, 3].map(|k| count.unknowns[k] as usize),
