@@ -432,12 +432,12 @@ fn huge_amounts() {
     says(&refused(&circle), &["points` = 100000000000", "between 3 and 10000000"]);
     for what in ["fields = [\"velocity\"]", "maps = [\"speed\"]", "cuts = [\"axis-1\"]"] {
         let often = more(&format!("{what}\nevery = {{ time = 1e-7 }}"));
-        says(&refused(&often), &["every.time` = 0.0000001", "outputs until the end", "at most 1e6"]);
+        says(&refused(&often), &["every.time` = 1e-7", "outputs until the end", "at most 1e6"]);
     }
     let measures = more("measures = [\"free-energy\"]\nevery = { time = 1e-12 }");
     says(&refused(&measures), &["every.time`", "at most 1e9"]);
     let step = changed("step = ", "step_min = 1e-15\nstep = 1e-9 # ").0;
-    says(&refused(&step), &["`time.step` = 0.000000001", "steps, and at most 1e9 may be taken", "max_steps"]);
+    says(&refused(&step), &["`time.step` = 1e-9", "steps, and at most 1e9 may be taken", "max_steps"]);
     let few = step.replace("step_min = 1e-15", "step_min = 1e-15\nmax_steps = 10");
     Scene::parse(&few, Path::new("strip.toml")).expect("ten steps are few, however short they are");
 }

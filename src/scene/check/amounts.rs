@@ -1,6 +1,6 @@
 //! How much a scene asks for: what no machine can give is refused before any of it is taken.
 
-use super::Checker;
+use super::{Checker, shown};
 use crate::scene::error::SceneError;
 use crate::scene::output::{Output, What};
 use crate::time::Schedule;
@@ -33,9 +33,9 @@ impl Checker<'_> {
     pub(super) fn amounts(&self, outputs: &[Output], course: Course) -> Result<(), SceneError> {
         let Course { step, end, .. } = course;
         let steps = course.steps();
-        let rule = format!("leads to the end {end} in {steps:.1e} steps, and at most {MOST_STEPS:.0e} may be taken");
+        let rule = format!("leads to the end {end:?} in {steps:.1e} steps, and at most {MOST_STEPS:.0e} may be taken");
         let hint = "take a longer step or an earlier `time.end`, or limit the run by `time.max_steps`";
-        self.require(steps <= MOST_STEPS, "time.step", step, &rule, hint)?;
+        self.require(steps <= MOST_STEPS, "time.step", shown(step), &rule, hint)?;
         for (at, output) in outputs.iter().enumerate() {
             let count = output.schedule.count(steps, end);
             let (key, every) = match output.schedule {
@@ -48,8 +48,9 @@ impl Checker<'_> {
                 // rows of a table; a step ends at each of them
                 What::Measures(_) | What::Checkpoint => MOST_STEPS,
             };
-            let rule = format!("means {count:.1e} outputs until the end {end}, and at most {most:.0e} may be written");
-            self.require(count <= most, &key, every, &rule, "write less often")?;
+            let rule =
+                format!("means {count:.1e} outputs until the end {end:?}, and at most {most:.0e} may be written");
+            self.require(count <= most, &key, shown(every), &rule, "write less often")?;
         }
         Ok(())
     }
