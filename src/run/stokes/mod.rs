@@ -303,7 +303,10 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
     let text = scene.resolved_toml();
     let saved = motion::prepare(&text, options)?;
     let available = available()?;
-    check_memory(scene, forecast(scene)?.bytes, available)?;
+    if scene.mesh.expected().is_some_and(|cells| cells > COUNTED) {
+        // before the mesh is made, which takes its time and memory, too
+        check_memory(scene, forecast(scene)?.bytes, available)?;
+    }
     let Sizes { mesh, count } = sizes(scene)?;
     check_memory(scene, count.bytes, available)?;
     disk::check(scene.source(), written(scene, &count), &options.out)?;
