@@ -15,11 +15,12 @@ use super::forecast::{COUNTED, Count, Samples, smaller};
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan};
 use super::report::{Expected, MeshReport};
-use super::{Options, RunError, disk, maps, memory, setup};
+use super::{Options, RunError, disk, maps, memory, resolution, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
-use crate::model::frames::{Frames, WallPoints};
-use crate::model::momentum::MomentumError;
+use crate::model::closed::ClosedParts;
+use crate::model::frames::Frames;
+use crate::model::momentum::check_held;
 use crate::model::{Term, rotation};
 use crate::scene::bodies::Bodies;
 use crate::scene::{StokesScene, ZERO_MEAN};
@@ -69,7 +70,8 @@ fn spaces(scene: &StokesScene, mesh: &Arc<Mesh>) -> (Space, Space, Frames) {
 /// What a scene has on a mesh.
 fn count(scene: &StokesScene, mesh: &Arc<Mesh>) -> Count {
     let (velocity, pressure, frames) = spaces(scene, mesh);
-    memory::count_flow(&velocity, &pressure, &frames, scene.pressure_is_free())
+    let closed = ClosedParts::new(&pressure, &scene.conditions(mesh));
+    memory::count_flow(&velocity, &pressure, &frames, &closed)
 }
 
 /// As [`memory::samples`].
@@ -94,10 +96,10 @@ fn sizes(scene: &StokesScene) -> Result<Sizes, RunError> {
     scene.check_mesh(&mesh)?;
     if scene.friction == 0.0 {
         let velocity = Space::new(&mesh, Continuity::Continuous, scene.degrees[0], 2);
-        if !Frames::new(&velocity, &scene.conditions(&mesh), WallPoints::Nodes).hold_rigid_motions(&velocity) {
+        check_held(&velocity, &scene.conditions(&mesh)).map_err(|error| {
             let origin = scene.source().place("model.friction").to_string();
-            return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
-        }
+            RunError::Model { origin, error: Box::new(error) }
+        })?;
     }
     maps::check_all_windows(&scene.outputs, scene.source(), &mesh)?;
     let cells = mesh.cells.len() as f64;
@@ -139,7 +141,7 @@ fn written(scene: &StokesScene, count: &Count) -> f64 {
         bodies: scene.bodies.as_ref().map_or(0, |bodies| bodies.bodies.len()),
         checkpoint: 0.0,
         columns: motion::asked(&scene.outputs).len(),
-        steps: disk::steps(scene.time.step, scene.time.end, scene.time.max_steps),
+        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
         end: scene.time.end,
     };
     disk::bytes(&scene.outputs, &sizes)
@@ -184,7 +186,7 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
         velocity_unknowns: count.unknowns[0] as usize,
         pressure_unknowns: count.unknowns[1] as usize,
         flow_unknowns: count.unknowns[3] as usize,
-        steps: disk::steps(scene.time.step, scene.time.end, scene.time.max_steps),
+        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
         memory_mib: count.bytes / memory::MIB,
         available_mib: available.map(|bytes| bytes / memory::MIB),
         disk_mib: bytes / memory::MIB,
@@ -195,8 +197,11 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
 
 /// What is worth knowing of a flow on its mesh and no error.
 fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
+    let mut remarks = setup::mesh_remarks(mesh);
     let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
-    rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction).into_iter().collect()
+    remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction));
+    remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
+    remarks
 }
 
 /// The terms of the flow and of its bodies, on and off.
@@ -318,8 +323,10 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
     let none = Vec::new();
     let plan = Plan {
         title: scene.title.as_deref(),
+        origin: scene.source().origin(),
         text,
-        time: scene.time,
+        end: scene.time.end,
+        max_steps: scene.time.max_steps,
         outputs: &scene.outputs,
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,

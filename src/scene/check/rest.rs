@@ -7,6 +7,7 @@ use crate::mesh::generate::MeshScene;
 use crate::model::Conditions;
 use crate::model::expression::Expression;
 use crate::scene::error::SceneError;
+use crate::scene::path::quoted;
 use crate::scene::{Sources, Time};
 
 /// The formulas of a scene, by key.
@@ -15,7 +16,7 @@ fn data<'d>(
     sources: &'d Sources,
 ) -> impl Iterator<Item = (String, &'d Expression)> {
     let of_tags = boundary.iter().flat_map(|(tag, conditions)| {
-        conditions.formulas().map(|(key, formulas)| (format!("boundary.{tag}.{key}"), formulas))
+        conditions.formulas().map(|(key, formulas)| (format!("boundary.{}.{key}", quoted(tag)), formulas))
     });
     let of_sources = sources.data().map(|(key, formulas)| (key.to_owned(), formulas));
     of_tags.chain(of_sources).flat_map(|(key, formulas)| formulas.into_iter().map(move |f| (key.clone(), f)))
