@@ -64,7 +64,7 @@ enum Command {
         #[arg(long, hide = true)]
         leash: bool,
     },
-    /// Read a scene and say what will be solved, or what is wrong; solve nothing.
+    /// Read a scene or a study and say what will be solved and what it takes, or what is wrong; solve nothing.
     Check {
         #[command(flatten)]
         scene: SceneArgs,
@@ -178,9 +178,11 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             run_scene(&scene.any(*steady)?, &options, *leash)
         }
         Command::Check { scene, json, steady } => {
-            let (text, value) = run::any::check(&scene.any(*steady)?)?;
-            let text = if *json { serde_json::to_string_pretty(&value)? } else { text };
-            say::answer(&text)?;
+            if let Some(kind) = study::check::kind(&scene.scene) {
+                return check_study(kind, scene, *json);
+            }
+            let report = run::any::check(&scene.any(*steady)?)?;
+            say::answer(&if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
             Ok(ExitCode::SUCCESS)
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
@@ -195,7 +197,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             signals::catch("keeping the settings that are finished")?;
             command::tradeoff::tradeoff(study, &pairs, &out, repeat, cli.verbosity(), &INTERRUPT)
         }
-        Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
+        Command::Mesh { input, sets, out, ascii } => mesh(cli, input, sets, out.as_deref(), *ascii),
     }
 }
 
@@ -282,6 +284,14 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
     })
 }
 
+/// Says what a study will run, or what is wrong with it.
+fn check_study(kind: study::check::Kind, args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
+    let report = study::check::check(kind, &args.scene, &args.sets.pairs()?)?;
+    say::answer(&if json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
+    report.refused.iter().for_each(|(run, reason)| say::note(&format!("error: {run}: {reason}")));
+    Ok(if report.refused.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
 fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
     let study = OrderStudy::read(file, &sets.pairs()?)?;
     let out = study_folder(file, out);
@@ -347,8 +357,14 @@ fn default_folder(scene: &Path, resume: bool) -> PathBuf {
     taken.filter(is_begun).last().or_else(|| numbered_folders(scene).next()).unwrap_or_default()
 }
 
-fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
-    let mesh = if gmsh::is_mesh_file(input) { gmsh::read(input)? } else { run::any::mesh(&sets.apply(input)?)? };
+fn mesh(cli: &Cli, input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
+    let mesh = if gmsh::is_mesh_file(input) {
+        gmsh::read(input)?
+    } else {
+        let scene = sets.apply(input)?;
+        run::any::announce_mesh(&scene, cli.verbosity());
+        run::any::mesh(&scene)?
+    };
     let notes = run::setup::mesh_remarks(&mesh).into_iter().map(|note| format!("\nnote: {note}"));
     let quality = mesh.quality().to_string() + &notes.collect::<String>();
     let Some(out) = out else {

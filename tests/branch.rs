@@ -217,7 +217,7 @@ fn scenes_and_other_studies_are_told_apart() {
             &["this is a study of branches", "`monolayer branch tiny.toml` runs it"],
         );
     }
-    for command in ["run", "check", "mesh"] {
+    for command in ["run", "mesh"] {
         refused(
             &root,
             &[command, "tiny.toml"],

@@ -149,3 +149,46 @@ fn values_that_are_not_finite_are_refused() {
     assert!(message.contains("`sqrt(x)` is NaN at x = -1, y = 0.5, t = 2"), "{message}");
     assert_eq!(root.try_eval(Point::new(4.0, 0.0), 0.0), Ok(2.0));
 }
+
+#[test]
+fn a_formula_tells_from_when_on_it_is_constant() {
+    let place = [[-3.0, 5.0], [0.0, 1.0]];
+    let from = |text: &str| parse(text).constant_from(place);
+    let next = |x: f64| Some(x.next_up());
+    for (text, expected) in [
+        ("x*y", Some(0.0)),
+        ("if(t < 1, 0, 1)", Some(1.0)),
+        ("if(t <= 1, 0, x)", next(1.0)),
+        ("if(1 > t, sin(t), y)", Some(1.0)),
+        ("if(t >= 2, 1, t/2)", Some(2.0)),
+        ("min(t, 3)", Some(3.0)),
+        ("max(0, 1 - t/4)", Some(4.0)),
+        ("0.5*min(max(t - 1, 0), 2)", Some(3.0)),
+        ("1 - heaviside(4 - t)*x", next(4.0)),
+        ("sign(t - 2)", next(2.0)),
+        ("t*(t < 7) + 7*(t >= 7)", Some(7.0)),
+        ("if(x < t, 1, 0)", next(5.0)),
+        ("if(t < x + 10, 1, y)", Some(15.0)),
+        ("min(t^2, 9)", Some(3.0)),
+        ("abs(min(t, 2) - 5)^3", Some(2.0)),
+        ("sin(t)", None),
+        ("1/(1 + t)", None),
+        ("floor(t)", None),
+        ("x*cos(2*t)", None),
+        ("if(sin(t) > 0, 1, 0)", None),
+        ("t - t", None),
+        ("min(t/1e40, 1)", None),
+    ] {
+        assert_eq!(from(text), expected, "{text}");
+    }
+    // to the last bit from then on
+    for text in ["1 - exp(-t)", "tanh(2*t)", "exp(-t)*sin(t)", "1 + exp(-t)*cos(x*t)"] {
+        let formula = parse(text);
+        let t = formula.constant_from(place).unwrap_or_else(|| panic!("{text}"));
+        assert!(t > 9.0 && t < 750.0, "{text}: {t}");
+        let value = |t: f64| formula.eval(Point::new(0.7, 0.2), t).abs();
+        assert!([1.1, 2.0, 10.0].iter().all(|k| value(k * t) == value(t)), "{text}");
+    }
+    // the derivative that manufactured sources take is at rest with the formula
+    assert_eq!(parse("min(t, 3)").diff("t").unwrap().constant_from(place), Some(3.0));
+}

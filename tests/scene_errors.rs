@@ -403,3 +403,41 @@ fn exact_fields_of_a_compressible_sheet() {
     let hint = "take kind = \"compressible\"";
     wrong_square("pressure = ", "density = 1\npressure = ", &["`exact.density` = \"1\"", "is 1 everywhere", hint]);
 }
+
+#[test]
+fn data_that_never_rest_and_a_stop() {
+    let moving = "[\"1 + 0.1*sin(t)\", \"0\"]";
+    let (text, line) =
+        changed("velocity = { dirichlet = [\"1\", \"0\"] }", &format!("velocity = {{ dirichlet = {moving} }}"));
+    let parts =
+        ["`boundary.inlet.velocity` = \"1 + 0.1*sin(t)\"", "not constant from some time on", "`time.stop.residual`"];
+    says(&refused(&text), &parts);
+    says(&refused(&text), &[&format!("line {line}"), "hint: remove `time.stop.residual`, or let the formula stay"]);
+    let rate = text.replace("residual = 1e-8", "energy_rate = 1e-8");
+    says(&refused(&rate), &["`boundary.inlet.velocity`", "`time.stop.energy_rate`"]);
+    let forced = |formula: &str| format!("{STRIP}\n[source]\nforce = [\"0\", \"{formula}\"]\n");
+    says(&refused(&forced("x*t")), &["`source.force` = \"x*t\"", "not constant"]);
+    let scene = Scene::parse(&forced("x*min(t, 2)"), Path::new("strip.toml")).expect("constant from t = 2 on");
+    assert_eq!(scene.time.rests_from, 2.0);
+    let without = text.replace("stop = { residual = 1e-8 }", "");
+    Scene::parse(&without, Path::new("strip.toml")).expect("without a stop, data may do what they like");
+}
+
+#[test]
+fn huge_amounts() {
+    let more = |text: &str| format!("{STRIP}\n[[output]]\n{text}\n");
+    let cut = more("cuts = [{ name = \"a\", from = [0, 0], to = [1, 0], points = 100000000000 }]");
+    says(&refused(&cut), &["points` = 100000000000", "between 2 and 10000000"]);
+    let circle = more("cuts = [{ name = \"a\", centre = [0, 0], radius = 2.0, points = 100000000000 }]");
+    says(&refused(&circle), &["points` = 100000000000", "between 3 and 10000000"]);
+    for what in ["fields = [\"velocity\"]", "maps = [\"speed\"]", "cuts = [\"axis-1\"]"] {
+        let often = more(&format!("{what}\nevery = {{ time = 1e-7 }}"));
+        says(&refused(&often), &["every.time` = 1e-7", "outputs until the end", "at most 1e6"]);
+    }
+    let measures = more("measures = [\"free-energy\"]\nevery = { time = 1e-12 }");
+    says(&refused(&measures), &["every.time`", "at most 1e9"]);
+    let step = changed("step = ", "step_min = 1e-15\nstep = 1e-9 # ").0;
+    says(&refused(&step), &["`time.step` = 1e-9", "steps, and at most 1e9 may be taken", "max_steps"]);
+    let few = step.replace("step_min = 1e-15", "step_min = 1e-15\nmax_steps = 10");
+    Scene::parse(&few, Path::new("strip.toml")).expect("ten steps are few, however short they are");
+}

@@ -57,19 +57,17 @@ impl Conditions {
         self.density.as_ref().map_or(0.0, |density| density.eval(x, t))
     }
 
-    /// Which of the conditions have formulas of `t`.
-    pub fn depend_on_time(&self) -> [(&'static str, bool); 3] {
-        let moving = |pair: &[Expression; 2]| pair.iter().any(Expression::depends_on_time);
+    /// The formulas of the conditions, by key.
+    pub fn formulas(&self) -> [(&'static str, Vec<&Expression>); 3] {
         let velocity = match &self.velocity {
-            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => moving(pair),
-            VelocityCondition::Slip | VelocityCondition::NoTangential => false,
+            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => pair.iter().collect(),
+            VelocityCondition::Slip | VelocityCondition::NoTangential => Vec::new(),
         };
         let polarity = match &self.polarity {
-            PolarityCondition::Dirichlet(pair) => moving(pair),
-            PolarityCondition::Neumann => false,
+            PolarityCondition::Dirichlet(pair) => pair.iter().collect(),
+            PolarityCondition::Neumann => Vec::new(),
         };
-        let density = self.density.as_ref().is_some_and(Expression::depends_on_time);
-        [("velocity", velocity), ("polarity", polarity), ("density", density)]
+        [("velocity", velocity), ("polarity", polarity), ("density", self.density.iter().collect())]
     }
 }
 

@@ -222,6 +222,9 @@ impl Measure {
     }
 }
 
+/// Points of a cut along an axis.
+pub const AXIS_POINTS: usize = 1001;
+
 /// A section through the fields.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cut {
@@ -243,6 +246,14 @@ pub enum Cut {
 }
 
 impl Cut {
+    /// How many points it has.
+    pub fn points(&self) -> usize {
+        match self {
+            Cut::Axis(_) => AXIS_POINTS,
+            Cut::Line { points, .. } | Cut::Circle { points, .. } => *points,
+        }
+    }
+
     /// Name of the table that is written.
     pub fn name(&self) -> &str {
         match self {

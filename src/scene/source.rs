@@ -116,6 +116,20 @@ impl SceneSource {
         }
     }
 
+    /// The command for a text that is a study of scenes, not one of them.
+    pub fn study_command(&self) -> Option<&'static str> {
+        let has = |key: &str| self.value(key).is_some();
+        if !has("scene") {
+            return (has("data") && !has("model")).then_some("compare");
+        }
+        match (has("levels"), has("parameter"), has("setting")) {
+            (true, _, _) => Some("order"),
+            (false, true, _) => Some("branch"),
+            (false, false, true) => Some("tradeoff"),
+            (false, false, false) => ["vary", "case", "together", "seeds"].into_iter().any(has).then_some("study"),
+        }
+    }
+
     /// What `model.kind` makes of the scene.
     pub fn kind(&self) -> SceneKind {
         let kind = self.value("model").and_then(|model| model.as_table_like()?.get("kind")?.as_str());

@@ -160,6 +160,11 @@ impl StokesScene {
         self.bodies.as_ref().map_or(Ok(()), |bodies| bodies.check_mesh(&self.source, mesh))
     }
 
+    /// The scene with conditions on other tags, for counting: those that it does not know take the ones that it does, in turn.
+    pub fn on(&self, tags: &[String]) -> StokesScene {
+        StokesScene { boundary: conditions_on(&self.boundary, tags), ..self.clone() }
+    }
+
     /// The conditions in the order of the mesh's tags.
     pub fn conditions(&self, mesh: &Mesh) -> Vec<Conditions> {
         mesh.tags.iter().map(|tag| self.boundary[tag].clone()).collect()
@@ -169,6 +174,16 @@ impl StokesScene {
     pub fn pressure_is_free(&self) -> bool {
         !self.boundary.values().any(|c| c.velocity.fixes_pressure())
     }
+}
+
+/// Conditions on these tags: those that are unknown take the known ones in turn.
+pub(super) fn conditions_on(boundary: &BTreeMap<String, Conditions>, tags: &[String]) -> BTreeMap<String, Conditions> {
+    let known: Vec<&Conditions> = boundary.values().collect();
+    let of = |(at, tag): (usize, &String)| {
+        let conditions = boundary.get(tag).or_else(|| known.get(at % known.len().max(1)).copied());
+        conditions.map(|conditions| (tag.clone(), conditions.clone()))
+    };
+    tags.iter().enumerate().filter_map(of).collect()
 }
 
 /// Compares boundary conditions with the tags of the mesh: each tag has one, each one has a tag.

@@ -128,6 +128,10 @@ pub(super) fn axes(
     }
     if let Some(seeds) = seeds {
         let list: Vec<u64> = match seeds {
+            Seeds::Count(count) if *count > MOST as u64 => {
+                let (shown, rule) = (count.to_string(), format!("must be at most {MOST} seeds"));
+                return Err(refuse(source, "seeds", shown, &rule, "such as seeds = 5"));
+            }
             Seeds::Count(count) => (1..=*count).collect(),
             Seeds::List(list) => list.clone(),
         };

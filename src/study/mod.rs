@@ -4,6 +4,7 @@
 pub mod axes;
 pub mod branch;
 pub mod branch_file;
+pub mod check;
 pub mod child;
 pub mod columns;
 pub mod compare;

@@ -8,7 +8,7 @@ use super::control::{Control, ControlSettings};
 use super::coupling::{CouplingKind, CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
 use super::memory::{Memory, Origin};
 use super::pace::Smallest;
-use super::schedule::trim;
+use super::schedule::{plain, trim};
 use super::sheet::{Kind, Sheet};
 use super::{Phases, abdf, bdf};
 use crate::model::expression::ExpressionError;
@@ -333,7 +333,7 @@ impl<'m> March<'m> {
         let step = self.counts.steps + 1;
         let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
         let lands = self.t + dt >= landing - 1e-9 * dt;
-        (if lands { landing } else { self.t + dt }, dt)
+        (if lands { landing } else { plain(self.t + dt, 0.0) }, dt)
     }
 
     /// One try of a step to `t`.
@@ -466,7 +466,7 @@ impl<'m> March<'m> {
         let report = StepReport {
             step: self.counts.steps,
             t,
-            dt: t - self.t,
+            dt: plain(t - self.t, t),
             order,
             iterations: outcome.iterations,
             increment: outcome.increment,

@@ -9,6 +9,7 @@ mod breaks;
 mod formula;
 mod parse;
 mod series;
+mod settle;
 mod taylor;
 mod tree;
 
@@ -157,6 +158,13 @@ impl Expression {
     /// Whether no place and no angle occurs.
     pub fn depends_on_time_alone(&self) -> bool {
         [Variable::X, Variable::Y, Variable::Theta].iter().all(|&v| !self.tree.depends_on(v))
+    }
+
+    /// The time from which on the value no longer changes, wherever it is taken in `[x_0, x_1] × [y_0, y_1]`: 0 for a formula
+    /// without `t`, 1 for `if(t < 1, 0, 1)` and `min(t, 1)`, 37 or so for `1 - exp(-t)`, which is 1 to the last bit from then on. `None`
+    /// where the value changes for ever, or where comparisons, `min`, `max` and the like do not show that it stays.
+    pub fn constant_from(&self, place: [[f64; 2]; 2]) -> Option<f64> {
+        settle::constant_from(&self.tree, place)
     }
 
     /// Whether `t` occurs.

@@ -146,10 +146,9 @@ impl Exact {
         }
     }
 
-    /// Whether `t` occurs in a field.
-    pub fn depends_on_time(&self) -> bool {
-        let all = self.velocity.iter().chain(&self.polarity).chain([self.volume.formula()]);
-        all.into_iter().any(Expression::depends_on_time)
+    /// The formulas of the fields.
+    pub fn formulas(&self) -> impl Iterator<Item = &Expression> {
+        self.velocity.iter().chain(&self.polarity).chain([self.volume.formula()])
     }
 
     /// `v`, the two formulas.

@@ -2,6 +2,7 @@
 
 use toml_edit::Item;
 
+use super::amounts::Course;
 use super::bodies::Around;
 use super::outputs::Scope;
 use super::{Checker, shown};
@@ -175,6 +176,8 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
         tables;
     let time = checker.motion_time(&mut file.time)?;
     let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Particles, bodies: true })?;
+    let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
+    checker.amounts(&outputs, course)?;
     let title = file.title.clone();
     Ok(ParticlesScene { title, dynamics, gravity, drag, bodies, time, outputs, resolved: file, source })
 }
@@ -210,6 +213,8 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let time = checker.motion_time(&mut file.time)?;
     let outputs =
         checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Stokes, bodies: bodies.is_some() })?;
+    let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
+    checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
     Ok(StokesScene {
         title,

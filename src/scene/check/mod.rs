@@ -1,11 +1,13 @@
 //! Every rule of a scene that does not need its mesh.
 
+mod amounts;
 mod bodies;
 mod fields;
 mod groups;
 mod kinds;
 mod maps;
 mod outputs;
+mod rest;
 mod strain;
 mod walls;
 
@@ -27,26 +29,15 @@ use crate::model::boundary::NamedCondition;
 use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
 use crate::time::CouplingKind;
+use amounts::Course;
 use outputs::Scope;
 
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
-    let has = |key: &str| source.value(key).is_some();
-    let command = match (has("levels"), has("parameter"), has("setting")) {
-        (true, _, _) => "order",
-        (false, true, _) => "branch",
-        (false, false, true) => "tradeoff",
-        (false, false, false) => "study",
-    };
-    if let (Some(scene), true) =
-        (source.value("scene"), ["levels", "vary", "case", "parameter", "setting"].into_iter().any(has))
-    {
-        let scene = scene.as_str().unwrap_or("named in it").to_owned();
-        return Err(SceneError::Study { file: source.origin().to_owned(), command, scene });
-    }
-    if has("data") && !has("model") {
-        let (file, scene) = (source.origin().to_owned(), "that of its run".to_owned());
-        return Err(SceneError::Study { file, command: "compare", scene });
+    if let Some(command) = source.study_command() {
+        let named = source.value("scene").map(|scene| scene.as_str().unwrap_or("named in it").to_owned());
+        let (file, scene) = (source.origin().to_owned(), named.unwrap_or_else(|| "that of its run".to_owned()));
+        return Err(SceneError::Study { file, command, scene });
     }
     let checker = Checker { source: &source };
     checker.of_kind(SceneKind::Tissue)?;
@@ -63,12 +54,15 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let boundary = checker.boundary(&mut file, &parameters, &sources)?;
     let initial = checker.initial(&mut file.initial.polarity, &parameters, exact)?;
     let initial_density = checker.initial_density(&mut file.initial.density, &parameters, exact)?;
-    let time = checker.time(&mut file, &parameters)?;
+    let mut time = checker.time(&mut file, &parameters)?;
+    time.rests_from = checker.rest(&time, &file.mesh, &boundary, &sources)?;
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
     let bodies = checker.bodies_of_tissue(&mut file, parameters.kind(), &parameters.symbols())?;
     let scope = Scope { tissue: Some(&parameters), kind: SceneKind::Tissue, bodies: bodies.is_some() };
     let outputs = checker.outputs(&file.output, scope)?;
+    let course = Course { step: time.control.step, end: time.end, max_steps: time.max_steps };
+    checker.amounts(&outputs, course)?;
     checker.on_a_track(&file.mesh, &initial, &outputs)?;
     let strain = checker.strain(&mut file.strain, &space, &outputs)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
@@ -415,6 +409,7 @@ impl Checker<'_> {
             max_steps: table.max_steps,
             stop_residual,
             stop_energy_rate,
+            rests_from: 0.0,
         })
     }
 
@@ -448,16 +443,7 @@ impl Checker<'_> {
         let march = *table.march.get_or_insert(end);
         let holds = march.is_finite() && march >= 0.0;
         self.require(holds, "steady.march", shown(march), "must be finite and not negative", "time.end is usual")?;
-        let rule = "must not depend on t where a steady state is searched for";
-        let hint = "take `t` out of the formula, or the table [steady] (the flag --steady) away";
-        for (tag, conditions) in boundary {
-            for (key, moving) in conditions.depend_on_time() {
-                self.require(!moving, &format!("boundary.{}.{key}", quoted(tag)), "a formula of t", rule, hint)?;
-            }
-        }
-        for (key, moving) in sources.depend_on_time() {
-            self.require(!moving, key, "a formula of t", rule, hint)?;
-        }
+        self.without_time(boundary, sources)?;
         let want = table.want;
         Ok(Some(SteadySettings { residual, step, max_steps: most, want, eigenvalues: count, march }))
     }
