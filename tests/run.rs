@@ -53,10 +53,10 @@ kind = "anderson"
 depth = 4
 
 [[output]]
-fields = ["velocity", "pressure", "polarity", "molecular-field", "stream-function", "tissue-velocity"]
+fields = ["velocity", "pressure", "polarity", "molecular_field", "stream_function", "tissue_velocity"]
 every = { time = 0.25 }
 [[output]]
-measures = ["overshoot", "asymmetry", "free-energy"]
+measures = ["overshoot", "asymmetry", "free_energy"]
 every = { steps = 3 }
 [[output]]
 cuts = ["axis-1", "axis-3", { name = "oblique", from = [-3.0, -2.0], to = [5.0, 2.0], points = 40 }]
@@ -287,7 +287,7 @@ fn a_resumed_run_may_measure_more_and_write_other_fields() {
     let root = tempfile::tempdir().unwrap();
     let out = folder(&root, "out");
     let less =
-        [("output.1.measures", "[\"free-energy\"]"), ("output.0.fields", "[\"velocity\"]"), ("time.max_steps", "4")];
+        [("output.1.measures", "[\"free_energy\"]"), ("output.0.fields", "[\"velocity\"]"), ("time.max_steps", "4")];
     run_in(&out, &scene_of(SCENE, &less), false).unwrap();
     run_in(&out, &scene_of(SCENE, &[("time.stop.residual", "1e-12")]), true).unwrap();
     let mut reader = csv::Reader::from_path(out.join("history.csv")).unwrap();

@@ -491,7 +491,7 @@ fn blame_penalty(penalty: Option<(Faces, f64)>, mut error: SolveError) -> SolveE
     if let (Some((_, epsilon)), SolveError::Inaccurate { hint, .. }) = (penalty, &mut error) {
         *hint = format!(
             "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
-             take `space.slip = \"rotated\"`"
+             take `space.walls = \"rotated\"`"
         );
     }
     error

@@ -33,10 +33,7 @@ pub fn formulas(space: &Arc<Space>, [f, g]: &[Expression; 2], t: f64) -> Result<
 /// A formula that is not finite or below zero at a node.
 pub fn density(space: &Arc<Space>, formula: &Expression, t: f64) -> Result<Field, ExpressionError> {
     for x in space.node_positions() {
-        let value = formula.try_eval(x, t)?;
-        if value < 0.0 {
-            return Err(ExpressionError::Negative { text: formula.text().to_owned(), value, x: x.x, y: x.y, t });
-        }
+        formula.try_density(x, t)?;
     }
     Ok(project::interpolate_scalar(space, |x| formula.eval(x, t)))
 }

@@ -52,11 +52,11 @@ pub enum RunError {
     Scene(#[from] Box<SceneError>),
     #[error("{origin}: {error}")]
     Mesh { origin: String, error: Box<MeshError> },
-    #[error("{origin}: {error}")]
+    #[error("{}", located(origin, error))]
     Model { origin: String, error: Box<MomentumError> },
     #[error("{origin}: the start cannot be solved for: {error}")]
     Begin { origin: String, error: Box<StepFailure> },
-    #[error("{origin}: {error}")]
+    #[error("{}", located(origin, error))]
     Formula { origin: String, error: Box<ExpressionError> },
     #[error("{origin}: {error}")]
     Contact { origin: String, error: Box<ContactError> },
@@ -94,6 +94,12 @@ pub enum RunError {
     BadMemory { value: String },
     #[error("{file}: {what}; hint: {hint}")]
     Start { file: String, what: String, hint: String },
+}
+
+/// An error with its file, unless it begins with it.
+fn located(origin: &str, error: &dyn std::fmt::Display) -> String {
+    let text = error.to_string();
+    if text.starts_with(origin) { text } else { format!("{origin}: {text}") }
 }
 
 impl RunError {

@@ -12,6 +12,7 @@ pub mod maps;
 pub mod output;
 pub mod particles;
 pub mod presets;
+pub mod renamed;
 mod resolve;
 mod source;
 pub mod start;
@@ -274,7 +275,7 @@ impl Scene {
 
     /// What is worth knowing before the run and no error.
     pub fn remarks(&self) -> Vec<String> {
-        let mut remarks = Vec::new();
+        let mut remarks = self.source.notes().to_vec();
         if self.pressure_is_free() {
             remarks.push(
                 "the velocity is Dirichlet or slip on the whole boundary: the pressure is fixed by its zero mean, and the \

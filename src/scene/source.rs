@@ -2,16 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde::de::value::{Error, StrDeserializer};
 use toml_edit::{Document, DocumentMut, Item};
 
 use super::edit;
 use super::error::{Place, SceneError};
 use super::locate;
 use super::particles::ParticlesFile;
+use super::renamed;
 use super::stokes::StokesFile;
 use super::tables::SceneFile;
 use super::translate;
+use crate::mesh::generate::Shape;
+use crate::model::names;
 
 /// What a scene is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +64,12 @@ pub struct SceneSource {
     document: DocumentMut,
     /// Paths that were set, in order, with bodies by their numbers, and as they were given.
     set: Vec<(String, String)>,
+    /// Words that have another name today.
+    notes: Vec<String>,
 }
+
+/// More parts than the path of any key has.
+const DEEPEST: usize = 16;
 
 impl SceneSource {
     /// Reads a file.
@@ -81,17 +91,21 @@ impl SceneSource {
     /// A text that is not TOML.
     pub fn parse(text: &str, origin: &Path) -> Result<Self, SceneError> {
         let name = origin.display().to_string();
+        let (text, notes) = renamed::modern(text);
+        let text = text.as_str();
         let document = text.parse::<DocumentMut>().map_err(|error| {
             let line = error.span().map(|span| locate::line(text, span.start));
             let what = error.message().replace('\n', ", ");
             let twice = what.contains("duplicate");
-            let hint =
-                if twice { "give each key once" } else { "a text value needs quotes, a table starts with [name]" };
-            let hint = hint.to_owned();
+            let hint = match error.span().and_then(|span| locate::key_with_accents(text, span.start)) {
+                _ if twice => "give each key once".to_owned(),
+                Some(key) => format!("keys are plain letters, digits and _, and `{key}` is none{}", symbol_hint(key)),
+                None => "a text value needs quotes, a table starts with [name]".to_owned(),
+            };
             SceneError::Syntax { place: Box::new(Place::Line { file: name.clone(), line }), what, hint }
         })?;
         let folder = origin.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self { origin: name, folder, original: text.to_owned(), document, set: Vec::new() })
+        Ok(Self { origin: name, folder, original: text.to_owned(), document, set: Vec::new(), notes })
     }
 
     /// Puts `value` at the dotted `path`, as in `model.peclet`, `boundary.inlet.velocity` or `output.0.every.time`.
@@ -127,9 +141,18 @@ impl SceneSource {
 
     /// [`set`](Self::set) for a text that is to become `T`.
     pub(crate) fn set_in<T: DeserializeOwned>(&mut self, path: &str, value: &str) -> Result<(), SceneError> {
-        let place = Box::new(Place::Set { file: self.origin.clone(), path: path.to_owned() });
+        let shown: String = path.chars().take(80).chain((path.len() > 80).then_some('…')).collect();
+        let place = Box::new(Place::Set { file: self.origin.clone(), path: shown.clone() });
+        let parts = path.split('.').count();
+        if parts > DEEPEST {
+            let (rule, hint) = (format!("this is a path of {parts} keys"), "no key lies so deep; write model.peclet");
+            let (value, hint) = (value.trim().to_owned(), hint.to_owned());
+            return Err(SceneError::Value { place, key: shown, value, rule, hint });
+        }
         let mut next = self.clone();
-        let keys = self.by_number(path.split('.').map(str::trim));
+        let (now, note) = renamed::path_now(path.trim());
+        next.notes.extend(note.filter(|note| !self.notes.contains(note)));
+        let keys = self.by_number(now.split('.').map(str::trim));
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         edit::set(next.document.as_item_mut(), &keys, value.trim()).map_err(|refusal| SceneError::Value {
             place,
@@ -138,6 +161,7 @@ impl SceneSource {
             rule: refusal.rule,
             hint: refusal.hint,
         })?;
+        next.modernise();
         next.set.push((keys.join("."), path.to_owned()));
         match next.tables::<T>() {
             // a preset may fill in what is taken away
@@ -150,6 +174,23 @@ impl SceneSource {
                 Ok(())
             }
         }
+    }
+
+    /// Puts what an override has brought into the words of today.
+    fn modernise(&mut self) {
+        let (text, notes) = renamed::modern(&self.document.to_string());
+        if notes.is_empty() {
+            return;
+        }
+        if let Ok(document) = text.parse::<DocumentMut>() {
+            self.document = document;
+            self.notes.extend(notes);
+        }
+    }
+
+    /// A note for each word of the text and its overrides that has another name today.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Keys of a path in which bodies may be named: `body.NAME.density` is `body.2.density` for the third `[[body]]` if that has
@@ -189,7 +230,36 @@ impl SceneSource {
     /// The tables, with the overrides; an error comes with the key that it concerns.
     pub(crate) fn tables<T: DeserializeOwned>(&self) -> Result<T, Box<(String, SceneError)>> {
         let text = self.document.to_string();
-        toml_edit::de::from_str::<T>(&text).map_err(|error| Box::new(translate::translate(self, &text, &error)))
+        toml_edit::de::from_str::<T>(&text).map_err(|error| {
+            let found = translate::translate(self, &text, &error);
+            Box::new(self.tag_or(translate::elsewhere::<T>(found)))
+        })
+    }
+
+    /// An error about a tag that the shape of the mesh does not have says so, whatever else is wrong with its table.
+    fn tag_or(&self, found: (String, SceneError)) -> (String, SceneError) {
+        let tag = found.0.strip_prefix("boundary.").and_then(|rest| rest.split('.').next());
+        let unknown = tag.and_then(|tag| self.unknown_tag(tag));
+        unknown.map_or(found.clone(), |error| (found.0, error))
+    }
+
+    /// Refuses a tag that the shape of the mesh does not have, where the scene names a shape.
+    pub(super) fn unknown_tag(&self, tag: &str) -> Option<SceneError> {
+        let mesh = self.value("mesh")?.as_table_like()?;
+        let shape = mesh.get("shape")?.as_str()?;
+        let discs = mesh.get("discs").and_then(Item::as_integer);
+        let shape = Shape::deserialize(StrDeserializer::<Error>::new(shape)).ok()?;
+        let known = shape.tags(discs == Some(0));
+        if known.contains(&tag) {
+            return None;
+        }
+        let (suggestion, known) = (names::did_you_mean(tag, known), known.join(", "));
+        Some(SceneError::UnknownTag {
+            place: self.place(&format!("boundary.{tag}")),
+            tag: tag.to_owned(),
+            suggestion,
+            known,
+        })
     }
 
     /// Where `key` was given: the override, the line, or the line of the nearest table around it.
@@ -228,6 +298,13 @@ impl SceneSource {
     pub fn text(&self) -> String {
         self.document.to_string()
     }
+}
+
+/// What a symbol in the place of a key may have meant.
+fn symbol_hint(key: &str) -> String {
+    const OF_MODEL: [&str; 9] =
+        ["kind", "friction", "beta", "traction", "active_stress", "peclet", "coherence", "elasticity", "alignment"];
+    names::did_you_mean(key, &OF_MODEL)
 }
 
 /// Whether one dotted path contains the other.

@@ -1,5 +1,6 @@
 //! serde's messages in the words of scenes: key, value, rule, hint.
 
+use serde::de::DeserializeOwned;
 use toml_edit::Document;
 
 use super::error::SceneError;
@@ -31,6 +32,9 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
         let hint = match (around.is_empty(), VALUES.contains(name)) {
             (true, true) => format!("add `{name} = …` above the first table"),
             (true, false) => format!("add the table [{name}]"),
+            (false, _) if around.len() == 2 && around[0] == "boundary" => {
+                format!("add `{name} = …` to [boundary.{0}], or correct `{0}`, if the mesh has no such tag", around[1])
+            }
             (false, _) => format!("add `{name} = …` to [{}]", around.join(".")),
         };
         return (key.clone(), SceneError::Missing { place: source.place(&key), key, hint });
@@ -55,6 +59,49 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
     // a table's span is that of its name
     let value = if message.contains("invalid type: map") { "a table".to_owned() } else { value };
     (key.clone(), SceneError::Value { place: source.place(&key), key, value, rule, hint })
+}
+
+/// Tables in which a key that stands in the wrong one may belong; the first is the file itself.
+const TABLES: [&str; 16] = [
+    "",
+    "model",
+    "mesh",
+    "space",
+    "time",
+    "initial",
+    "coupling",
+    "steady",
+    "strain",
+    "rigid",
+    "contact",
+    "source",
+    "exact",
+    "model.density",
+    "time.stop",
+    "space.degree",
+];
+
+/// An error about a key that is not known where it stands tells where it is; `T` is the whole file.
+pub(super) fn elsewhere<T: DeserializeOwned>(found: (String, SceneError)) -> (String, SceneError) {
+    let (path, error) = found;
+    let SceneError::UnknownKey { place, key, suggestion, known } = error else { return (path, error) };
+    let (around, name) = key.rsplit_once('.').unwrap_or(("", &key));
+    let has = |table: &&str| *table != around && keys_of::<T>(table).iter().any(|other| other == name);
+    let suggestion = match TABLES.into_iter().find(has).filter(|_| suggestion.is_empty()) {
+        Some("") => format!(" (`{name}` stands above the tables)"),
+        Some(table) => format!(" (`{name}` belongs into [{table}])"),
+        None => suggestion,
+    };
+    (path, SceneError::UnknownKey { place, key, suggestion, known })
+}
+
+/// Keys of a table of the file `T`; none where it has no such table.
+fn keys_of<T: DeserializeOwned>(table: &str) -> Vec<String> {
+    const NONE: &str = "no-such-key";
+    let text = if table.is_empty() { format!("{NONE} = 0") } else { format!("[{table}]\n{NONE} = 0") };
+    let Err(error) = toml_edit::de::from_str::<T>(&text) else { return Vec::new() };
+    let mut quoted = error.message().split('`').skip(1).step_by(2).map(str::to_owned);
+    if quoted.next().as_deref() == Some(NONE) { quoted.collect() } else { Vec::new() }
 }
 
 fn join(path: &[String], name: &str) -> String {

@@ -57,7 +57,8 @@ pub struct StepReport {
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum MarchError {
     #[error(
-        "step {step} from t = {t} failed and Δt would fall below `time.step_min` = {step_min:.1e}: {}; hint: {hint}",
+        "step {step} from t = {t} failed and Δt would fall below {step_min:.1e}, which is `time.step_min` or, without it, a \
+         millionth of `time.step`: {}; hint: {hint}",
         without_hint(cause)
     )]
     StepTooSmall { step: usize, t: f64, step_min: f64, cause: Box<StepFailure>, hint: &'static str },

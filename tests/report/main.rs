@@ -4,3 +4,5 @@ mod browser;
 mod common;
 mod curves;
 mod page;
+#[path = "../skipped/mod.rs"]
+mod skipped;

@@ -106,7 +106,7 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
 }
 
 fn remarks(scene: &StokesScene) -> Vec<String> {
-    let mut remarks = Vec::new();
+    let mut remarks = scene.source().notes().to_vec();
     if scene.pressure_is_free() {
         remarks.push(
             "the velocity is Dirichlet or slip on the whole boundary: the pressure is fixed by its zero mean, and the \

@@ -32,7 +32,7 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
                 "peclet",
                 "coherence",
                 "elasticity",
-                "slip",
+                "alignment",
                 "elastic_force",
                 "active_stress_iso",
                 "density",
@@ -51,7 +51,7 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
                 "growth_rate",
                 "stop",
             ],
-            &["k", "degree", "slip", "penalty"],
+            &["k", "degree", "walls", "penalty"],
         ],
         SceneKind::Stokes => [
             &[
@@ -60,7 +60,7 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
             ],
             &["kind", "friction"],
             &["step", "end", "max_steps"],
-            &["k", "slip", "penalty"],
+            &["k", "walls", "penalty"],
         ],
         SceneKind::Particles => [
             &["title", "model", "time", "body", "bodies", "wall", "contact", "output"],
@@ -109,6 +109,7 @@ impl Checker<'_> {
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
         let rule = format!("must not be longer than the run, time.end = {end}");
         self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
+        self.step_counts(step, end)?;
         let none = "leave it out for no limit";
         self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
         Ok(MotionTime { step, end, max_steps: table.max_steps })
@@ -167,7 +168,8 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let symbols = [("friction", friction)];
     checker.mesh(&mut file.mesh)?;
     let table = &file.space;
-    let mut space = SpaceTable { k: table.k, degree: DegreeTable::default(), slip: table.slip, penalty: table.penalty };
+    let mut space =
+        SpaceTable { k: table.k, degree: DegreeTable::default(), walls: table.walls, penalty: table.penalty };
     let space = checker.space(&mut space, ModelKind::Incompressible)?;
     let boundary = checker.flow_boundary(&mut file, &symbols)?;
     let force = file.source.as_ref().map(|table| checker.pair("source.force", &table.force, &symbols)).transpose()?;
@@ -231,7 +233,8 @@ impl Checker<'_> {
             let full = BoundaryScene { velocity: table.velocity.clone(), polarity: neumann, density: None };
             let conditions = full
                 .check(ModelKind::Incompressible, symbols, None)
-                .map_err(|error: ModelError| self.model(&format!("boundary.{tag}"), error))?;
+                .map_err(|error: ModelError| self.model(&format!("boundary.{tag}"), error))?
+                .given_at(&|key| self.given(&format!("boundary.{tag}.{key}")));
             table.velocity = full.resolved().velocity;
             checked.insert(tag.clone(), conditions);
         }
