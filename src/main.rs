@@ -5,19 +5,21 @@ mod command {
     pub mod map;
     pub mod plot;
     pub mod report;
+    pub mod signals;
     pub mod study;
     pub mod tradeoff;
 }
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use clap::{Args, Parser, Subcommand};
+use command::signals;
 use monolayer::mesh::gmsh::{self, Encoding};
 use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
+use monolayer::output::{OutputError, lock, mark, say};
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::{AnyScene, Scene, SceneKind, SceneSource};
 use monolayer::study::{self, BranchStudy, OrderStudy};
@@ -153,7 +155,7 @@ fn main() -> ExitCode {
     match execute(&cli) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error}");
+            say::note(&format!("error: {error}"));
             ExitCode::FAILURE
         }
     }
@@ -168,14 +170,16 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
     match &cli.command {
         Command::Run { scene, out, resume, steady, leash } => {
             if *leash {
-                end_with_input();
+                signals::end_with_input();
             }
-            run_scene(cli, &scene.any(*steady)?, scene, out.as_deref(), *resume)
+            let out = out.clone().unwrap_or_else(|| default_folder(&scene.scene, *resume));
+            let options = Options { out, resume: *resume, verbosity: cli.verbosity(), interrupt: &INTERRUPT };
+            run_scene(&scene.any(*steady)?, &options, *leash)
         }
         Command::Check { scene, json, steady } => {
             let (text, value) = run::any::check(&scene.any(*steady)?)?;
             let text = if *json { serde_json::to_string_pretty(&value)? } else { text };
-            say(&text)?;
+            say::answer(&text)?;
             Ok(ExitCode::SUCCESS)
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
@@ -188,7 +192,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Tradeoff { study, sets, out, repeat } => {
             let (pairs, out, repeat) =
                 (pairs_of_study(cli, study, sets)?, study_folder(study, out.as_deref()), usize::from(*repeat));
-            catch_interrupts("keeping the settings that are finished")?;
+            signals::catch("keeping the settings that are finished")?;
             command::tradeoff::tradeoff(study, &pairs, &out, repeat, cli.verbosity(), &INTERRUPT)
         }
         Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
@@ -247,43 +251,30 @@ impl Sets {
 fn pairs_of_study(cli: &Cli, file: &Path, sets: &Sets) -> Result<Vec<(String, String)>, Failure> {
     let pairs = sets.pairs()?;
     if cli.verbosity() > Verbosity::Quiet {
-        study::renamed_words(file, &pairs).iter().for_each(|note| eprintln!("note: {note}"));
+        study::renamed_words(file, &pairs).iter().for_each(|note| say::note(&format!("note: {note}")));
     }
     Ok(pairs)
 }
 
 fn tell(cli: &Cli, said: Vec<String>) -> Result<ExitCode, Failure> {
     if cli.verbosity() > Verbosity::Quiet {
-        say(&said.join("\n"))?;
+        say::tell(&said.join("\n"));
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Prints a text; a reader that has gone away is no error.
-fn say(text: &str) -> std::io::Result<()> {
-    match writeln!(std::io::stdout(), "{text}") {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        other => other,
-    }
-}
-
-fn run_scene(
-    cli: &Cli,
-    scene: &AnyScene,
-    args: &SceneArgs,
-    out: Option<&Path>,
-    resume: bool,
-) -> Result<ExitCode, Failure> {
-    let out = match out {
-        Some(out) => out.to_owned(),
-        None => default_folder(&args.scene, resume),
+/// A run on the leash of a study is in a folder that the study holds.
+fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCode, Failure> {
+    let (out, verbosity) = (&options.out, options.verbosity);
+    signals::catch("finishing this step and writing a checkpoint")?;
+    let summary = if leash {
+        lock::sign(out);
+        run::any::run_held(scene, options)?
+    } else {
+        run::any::run(scene, options)?
     };
-    catch_interrupts("finishing this step and writing a checkpoint")?;
-    let verbosity = cli.verbosity();
-    let options = Options { out: out.clone(), resume, verbosity, interrupt: &INTERRUPT };
-    let summary = run::any::run(scene, &options)?;
     if verbosity > Verbosity::Quiet {
-        say(&format!("{summary}\nresults in {}", out.display()))?;
+        say::tell(&format!("{summary}\nresults in {}", out.display()));
     }
     if summary.estimates_pending() {
         // interrupted, if only while it made its estimates
@@ -291,7 +282,7 @@ fn run_scene(
     }
     Ok(match summary.ending() {
         Ending::Failed { reason } => {
-            eprintln!("error: {reason}; the last good state is in {}", out.display());
+            say::note(&format!("error: {reason}; the last good state is in {}", out.display()));
             ExitCode::FAILURE
         }
         Ending::Interrupted => ExitCode::from(130),
@@ -300,44 +291,29 @@ fn run_scene(
     })
 }
 
-/// Asks for a clean end once standard input is closed.
-fn end_with_input() {
-    std::thread::spawn(|| {
-        let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
-        INTERRUPT.store(true, Ordering::Relaxed);
-    });
-}
-
-/// The first Ctrl-C asks for a clean end, the second ends at once.
-fn catch_interrupts(doing: &'static str) -> Result<(), Failure> {
-    ctrlc::set_handler(move || {
-        if INTERRUPT.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        eprintln!("interrupted: {doing} (again to stop at once)");
-    })?;
-    Ok(())
-}
-
 fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
     let study = OrderStudy::read(file, &pairs_of_study(cli, file, sets)?)?;
     let out = study_folder(file, out);
-    catch_interrupts("writing the tables of what is complete")?;
+    signals::catch("writing the tables of what is complete")?;
     let outcomes = study::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
     let interrupted = outcomes.iter().any(|outcome| outcome.interrupted);
     let mut good = true;
     for outcome in &outcomes {
         if cli.verbosity() > Verbosity::Quiet {
-            say(&study::table::text(outcome))?;
+            say::tell(&study::table::text(outcome));
         }
         // what was stopped is no failure
         for line in study::table::shortfalls(&study, outcome).iter().filter(|_| !interrupted) {
             good = false;
-            eprintln!("error: {}{}{line}", outcome.variant, if outcome.variant.is_empty() { "" } else { ": " });
+            say::note(&format!(
+                "error: {}{}{line}",
+                outcome.variant,
+                if outcome.variant.is_empty() { "" } else { ": " }
+            ));
         }
     }
     if cli.verbosity() > Verbosity::Quiet {
-        say(&format!("results in {}", out.display()))?;
+        say::tell(&format!("results in {}", out.display()));
     }
     Ok(match (interrupted, good) {
         (true, _) => ExitCode::from(130),
@@ -349,10 +325,10 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
 fn branch(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
     let study = BranchStudy::read(file, &pairs_of_study(cli, file, sets)?)?;
     let out = study_folder(file, out);
-    catch_interrupts("writing the table of what is complete")?;
+    signals::catch("writing the table of what is complete")?;
     let diagram = study::branch::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
     if cli.verbosity() > Verbosity::Quiet {
-        say(&format!("{diagram}\nresults in {}", out.display()))?;
+        say::tell(&format!("{diagram}\nresults in {}", out.display()));
     }
     Ok(if diagram.interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
@@ -371,14 +347,13 @@ fn numbered_folders(file: &Path) -> impl Iterator<Item = PathBuf> {
 
 /// `out/NAME`, or `out/NAME-2`, … when that holds results already; the latest of them to resume.
 fn default_folder(scene: &Path, resume: bool) -> PathBuf {
-    let taken: Vec<PathBuf> = numbered_folders(scene).take_while(|f| f.join("scene.toml").exists()).collect();
-    let free = || numbered_folders(scene).nth(taken.len()).unwrap_or_default();
-    let latest = taken.iter().rev().find(|folder| folder.join("checkpoint.bin").exists());
-    match latest {
-        Some(latest) if resume => latest.clone(),
-        Some(_) | None if resume => numbered_folders(scene).next().unwrap_or_default(),
-        Some(_) | None => free(),
+    let is_taken = |folder: &PathBuf| folder.join("scene.toml").exists() || lock::is_held(folder);
+    if !resume {
+        return numbered_folders(scene).find(|folder| !is_taken(folder)).unwrap_or_default();
     }
+    let is_begun = |folder: &PathBuf| folder.join("checkpoint.bin").exists() || lock::is_marked(folder);
+    let taken = numbered_folders(scene).take_while(|folder| is_taken(folder) || lock::is_marked(folder));
+    taken.filter(is_begun).last().or_else(|| numbered_folders(scene).next()).unwrap_or_default()
 }
 
 fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
@@ -387,15 +362,18 @@ fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<Ex
     } else {
         run::any::mesh(&sets.apply(input)?)?
     };
-    say(&mesh.quality().to_string())?;
-    if let Some(out) = out {
-        std::fs::create_dir_all(out).map_err(|e| monolayer::output::OutputError::io(out, &e))?;
-        let stem = input.file_stem().map_or_else(|| "mesh".into(), |s| s.to_string_lossy().into_owned());
-        let degree = mesh.curved.iter().flatten().map(|nodes| nodes.degree).max().unwrap_or(1);
-        let (vtu, msh) = (out.join(format!("{stem}.vtu")), out.join(format!("{stem}.msh")));
-        write_vtu(&vtu, &Grid::new(&mesh, degree), 0.0, &[])?;
-        gmsh::write(&mesh, &msh, if ascii { Encoding::Ascii } else { Encoding::Binary })?;
-        say(&format!("written {} and {}", vtu.display(), msh.display()))?;
-    }
+    let quality = mesh.quality().to_string();
+    let Some(out) = out else {
+        say::answer(&quality)?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    std::fs::create_dir_all(out).map_err(|e| OutputError::io(out, &e))?;
+    let stem = input.file_stem().map_or_else(|| "mesh".into(), |s| s.to_string_lossy().into_owned());
+    let degree = mesh.curved.iter().flatten().map(|nodes| nodes.degree).max().unwrap_or(1);
+    let (vtu, msh) = (out.join(format!("{stem}.vtu")), out.join(format!("{stem}.msh")));
+    [&vtu, &msh].into_iter().try_for_each(|path| mark::check(path))?;
+    write_vtu(&vtu, &Grid::new(&mesh, degree), 0.0, &[])?;
+    gmsh::write(&mesh, &msh, if ascii { Encoding::Ascii } else { Encoding::Binary })?;
+    say::tell(&format!("{quality}\nwritten {} and {}", vtu.display(), msh.display()));
     Ok(ExitCode::SUCCESS)
 }

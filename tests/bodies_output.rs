@@ -351,13 +351,13 @@ fn results_of_bodies_are_shown() {
 
     let drawn = program(&["map", "run", "--colour", "force", "--window", "-1,-1,2,2"], folder.path());
     assert!(drawn.status.success(), "{}", said(&drawn));
-    assert!(text(&run, "plots/bodies-last.svg").contains("contact force"));
+    assert!(text(&run, "maps/bodies-last.svg").contains("contact force"));
     let curves = program(&["plot", "run", "--what", "bodies", "--body", "square"], folder.path());
     assert!(curves.status.success(), "{}", said(&curves));
     assert!(text(&run, "plots/bodies-path.svg").contains("square"));
 
     for name in ["bodies-000000.png", "bodies-000001.png", "bodies-000002.png"] {
-        std::fs::copy(run.join("plots/bodies-last.png"), run.join("plots").join(name)).unwrap();
+        std::fs::copy(run.join("maps/bodies-last.png"), run.join("plots").join(name)).unwrap();
     }
     let report = program(&["report", "run"], folder.path());
     assert!(report.status.success(), "{}", said(&report));

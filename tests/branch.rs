@@ -74,14 +74,20 @@ fn every_point_is_a_row_and_the_diagram_is_drawn() {
     let output = program(root.path(), &["branch", "tiny.toml", "--out", "out"]);
     assert!(output.status.success(), "{}", error_of(&output));
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("2 branches") && said.contains("results in out"), "{said}");
-    assert!(said.contains("ended: 4 points were taken"), "{said}");
+    assert!(said.contains("1 branch, 7 points") && said.contains("results in out"), "{said}");
+    assert!(said.contains("from 0.80000 to 1.00000, ended: the end of the parameter's range"), "{said}");
+    assert!(
+        said.contains("ended: 4 points were taken, as many as it may have: a larger `max_points` leads further"),
+        "{said}"
+    );
     let out = root.path().join("out");
     let mut table = csv::Reader::from_path(out.join("branches.csv")).unwrap();
     let header: Vec<String> = table.headers().unwrap().iter().map(str::to_owned).collect();
     let head = ["branch", "from", "point", "parameter", "stability", "unstable_dimension", "special"];
     assert_eq!(header[..7], head);
-    assert_eq!(header[7..], ["asymmetry_polarity", "asymmetry_velocity", "growth", "frequency", "corrections"]);
+    let residuals = ["residual", "residual_polarity", "residual_pressure", "residual_velocity"];
+    let measures = [&["asymmetry_polarity", "asymmetry_velocity"][..], &residuals].concat();
+    assert_eq!(header[7..], [&measures[..], &["growth", "frequency", "corrections"]].concat());
     let rows: Vec<Vec<String>> = table.records().map(|row| row.unwrap().iter().map(str::to_owned).collect()).collect();
     let numbers = |name: &str| -> Vec<f64> {
         let at = header.iter().position(|h| h == name).unwrap();
@@ -91,10 +97,10 @@ fn every_point_is_a_row_and_the_diagram_is_drawn() {
         assert!(numbers(name).iter().all(|v| v.is_finite()), "{name}: {rows:?}");
     }
     let points: Vec<f64> = numbers("point");
-    assert_eq!(points[..4], [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(points, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], "from one end of the branch to the other");
     assert!(rows.iter().all(|row| row[4] == "stable" && row[1].is_empty() && row[6].is_empty()), "{rows:?}");
     let f = numbers("parameter");
-    assert!(f[0] == 0.8 && f[..4].is_sorted_by(|a, b| a > b) && f[4..].is_sorted_by(|a, b| a < b), "{f:?}");
+    assert!(f[3] == 0.8 && f.is_sorted_by(|a, b| a < b), "{f:?}");
     for (f, growth) in f.iter().zip(numbers("growth")) {
         // the slowest disturbance turns the polarity s, where s³ − s = f
         let s = (1.0 - growth).sqrt();
@@ -112,6 +118,39 @@ fn every_point_is_a_row_and_the_diagram_is_drawn() {
     assert!(same.status.success() && same.stdout.is_empty(), "{}", error_of(&same));
     let read = |folder: &str| std::fs::read_to_string(root.path().join(folder).join("branches.csv")).unwrap();
     assert_eq!(read("same"), read("out"), "the study beside the results gives them again");
+}
+
+#[test]
+fn every_measure_of_a_steady_state_can_be_shown() {
+    let root = with_study(STUDY);
+    let mut arguments = vec!["branch", "tiny.toml", "-q", "--out", "out"];
+    for set in ["measure=free_energy", "max_points=3", "model.elasticity=0.4"] {
+        arguments.extend(["--set", set]);
+    }
+    let measures = "output.0.measures=[\"free_energy\", \"energy_budget\", \"overshoot\", \"asymmetry\"]";
+    arguments.extend(["--set", measures]);
+    let output = program(root.path(), &arguments);
+    assert!(output.status.success(), "{}", error_of(&output));
+    let mut table = csv::Reader::from_path(root.path().join("out/branches.csv")).unwrap();
+    let header: Vec<String> = table.headers().unwrap().iter().map(str::to_owned).collect();
+    let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+    let number = |row: &csv::StringRecord, name: &str| -> f64 {
+        let at = header.iter().position(|h| h == name).unwrap_or_else(|| panic!("{name}: {header:?}"));
+        row[at].parse().unwrap_or_else(|e| panic!("{name}: {row:?}: {e}"))
+    };
+    assert!(rows.len() > 3);
+    for row in &rows {
+        let f = number(row, "parameter");
+        // s³ − s = f, the root above 1, by Newton's method
+        let s = (0..50).fold(1.5_f64, |s, _| s - (s.powi(3) - s - f) / (3.0 * s * s - 1.0));
+        // F = B |Ω| (s² − 1)²/4 of a uniform polarity
+        let energy = 0.4 * (s * s - 1.0).powi(2) / 4.0;
+        assert!((number(row, "free_energy") - energy).abs() < 1e-7, "{f}: {row:?}");
+        assert!(number(row, "free_energy_rate") == 0.0 && number(row, "budget_friction").abs() < 1e-12, "{row:?}");
+        assert!(number(row, "residual") < 1e-7 && number(row, "overshoot_polarity").is_finite(), "{row:?}");
+    }
+    let svg = std::fs::read_to_string(root.path().join("out/branches.svg")).unwrap();
+    assert!(svg.contains("free energy"), "the diagram shows it");
 }
 
 #[track_caller]
@@ -147,7 +186,7 @@ fn wrong_studies_are_explained() {
     line("[-1.0, 1.0]", "[-1.0, 3.0]", &beyond);
     let unknown = ["line 6", "`measure` = \"asymmetry_polarty\"", "(did you mean `asymmetry_polarity`?)"];
     line("asymmetry_polarity", "asymmetry_polarty", &[&unknown[..], &["it measures asymmetry_velocity"]].concat());
-    line("asymmetry_polarity", "residual", &["`measure` = \"residual\"", "hint"]);
+    line("asymmetry_polarity", "mass", &["`measure` = \"mass\"", "measures no such thing", "hint"]);
     line("max_points = 4", "max_points = 1", &["line 7", "`max_points` = 1", "must be at least 2", "hint"]);
     line("max_points = 4", "max_pionts = 4", &["line 7", "max_pionts", "(did you mean `max_points`?)"]);
     set("scale=log", &["`range` = [-1.0, 1.0]", "two positive numbers", "hint"]);

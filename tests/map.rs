@@ -397,8 +397,43 @@ fn a_run_leaves_maps_and_cuts_and_the_command_draws_the_same() {
         let after = std::fs::read(root.path().join(format!("pictures/square-speed-000001.{ending}"))).expect("picture");
         assert!(before == after, "{ending} from the checkpoint differs");
     }
+    nothing_is_replaced(root.path());
     two_runs_of_one_range(root.path());
     commands_that_fail(root.path());
+}
+
+/// Maps of a run go beside its own pictures, and other maps beside those.
+fn nothing_is_replaced(root: &Path) {
+    let plots = || {
+        let read =
+            std::fs::read_dir(root.join("square/plots")).expect("folder").map(|entry| entry.expect("entry").path());
+        let mut all: Vec<_> = read.map(|path| (std::fs::read(&path).expect("picture"), path)).collect();
+        all.sort();
+        all
+    };
+    let maps = || {
+        let read = std::fs::read_dir(root.join("square/maps")).expect("folder");
+        let mut names: Vec<_> =
+            read.map(|entry| entry.expect("entry").file_name().into_string().expect("name")).collect();
+        names.sort();
+        names
+    };
+    let draw = |options: &[&str]| {
+        let drawn = program(&[&["map", "square", "--of", "speed"], options].concat(), root);
+        assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
+        String::from_utf8_lossy(&drawn.stdout).into_owned()
+    };
+    let before = plots();
+    assert!(draw(&[]).contains("square/maps/speed-000001.png"));
+    assert_eq!(maps(), ["speed-000001.png", "speed-000001.svg"]);
+    draw(&[]);
+    assert_eq!(maps().len(), 2, "the same picture is there already");
+    assert!(draw(&["--range", "0,9"]).contains("square/maps/speed-000001-2.png"));
+    draw(&["--mesh"]);
+    let names =
+        ["speed-000001-2", "speed-000001-3", "speed-000001"].map(|name| [".png", ".svg"].map(|e| name.to_owned() + e));
+    assert_eq!(maps(), names.concat());
+    assert!(plots() == before, "the run's own pictures are as they were");
 }
 
 /// A second run with twice the speed.

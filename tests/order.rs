@@ -141,7 +141,8 @@ set = { "coupling.kind" = "anderson", "boundary.left.velocity" = { dirichlet = [
 
 #[test]
 fn orders_in_time_refer_to_the_step() {
-    let study = STUDY.replace("\"mesh.n\" = \"n\", ", "").replace("[2, 3, 4]", "[4, 8]");
+    // on a mesh this coarse nothing falls with the step
+    let study = STUDY.replace("\"mesh.n\" = \"n\", ", "").replace("[2, 3, 4]", "[4, 8]") + "expect = {}\n";
     let root = with_study(&study);
     let exact = ["--set", "time.start=exact", "--set", "time.alternate=2", "--set", "mesh.n=2"];
     succeeds(root.path(), &[&["order", "tiny.toml", "--out", "out"], &exact[..]].concat());
@@ -165,6 +166,38 @@ fn an_expectation_that_is_missed_is_an_error() {
     let error = error_of(&missed);
     assert!(error.contains("velocity in L2(L2): order ") && error.contains("expected at least 9"), "{error}");
     assert!(root.path().join("b/orders.svg").exists(), "the results are there all the same");
+}
+
+#[test]
+fn orders_that_fall_short_of_the_degrees_are_errors() {
+    // a kink in the polarity: the sources know nothing of it, and nothing converges
+    let root = with_study(STUDY);
+    let kinked =
+        SCENE.replace("end = 1.0", "end = 0.25").replace("\"tan(pi*t/4)*(1-cos(2*pi*x))*cos(pi*y)\"", "\"abs(x-0.3)\"");
+    std::fs::write(root.path().join("square.toml"), kinked).unwrap();
+    let base = ["order", "tiny.toml", "-q", "--set", "levels=[4, 8]"];
+    let output = program(root.path(), &[&base[..], &["--out", "a"]].concat());
+    let error = error_of(&output);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    for field in ["velocity", "pressure", "polarity", "laplacian"] {
+        let line = error.lines().find(|line| line.contains(&format!("{field} in L2(L2): order "))).expect("a line");
+        assert!(line.contains("expected 2.0 by "), "{line}");
+    }
+    assert!(error.contains("kinks") && error.contains("`expect`"), "{error}");
+    succeeds(root.path(), &[&base[..], &["--set", "expect={}", "--out", "b"]].concat());
+}
+
+#[test]
+fn exact_polynomials_have_no_order_and_miss_none() {
+    let root = with_study(STUDY);
+    let from = SCENE.find("[exact]").unwrap();
+    let to = SCENE.find("[initial]").unwrap();
+    let exact = "[exact]\nvelocity = [\"0\", \"0\"]\npressure = \"x-1/2\"\npolarity = [\"1\", \"1/2\"]\n";
+    let scene = [&SCENE[..from], exact, &SCENE[to..]].concat().replace("end = 1.0", "end = 0.25");
+    std::fs::write(root.path().join("square.toml"), scene).unwrap();
+    let base = ["order", "tiny.toml", "-q", "--set", "levels=[2, 3]"];
+    succeeds(root.path(), &[&base[..], &["--out", "a"]].concat());
+    succeeds(root.path(), &[&base[..], &["--set", "expect={ polarity = 3 }", "--out", "b"]].concat());
 }
 
 #[test]

@@ -278,8 +278,54 @@ fn wrong_inputs_that_only_the_run_can_see() {
         .replace("h_disc = 0.5\n", "")
         .replace("[boundary.disc]\nvelocity = \"slip\"\npolarity = \"neumann\"\n", "");
     fails(&square, &[], &["overshoot", "disc", "hint"]);
+    // an inflow from which no overshoot counts
+    let inlet = "boundary.inlet.velocity";
+    fails(SCENE, &[(inlet, "{ dirichlet = [0, 0] }")], &["overshoot", "velocity of `inlet`", "is 0", "hint"]);
+    fails(SCENE, &[(inlet, "{ dirichlet = [\"-1\", \"0\"] }")], &["overshoot", "velocity of `inlet`", "is -1"]);
+    fails(SCENE, &[(inlet, "\"slip\"")], &["overshoot", "nothing passes `inlet`"]);
+    let polarity = ("boundary.inlet.polarity", "{ dirichlet = [\"0\", \"1\"] }");
+    fails(SCENE, &[polarity], &["overshoot", "polarity of `inlet`", "is 0"]);
     // a flow that the closed boundary cannot have
     fails(SCENE, &[("boundary.outlet.velocity", "{ dirichlet = [\"0\", \"0\"] }")], &["net flux", "hint"]);
+}
+
+#[test]
+fn an_overshoot_counts_from_what_flows_in() {
+    let root = tempfile::tempdir().unwrap();
+    let text = SCENE.replace("0.1*sin(t)", "0");
+    let measured = |name: &str, sets: &[(&str, &str)]| {
+        let common = [("time.end", "0.3"), ("output.0.fields", "[\"velocity\"]"), ("output.1.every", "")];
+        let scene = scene_of(&text, &[&common[..], sets].concat());
+        let summary = run_in(&folder(&root, name), &scene, false).unwrap();
+        ["overshoot_velocity", "overshoot_velocity_x1", "overshoot_polarity"].map(|m| summary.measures[m])
+    };
+    let reference = measured("one", &[]);
+    // the same flow with another unit of time: twice as fast, with an inflow of 2
+    let faster = [
+        ("boundary.inlet.velocity", "{ dirichlet = [2, 0] }"),
+        ("model.traction", "6.0"),
+        ("model.elasticity", "0.8"),
+        ("model.active_stress", "1.0"),
+        ("model.peclet", "1.0"),
+        ("time.step", "0.05"),
+        ("time.end", "0.15"),
+    ];
+    let doubled = measured("two", &faster);
+    assert!(reference[0].abs() > 0.1, "{reference:?}");
+    for (ours, theirs) in doubled.iter().zip(reference) {
+        assert!((ours - theirs).abs() < 1e-6 * theirs.abs(), "{doubled:?} {reference:?}");
+    }
+    // nothing flows in yet: nothing to count from
+    let later =
+        measured_columns(&root, &text, &[("boundary.inlet.velocity", "{ dirichlet = [\"if(t<9,0,1)\", \"0\"] }")]);
+    assert!(!later.contains(&"overshoot_velocity".to_owned()) && later.contains(&"overshoot_polarity".to_owned()));
+}
+
+/// The measures that a short run has at its end.
+fn measured_columns(root: &tempfile::TempDir, text: &str, sets: &[(&str, &str)]) -> Vec<String> {
+    let common = [("time.end", "0.1"), ("output.0.fields", "[\"velocity\"]"), ("output.1.every", "")];
+    let scene = scene_of(text, &[&common[..], sets].concat());
+    run_in(&folder(root, "columns"), &scene, false).unwrap().measures.keys().map(ToString::to_string).collect()
 }
 
 #[test]
@@ -409,6 +455,61 @@ fn a_run_can_start_from_another_runs_checkpoint_on_another_mesh() {
     let end: serde_json::Value = serde_json::from_slice(&bytes(coarse.join("summary.json"))).unwrap();
     let (a, b) = (end["measures"]["free_energy"].as_f64().unwrap(), summary.measures["free_energy"]);
     assert!((a - b).abs() < 0.1 * a.abs(), "{a} {b}");
+}
+
+/// A closed sheet on a square of 2n² cells.
+const SHEET: &str = r#"
+[model]
+kind = "compressible"
+friction = 1.0
+traction = 1.0
+peclet = 1.0
+coherence = 0.5
+elasticity = 0.2
+density = { penalty = 1.0, exponent = 1.0, critical = 0.2 }
+[mesh]
+shape = "square"
+n = 4
+[boundary]
+left = { velocity = "slip", polarity = "neumann" }
+right = { velocity = "slip", polarity = "neumann" }
+bottom = { velocity = "slip", polarity = "neumann" }
+top = { velocity = "slip", polarity = "neumann" }
+[initial]
+polarity = ["0.5", "0.1*y"]
+density = "if(x>0.5,1,0.1)"
+[time]
+scheme = "bdf2"
+step = 0.05
+end = 0.1
+[coupling]
+kind = "newton"
+tolerance = 1e-9
+[[output]]
+measures = ["mass"]
+every = { steps = 1 }
+"#;
+
+#[test]
+fn the_mass_of_a_density_that_jumps_is_right_and_goes_on_to_other_meshes() {
+    let root = tempfile::tempdir().unwrap();
+    let first = folder(&root, "first");
+    let summary = run_in(&first, &scene_of(SHEET, &[]), false).unwrap();
+    assert!((summary.measures["mass"] - 0.55).abs() < 1e-13, "{:?}", summary.measures);
+    let start = format!("{{ file = {:?} }}", first.join("checkpoint.bin").to_string_lossy());
+    let sets = [("initial.polarity", start.as_str()), ("initial.density", start.as_str())];
+    for (name, n) in [("same", "4"), ("finer", "7"), ("coarser", "3")] {
+        let sets: Vec<_> =
+            sets.into_iter().chain([("mesh.n", n), ("mesh.distortion", "0.1"), ("mesh.seed", "3")]).collect();
+        let summary = run_in(&folder(&root, name), &scene_of(SHEET, &sets), false).unwrap();
+        assert!((summary.measures["mass"] - 0.55).abs() < 1e-12, "{name}: {:?}", summary.measures);
+        assert!(!summary.said.iter().any(|said| said.contains("has the mass")), "{:?}", summary.said);
+    }
+    fails(
+        SHEET,
+        &[("initial.density", "1-1.5*sin(4*pi*x)^2*sin(4*pi*y)^2")],
+        &["initial.density", "must not be negative"],
+    );
 }
 
 #[test]

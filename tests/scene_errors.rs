@@ -67,6 +67,14 @@ fn values_out_of_range() {
     wrong("alignment = 1.0", "alignment = 1.5", &["`model.alignment` = 1.5", "[-1, 1]", "upper-convected"]);
     wrong("active_stress = 0.0", "active_stress = inf", &["`model.active_stress` = inf", "finite"]);
     wrong("k = 1 ", "k = 4 ", &["`space.k` = 4", "1, 2 or 3"]);
+    wrong("peclet = 2.0", "peclet = 1e300", &["`model.peclet` = 1", "between 1e-40 and 1e40", "units"]);
+    wrong("coherence = 0.1", "coherence = 1e-300", &["`model.coherence` = ", "between 1e-40 and 1e40"]);
+    for penalty in ["1e300", "0.5", "1e-300", "0.0", "-1e-8", "nan"] {
+        let more = format!("penalty = {penalty}\nk = 1 ");
+        let text = changed("k = 1 ", &more).0;
+        let parts = ["`space.penalty` = ", "must lie between 1e-16 and 0.01", "leaks through slip walls", "1e-8"];
+        says(&refused(&text), &parts);
+    }
     wrong("step = 0.1", "step = -0.1", &["`time.step` = -0.1", "greater than 0"]);
     wrong("residual = 1e-8", "residual = 0.0", &["`time.stop.residual` = 0", "greater than 0"]);
     wrong("time = 10.0", "time = 0", &["`output.0.every.time` = 0", "greater than 0"]);
@@ -299,6 +307,7 @@ fn parameters_of_a_compressible_sheet() {
     wrong_sheet("penalty = 2.0", "penalty = -1", &["`model.density.penalty` = -1", "not negative", "c_0"]);
     wrong_sheet("critical = 0.25", "critical = -0.1", &["`model.density.critical` = -0.1", "not negative", "ρ_min"]);
     wrong_sheet("critical = 0.25", "exponent = -2", &["`model.density.exponent` = -2", "not negative", "γ = 1"]);
+    wrong_sheet("critical = 0.25", "exponent = 1000", &["`model.density.exponent` = 1000", "at most 50", "c_0"]);
     wrong_sheet("critical = 0.25", "exponent = inf", &["`model.density.exponent` = inf", "must be finite"]);
     wrong_sheet("_iso = 0.1", "_iso = nan", &["`model.active_stress_iso` = NaN", "must be finite"]);
     let energy = ["`model.elastic_force` = \"energy-consistent\"", "squeezed", "\"stress\""];

@@ -5,9 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use monolayer::mesh::Point;
+use monolayer::output::say;
 use monolayer::study::compare::{self, CompareStudy, RunVelocity, Synthesis};
 
-use crate::{Failure, Sets, say, study_folder};
+use crate::{Failure, Sets, study_folder};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
@@ -79,7 +80,7 @@ impl CompareArgs {
             }
         };
         if !quiet {
-            say(&text)?;
+            say::tell(&text);
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -7,6 +7,7 @@ use monolayer::measure::StreamFunction;
 use monolayer::output::OutputError;
 use monolayer::output::bodies::{Colour, Look, picture};
 use monolayer::output::plot::map::Window;
+use monolayer::output::say;
 use monolayer::results::bodies::Seen;
 use monolayer::run::finished::Finished;
 use monolayer::run::maps::{Caption, Draft};
@@ -17,7 +18,7 @@ use monolayer::scene::{AnyScene, ArrowsOf, MapOptions, MapRequest, Quantity};
 use serde::Deserialize;
 use serde::de::value::{Error as NameError, StrDeserializer};
 
-use crate::{Failure, say};
+use crate::Failure;
 
 /// What `monolayer map` is told.
 #[derive(Debug, Args)]
@@ -49,7 +50,7 @@ pub struct MapArgs {
     /// Colours of bodies in pictures of the bodies alone: speed, force (of the contacts) or name [default: speed].
     #[arg(long, value_name = "COLOUR", value_parser = named::<Colour>)]
     colour: Option<Colour>,
-    /// Folder of the pictures [default: `plots` in the folder of each run].
+    /// Folder of the pictures [default: `maps` in the folder of each run].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -113,7 +114,7 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
             written.push(draw_bodies(folder, stem, out, seen, &look)?);
         }
         if !quiet {
-            written.iter().try_for_each(|path| say(&format!("written {}.png and .svg", path.display())))?;
+            written.iter().for_each(|path| say::tell(&format!("written {}.png and .svg", path.display())));
         }
     }
     Ok(())
@@ -160,12 +161,11 @@ fn what_of(folder: &Path, args: &MapArgs) -> Result<Drawn, Failure> {
 
 /// Draws the bodies alone, as they were at the last time of their table.
 fn draw_bodies(folder: &Path, stem: &str, out: Option<&Path>, seen: &Seen, look: &Look) -> Result<PathBuf, Failure> {
-    let plots = out.map_or_else(|| folder.join("plots"), Path::to_owned);
+    let plots = out.map_or_else(|| folder.join("maps"), Path::to_owned);
     std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
     let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
     let path = plots.join(format!("{prefix}bodies-last"));
-    picture(&seen.moment(), look)?.write(&path)?;
-    Ok(path)
+    Ok(picture(&seen.moment(), look)?.write_new(&path)?)
 }
 
 fn request(options: &MapOptions) -> MapRequest {
@@ -254,7 +254,7 @@ fn draw(
     named: bool,
 ) -> Result<Vec<PathBuf>, Failure> {
     let (run, requests) = read(folder, requests, options, named)?;
-    let plots = out.map_or_else(|| folder.join("plots"), Path::to_owned);
+    let plots = out.map_or_else(|| folder.join("maps"), Path::to_owned);
     std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
     // pictures of several runs in one folder are told apart by the runs' names
     let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
@@ -263,9 +263,7 @@ fn draw(
     match &run {
         Read::Moving(run) => {
             for request in &requests {
-                let path = path(request, run.steps);
-                run.draw(request)?.write(&path)?;
-                written.push(path);
+                written.push(run.draw(request)?.write_new(&path(request, run.steps))?);
             }
         }
         Read::Resting(run) => {
@@ -280,8 +278,7 @@ fn draw(
             let draft = Draft { stream, bodies, ..Draft::new(&run.setup, &march.state, march.t) };
             for request in &requests {
                 let path = path(request, march.counts.steps);
-                draft.draw(request, &Caption::of(&run.scene))?.write(&path)?;
-                written.push(path);
+                written.push(draft.draw(request, &Caption::of(&run.scene))?.write_new(&path)?);
             }
         }
     }

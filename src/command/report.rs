@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use monolayer::output::{OutputError, write_whole};
+use monolayer::output::{OutputError, mark, write_whole};
 use monolayer::report::page;
 use monolayer::results::Results;
 
@@ -36,6 +36,7 @@ impl Args {
             )
             .into());
         }
+        mark::check(&out)?;
         let html = page(&folders);
         if let Some(folder) = out.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder).map_err(|e| OutputError::io(folder, &e))?;

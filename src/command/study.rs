@@ -5,10 +5,12 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use monolayer::output::progress::Verbosity;
+use monolayer::output::say;
 use monolayer::study::sweep::{self, Settings, Shard, Sweep};
 use monolayer::study::{SweepStudy, slurm, table};
 
-use crate::{Cli, Failure, INTERRUPT, Sets, catch_interrupts, numbered_folders, say, study_folder};
+use super::signals;
+use crate::{Cli, Failure, INTERRUPT, Sets, numbered_folders, study_folder};
 
 #[derive(Debug, Args)]
 pub struct StudyArgs {
@@ -65,7 +67,7 @@ pub fn execute(cli: &Cli, args: &StudyArgs) -> Result<ExitCode, Failure> {
     let study = SweepStudy::read(file, &crate::pairs_of_study(cli, file, &args.sets)?)?;
     let out = folder(file, args);
     if let Some(duration) = study.duration.as_ref().filter(|_| cli.verbosity() > Verbosity::Quiet) {
-        eprintln!("{} runs, about {duration} on 2 cores", study.cases.len());
+        say::note(&format!("{} runs, about {duration} on 2 cores", study.cases.len()));
     }
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let cores = cli.threads.map_or(all, |threads| usize::from(threads).min(all));
@@ -89,7 +91,7 @@ pub fn execute(cli: &Cli, args: &StudyArgs) -> Result<ExitCode, Failure> {
         let shards = args.shards.map(|n| n as usize);
         return launch(cli, &study, &out, &slurm::Array { program: &program, shards, threads }, args.dry_run);
     }
-    catch_interrupts("finishing the steps at work and writing the table")?;
+    signals::catch("finishing the steps at work and writing the table")?;
     let sweep = sweep::run(&study, &out, &settings)?;
     conclude(cli, &study, &sweep, &out)
 }
@@ -98,7 +100,7 @@ fn gather(cli: &Cli, folder: &Path) -> Result<ExitCode, Failure> {
     let study = SweepStudy::read_left(folder)?;
     let sweep = sweep::gather(&study, folder)?;
     if !sweep.missing.is_empty() {
-        eprintln!("not there or not complete: {}", sweep.missing.join(", "));
+        say::note(&format!("not there or not complete: {}", sweep.missing.join(", ")));
     }
     conclude(cli, &study, &sweep, folder)
 }
@@ -106,10 +108,10 @@ fn gather(cli: &Cli, folder: &Path) -> Result<ExitCode, Failure> {
 /// Says what became of the runs.
 fn conclude(cli: &Cli, study: &SweepStudy, sweep: &Sweep, out: &Path) -> Result<ExitCode, Failure> {
     for row in sweep.rows.iter().filter(|row| !row.found.is_good()) {
-        eprintln!("error: run {}: {}", row.case.folder, row.found.reason().unwrap_or_default());
+        say::note(&format!("error: run {}: {}", row.case.folder, row.found.reason().unwrap_or_default()));
     }
     if cli.verbosity() > Verbosity::Quiet {
-        say(&format!("{} of {} runs, results in {}", sweep.rows.len(), study.cases.len(), out.display()))?;
+        say::tell(&format!("{} of {} runs, results in {}", sweep.rows.len(), study.cases.len(), out.display()));
     }
     let good = sweep.missing.is_empty() && sweep.rows.iter().all(|row| row.found.is_good());
     Ok(match (sweep.interrupted, good) {
@@ -128,7 +130,7 @@ fn launch(cli: &Cli, study: &SweepStudy, out: &Path, array: &slurm::Array, dry_r
         format!("job {first} with {} tasks, then job {second}; results in {}", scripts.tasks, out.display())
     };
     if cli.verbosity() > Verbosity::Quiet {
-        say(&text)?;
+        say::tell(&text);
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -29,9 +29,14 @@ pub struct Budget {
 impl Budget {
     /// The terms at the current state of a march, with `∂_t p` by the time scheme; exact on straight cells.
     pub fn of(march: &March) -> Self {
-        match march.model.kind() {
-            Kind::Incompressible(sheet) => Self::incompressible(sheet, &march.state, march.rate_of_p(), march.t),
-            Kind::Compressible(sheet) => Self::compressible(sheet, &march.state, march.rate_of_p(), march.t),
+        Self::at(march.model, &march.state, march.rate_of_p(), march.t)
+    }
+
+    /// The terms at a state with this `∂_t p`.
+    pub fn at(model: &dyn Sheet, state: &State, rate_of_p: &[f64], t: f64) -> Self {
+        match model.kind() {
+            Kind::Incompressible(sheet) => Self::incompressible(sheet, state, rate_of_p, t),
+            Kind::Compressible(sheet) => Self::compressible(sheet, state, rate_of_p, t),
         }
     }
 

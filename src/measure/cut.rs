@@ -1,6 +1,6 @@
 //! Sections along straight lines and circles.
 
-use crate::mesh::locate::Locator;
+use crate::mesh::locate::{Locator, invert};
 use crate::mesh::{Mesh, Point};
 use crate::space::Field;
 
@@ -68,14 +68,22 @@ impl Circle {
     }
 }
 
-/// The cells just left and just right of a line through `x`: a discontinuous field has two values where the line runs along
-/// faces, and neither is the better one.
+/// The sides of a line are looked for at this share of the longest edge of a cell there: far beyond rounding, far below the cells' heights.
+const ASIDE: f64 = 1e-7;
+
+/// The cells left and right of a line through `x`, and where `x` itself lies in them: a discontinuous field has two values where the line
+/// runs along faces, and neither is the better one.
 pub fn both_sides(mesh: &Mesh, locator: &Locator, x: Point, direction: Point) -> Vec<(usize, Point)> {
-    let aside = Point::new(-direction.y, direction.x).normalize() * 1e-7;
-    let mut found: Vec<(usize, Point)> =
-        [x + aside, x - aside].into_iter().filter_map(|x| locator.locate(mesh, x)).collect();
-    found.dedup_by_key(|(cell, _)| *cell);
-    found
+    let Some((here, at)) = locator.locate(mesh, x) else { return Vec::new() };
+    let [a, b, c] = mesh.corners(here);
+    let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+    let aside = Point::new(-direction.y, direction.x).normalize() * (ASIDE * longest);
+    let mut cells: Vec<usize> =
+        [x + aside, x - aside].into_iter().filter_map(|x| locator.locate(mesh, x)).map(|(cell, _)| cell).collect();
+    cells.dedup();
+    let inside: Vec<(usize, Point)> =
+        cells.into_iter().filter_map(|cell| Some((cell, invert(mesh, cell, x)?))).collect();
+    if inside.is_empty() { vec![(here, at)] } else { inside }
 }
 
 /// Mean over the sides of component `c`.

@@ -15,7 +15,7 @@ pub use asymmetry::Mirror;
 pub use budget::Budget;
 pub use cut::{Circle, Line, Sample};
 pub use defects::{Census, Defects};
-pub use overshoot::Overshoot;
+pub use overshoot::{Inlet, Overshoot};
 pub use strain::{Strain, Tensor};
 pub use stream::StreamFunction;
 
@@ -32,6 +32,10 @@ pub enum MeasureError {
          measure, or give `mesh.centre` and `mesh.radius`"
     )]
     NoDisc { behind: f64 },
+    #[error(
+        "the measure `overshoot` counts from what flows in on the axis x₂ = {axis}, and {what}; hint: remove the measure, or          give the boundary at the left end of the axis a velocity and a polarity whose first component is not 0"
+    )]
+    NoInflow { axis: f64, what: String },
     #[error("the cut `{name}` meets no cell; hint: check its ends, or the place of the disc that axes refer to")]
     CutOutside { name: String },
     #[error(

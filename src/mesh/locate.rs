@@ -203,7 +203,7 @@ pub(crate) fn invert(mesh: &Mesh, cell: usize, x: Point) -> Option<Point> {
 }
 
 /// The inverse of the affine map of the corners.
-fn straight_inverse(mesh: &Mesh, cell: usize, x: Point) -> Option<Point> {
+pub(crate) fn straight_inverse(mesh: &Mesh, cell: usize, x: Point) -> Option<Point> {
     let [a, b, c] = mesh.corners(cell);
     let (u, v, w) = (b - a, c - a, x - a);
     let twice_area = u.perp(&v);

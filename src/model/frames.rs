@@ -9,15 +9,17 @@
 //! So for `q ≥ 3` the unknowns inside a curved edge are components at its Lobatto points, from which the nodes take their
 //! values by interpolation along the edge.
 
+mod joints;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3};
 
+use self::joints::Piece;
 use super::boundary::{Conditions, VelocityCondition};
-use super::expression::{Expression, ExpressionError};
-use crate::element::basis;
-use crate::element::lobatto;
+use super::expression::ExpressionError;
+use crate::element::{basis, lobatto, quadrature};
 use crate::mesh::{CellMap, Curve, Face, Mesh, Point};
 use crate::solve::sparse::Matrix;
 use crate::space::Space;
@@ -36,10 +38,14 @@ pub enum WallPoints {
     Penalty,
 }
 
-/// Prescribed value of a node: zero along `direction`, or both components.
+/// What is prescribed of a node.
 enum Constraint {
-    Directions(Vec<Point>),
-    Value(usize),
+    /// Zero along a direction.
+    Along(Point),
+    /// Zero.
+    Rest,
+    /// The velocity that follows from the faces there, at least one of them Dirichlet.
+    Value(Vec<Piece>),
 }
 
 /// Frames and numbering of the velocity unknowns.
@@ -53,8 +59,8 @@ pub struct Frames {
     starts: Vec<usize>,
     /// Per node, the unknowns that are its own.
     owned: Vec<Range<usize>>,
-    /// Nodes with a Dirichlet value: node, position, tag.
-    values: Vec<(usize, Point, usize)>,
+    /// Nodes with a Dirichlet value: node, position, the faces there.
+    values: Vec<(usize, Point, Vec<Piece>)>,
     /// Nodes inside curved edges, and what they take of the values at both ends: node, end, weight.
     inside: Vec<(usize, usize, f64)>,
 }
@@ -70,13 +76,12 @@ impl Frames {
         for (node, position) in space.node_positions().into_iter().enumerate() {
             let directions = match constraints.get(&node) {
                 None => vec![Point::x(), Point::y()],
-                Some(Constraint::Value(tag)) => {
-                    values.push((node, position, *tag));
+                Some(Constraint::Value(pieces)) => {
+                    values.push((node, position, pieces.clone()));
                     Vec::new()
                 }
-                Some(Constraint::Directions(fixed)) => {
-                    single(fixed).map(|n| Point::new(-n.y, n.x)).into_iter().collect()
-                }
+                Some(Constraint::Rest) => Vec::new(),
+                Some(Constraint::Along(n)) => vec![Point::new(-n.y, n.x)],
             };
             owned.push(free..free + directions.len());
             nodal.push((free..).zip(directions).collect::<Nodal>());
@@ -151,11 +156,9 @@ impl Frames {
     /// A Dirichlet formula that is not finite at a node.
     pub fn prescribed(&self, conditions: &[Conditions], t: f64) -> Result<Vec<f64>, ExpressionError> {
         let mut out = vec![0.0; self.starts.len() - 1];
-        for &(node, x, tag) in &self.values {
-            if let VelocityCondition::Dirichlet(value) = &conditions[tag].velocity {
-                out[2 * node] = value[0].try_eval(x, t)?;
-                out[2 * node + 1] = value[1].try_eval(x, t)?;
-            }
+        for (node, x, pieces) in &self.values {
+            let v = joints::velocity(pieces, conditions, *x, t)?;
+            out[2 * node..2 * node + 2].copy_from_slice(&[v.x, v.y]);
         }
         for &(node, end, weight) in &self.inside {
             for c in 0..2 {
@@ -210,19 +213,17 @@ fn spread(mut nodal: Vec<Nodal>, bent: &[Vec<usize>], degree: usize) -> (Vec<Nod
     (nodal, inside)
 }
 
-/// What the boundary faces ask of each node, and the nodes of the curved edges whose inner unknowns lie at Lobatto points. A Dirichlet tag wins over others; of two Dirichlet tags, one with values that
-/// are not all zero wins over a wall at rest, else the first.
+/// What the boundary faces ask of each node, and the nodes of the curved edges whose inner unknowns lie at Lobatto points.
 fn collect(
     space: &Space,
     conditions: &[Conditions],
     walls: WallPoints,
 ) -> (BTreeMap<usize, Constraint>, Vec<Vec<usize>>) {
-    let mesh = &space.mesh;
-    let mut all: BTreeMap<usize, Constraint> = BTreeMap::new();
+    let mut pieces: BTreeMap<usize, Vec<Piece>> = BTreeMap::new();
     let mut bent = Vec::new();
-    for face in mesh.faces.iter() {
+    for face in space.mesh.faces.iter() {
         let Some(tag) = face.tag else { continue };
-        let curved = face.curve.is_some() || matches!(mesh.map(face.minus.cell), CellMap::Isoparametric(_));
+        let curved = face.curve.is_some() || matches!(space.mesh.map(face.minus.cell), CellMap::Isoparametric(_));
         let locals = basis::face_nodes(space.degree, face.minus.face);
         let slips = match &conditions[tag].velocity {
             VelocityCondition::Slip => walls != WallPoints::Penalty,
@@ -235,49 +236,44 @@ fn collect(
         }
         let even = |k: usize| k as f64 / space.degree as f64;
         let points = if at_lobatto { lobatto::points(space.degree) } else { (0..=space.degree).map(even).collect() };
+        let [a, b] = space.mesh.face_vertices(face).map(|v| space.mesh.vertices[v]);
         for (local, s) in locals.into_iter().zip(points) {
-            let node = space.node(face.minus.cell, local);
-            match &conditions[tag].velocity {
-                VelocityCondition::Traction(_) => {}
-                VelocityCondition::Slip if walls == WallPoints::Penalty => {}
-                VelocityCondition::Dirichlet(value) => {
-                    let at_rest = value.iter().all(Expression::is_zero);
-                    let taken = matches!(all.get(&node), Some(Constraint::Value(_)));
-                    if !(taken && at_rest) {
-                        all.entry(node)
-                            .and_modify(|c| {
-                                let keep = matches!(c, Constraint::Value(other) if !moves_less(conditions, *other));
-                                if !keep {
-                                    *c = Constraint::Value(tag);
-                                }
-                            })
-                            .or_insert(Constraint::Value(tag));
-                    }
+            let normal = match &conditions[tag].velocity {
+                VelocityCondition::Dirichlet(_) => mean_normal(space, face, local),
+                VelocityCondition::Slip | VelocityCondition::NoTangential | VelocityCondition::Traction(_) => {
+                    node_normal(&space.mesh, face, s)
                 }
-                condition @ (VelocityCondition::Slip | VelocityCondition::NoTangential) => {
-                    let normal = node_normal(mesh, face, s);
-                    let along = match condition {
-                        VelocityCondition::NoTangential => Point::new(-normal.y, normal.x),
-                        VelocityCondition::Slip | VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) => {
-                            normal
-                        }
-                    };
-                    match all.entry(node).or_insert_with(|| Constraint::Directions(Vec::new())) {
-                        Constraint::Directions(directions) => directions.push(along),
-                        Constraint::Value(_) => {}
-                    }
-                }
-            }
+            };
+            let piece = Piece { tag, normal, length: (b - a).norm() };
+            pieces.entry(space.node(face.minus.cell, local)).or_default().push(piece);
         }
     }
-    (all, bent)
+    let all = pieces.into_iter().filter_map(|(node, pieces)| Some((node, constraint(pieces, conditions, walls)?)));
+    (all.collect(), bent)
 }
 
-/// Whether the Dirichlet value of `tag` is zero.
-fn moves_less(conditions: &[Conditions], tag: usize) -> bool {
-    match &conditions[tag].velocity {
-        VelocityCondition::Dirichlet(value) => value.iter().all(Expression::is_zero),
-        VelocityCondition::Traction(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => true,
+/// What the faces at a node ask of it.
+fn constraint(pieces: Vec<Piece>, conditions: &[Conditions], walls: WallPoints) -> Option<Constraint> {
+    let of = |piece: &Piece| &conditions[piece.tag].velocity;
+    if pieces.iter().any(|piece| matches!(of(piece), VelocityCondition::Dirichlet(_))) {
+        return Some(Constraint::Value(pieces));
+    }
+    let (mut across, mut along) = (Vec::new(), Vec::new());
+    for piece in &pieces {
+        match of(piece) {
+            VelocityCondition::Slip if walls != WallPoints::Penalty => across.push(piece.normal * piece.length),
+            VelocityCondition::NoTangential => {
+                along.push(Point::new(-piece.normal.y, piece.normal.x) * piece.length);
+            }
+            VelocityCondition::Slip | VelocityCondition::Traction(_) | VelocityCondition::Dirichlet(_) => {}
+        }
+    }
+    let all: Vec<Point> = across.iter().chain(&along).copied().collect();
+    match (all.is_empty(), single(&all)) {
+        (true, _) => None,
+        (false, None) => Some(Constraint::Rest),
+        // no wall may leak: its normal goes before the tangent of another face
+        (false, Some(mean)) => Some(Constraint::Along(single(&across).unwrap_or(mean))),
     }
 }
 
@@ -293,12 +289,27 @@ fn node_normal(mesh: &Mesh, face: &Face, s: f64) -> Point {
     }
 }
 
-/// The one direction that is prescribed, or `None` at a corner, where two independent ones fix the node.
+/// `∫ φ n ds` of the shape function of a node on a face as it is meshed, as a unit vector.
+fn mean_normal(space: &Space, face: &Face, local: usize) -> Point {
+    let map = space.mesh.map(face.minus.cell);
+    let scaled = |s: f64| {
+        let tangent = map.at(basis::face_point(face.minus.face, s)).1 * basis::face_tangent(face.minus.face);
+        Point::new(tangent.y, -tangent.x)
+    };
+    let CellMap::Isoparametric(nodes) = &map else { return scaled(0.5).normalize() };
+    let rule = quadrature::interval(space.degree + nodes.degree);
+    let shape = |s: f64| basis::values(space.degree, basis::face_point(face.minus.face, s)).nth(local).unwrap_or(0.0);
+    let sum: Point = rule.points.iter().zip(&rule.weights).map(|(&s, w)| scaled(s) * (w * shape(s))).sum();
+    sum.normalize()
+}
+
+/// The one direction that is prescribed, or `None` at a corner, where two independent ones fix the node, and without any.
+/// The mean of directions is weighed by the lengths of their faces: what leaves through one enters through the other.
 fn single(directions: &[Point]) -> Option<Point> {
-    let first = directions[0];
+    let first = directions.first()?.normalize();
     let mut sum = Point::zeros();
     for d in directions {
-        if first.perp(d).abs() > CORNER.sin() {
+        if first.perp(&d.normalize()).abs() > CORNER.sin() {
             return None;
         }
         sum += if first.dot(d) < 0.0 { -d } else { *d };

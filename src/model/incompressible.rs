@@ -11,6 +11,7 @@ use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
+use super::scales::{Scales, relative};
 use super::sources::Sources;
 pub use super::state::{Residuals, State};
 use crate::body::guide::Guide;
@@ -430,7 +431,10 @@ impl Incompressible {
         let [velocity, pressure] = self.momentum.residual_norms(&force, &state.v.values, &state.pressure().values)?;
         let r = self.polarity_residual(state, t);
         let polarity = crate::solve::root(dot(&r, &self.polarity.mass_solve(&r)));
-        Ok(Residuals { velocity: velocity / root, volume: pressure / root, polarity: polarity / root })
+        let speed = crate::solve::root(self.momentum.velocity_mass.quadratic(&state.v.values)) / root;
+        let stress = crate::solve::root(self.momentum.pressure_mass.quadratic(&state.pressure().values)) / root;
+        let velocity = relative(velocity / root, Scales::new(&self.parameters, self.area, speed, stress).force);
+        Ok(Residuals { velocity, volume: pressure / root, polarity: polarity / root })
     }
 
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]

@@ -90,6 +90,17 @@ impl Limiter {
         Self { space: space.clone(), weights, count, values, lebesgue }
     }
 
+    /// The space of the densities.
+    pub fn space(&self) -> &Arc<Space> {
+        &self.space
+    }
+
+    /// The projection of a density that is not negative, limited: a mean below zero is that of rounding, or of points beyond the boundary
+    /// of the mesh that the density comes from, and becomes 0.
+    pub fn limit_start(&self, u: &Field) -> Field {
+        self.limit_to(u, &self.means(u)).rho
+    }
+
     /// ⟨u⟩ of every cell.
     pub fn means(&self, u: &Field) -> Vec<f64> {
         assert_eq!(u.values.len(), self.weights.len(), "the field is of another space");

@@ -16,6 +16,8 @@ pub mod names;
 pub mod parameters;
 pub mod passive;
 pub mod polarity;
+pub mod rotation;
+pub mod scales;
 pub mod sources;
 pub mod start;
 pub mod state;

@@ -26,7 +26,7 @@ use crate::space::Space;
 pub enum SlipTreatment {
     /// Nodal unknowns in the frame of the exact normal.
     Rotated,
-    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3].
+    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3], `ε_r` in units of `√|Ω|`.
     Penalty { epsilon: f64 },
 }
 
@@ -97,8 +97,10 @@ pub struct Momentum {
     system: System,
     /// Factorised masses of the stationary residuals, free velocity unknowns and pressure.
     residual_masses: (Factored, Factored),
+    /// What the pressures of the factors are multiples of.
+    unit: f64,
     friction: f64,
-    /// Faces with slip by penalty, and `ε_r`.
+    /// Faces with slip by penalty, and `ε_r √|Ω|`.
     penalty: Option<(Faces, f64)>,
 }
 
@@ -148,7 +150,8 @@ impl Momentum {
         let penalty = match slip {
             SlipTreatment::Rotated => None,
             SlipTreatment::Penalty { epsilon } => {
-                Some((tagged(conditions, |c| matches!(c, VelocityCondition::Slip)), epsilon))
+                let slip = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
+                Some((slip, epsilon * loops.mesh.area().sqrt()))
             }
         };
         let form = stiffness_form(velocity, friction, penalty);
@@ -166,10 +169,11 @@ impl Momentum {
         let residual_masses =
             (Factored::new("velocity mass", reduced_mass)?, Factored::new("pressure mass", pressure_mass.clone())?);
         let closed = !conditions.iter().any(|c| c.velocity.fixes_pressure());
+        let unit = pressure_unit(loops.mesh.area());
         let system = match bodies {
             None => {
-                let system = factorise(&frames, &stiffness, &gradient, &pressure_mass, closed);
-                system.map_err(|error| blame_penalty(penalty, error))?
+                let system = factorise(&frames, &stiffness, &gradient, (&pressure_mass, unit), closed);
+                system.map_err(|error| blame_penalty(slip, error))?
             }
             Some((immersion, rigidity)) => {
                 let blocks = element_blocks(loops, (velocity, pressure), friction, penalty);
@@ -192,6 +196,7 @@ impl Momentum {
             pressure_mass,
             system,
             residual_masses,
+            unit,
             friction,
             penalty,
         })
@@ -365,22 +370,23 @@ impl Momentum {
         let (free, pressure) = match &self.system {
             System::Immersed { .. } => unreachable!("bodies have been dealt with"),
             System::Open(factored) => {
-                right.extend(&volume);
-                let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.penalty, error))?;
+                right.extend(volume.iter().map(|v| self.unit * v));
+                let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.slip, error))?;
                 let pressure = x.split_off(self.frames.free);
                 (x, pressure)
             }
             System::Closed { bordered, means } => {
                 self.check_flux(&volume, prescribed, means)?;
                 let last = volume.len() - 1;
-                right.extend(&volume[..last]);
-                let solved = bordered.solve(&right, &[volume[last], 0.0]);
-                let (mut x, border) = solved.map_err(|error| blame_penalty(self.penalty, error))?;
+                right.extend(volume[..last].iter().map(|v| self.unit * v));
+                let solved = bordered.solve(&right, &[self.unit * volume[last], 0.0]);
+                let (mut x, border) = solved.map_err(|error| blame_penalty(self.slip, error))?;
                 let mut pressure = x.split_off(self.frames.free);
                 pressure.push(border[0]);
                 (x, pressure)
             }
         };
+        let pressure = pressure.into_iter().map(|pi| self.unit * pi).collect();
         Ok((self.frames.expand(&free, prescribed), pressure))
     }
 
@@ -487,8 +493,8 @@ pub fn outer_force<'a>(
 }
 
 /// Rounding weighs a penalty against the rest of the balance: a system that is not solved well is blamed on it.
-fn blame_penalty(penalty: Option<(Faces, f64)>, mut error: SolveError) -> SolveError {
-    if let (Some((_, epsilon)), SolveError::Inaccurate { hint, .. }) = (penalty, &mut error) {
+fn blame_penalty(slip: SlipTreatment, mut error: SolveError) -> SolveError {
+    if let (SlipTreatment::Penalty { epsilon }, SolveError::Inaccurate { hint, .. }) = (slip, &mut error) {
         *hint = format!(
             "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
              take `space.walls = \"rotated\"`"
@@ -503,12 +509,18 @@ pub fn tagged(conditions: &[Conditions], kind: impl Fn(&VelocityCondition) -> bo
     of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
 }
 
-/// `[TᵀAT  TᵀBᵀ; BT  0]`, bordered by the zero mean of the pressure where no condition fixes it.
+/// The power of two next to `|Ω|^-½`: with it as unit of pressure the matrix does not depend on the unit of length, and its factors are as
+/// exact in any.
+fn pressure_unit(area: f64) -> f64 {
+    (-0.5 * area.log2()).round().exp2()
+}
+
+/// `[TᵀAT  sTᵀBᵀ; sBT  0]` with the unit s of pressure, bordered by the zero mean of the pressure where no condition fixes it.
 fn factorise(
     frames: &Frames,
     stiffness: &Matrix,
     gradient: &Matrix,
-    pressure_mass: &Matrix,
+    (pressure_mass, unit): (&Matrix, f64),
     closed: bool,
 ) -> Result<System, SolveError> {
     let (free, np) = (frames.free, pressure_mass.rows());
@@ -516,6 +528,7 @@ fn factorise(
     let mut triplets = frames.reduce(stiffness);
     let mut column = vec![0.0; free + kept];
     for (i, j, value) in frames.reduce_rows(gradient) {
+        let value = unit * value;
         if j < kept {
             triplets.push((i, free + j, value));
             triplets.push((free + j, i, value));
@@ -530,8 +543,10 @@ fn factorise(
     }
     let means = pressure_mass.times(&vec![1.0; np]);
     let mut mean = vec![0.0; size];
-    mean[free..].copy_from_slice(&means[..kept]);
-    let last = means[kept];
+    // the mean of the pressure over the area: a weight that has no unit
+    let share = unit * unit;
+    mean[free..].iter_mut().zip(&means).for_each(|(m, mean)| *m = share * mean);
+    let last = share * means[kept];
     let corner = DMatrix::from_row_slice(2, 2, &[0.0, last, last, 0.0]);
     let bordered = Bordered::new(inner, &[column.clone(), mean.clone()], vec![column, mean], corner)?;
     Ok(System::Closed { bordered, means })

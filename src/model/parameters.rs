@@ -228,7 +228,12 @@ impl ModelScene {
                 "exponent",
                 exponent,
                 "γ = 1, the default, makes the pressure proportional to the density",
-            )?,
+            )
+            .and_then(|exponent| {
+                let rule = "must be at most 50: the pressure c_0 ρ^γ would leave the range of numbers";
+                let hint = "γ = 1 to 7 is usual; for a sheet that is hardly squeezed raise `penalty`, c_0";
+                require("density.exponent", exponent, exponent <= LARGEST_EXPONENT, rule, hint)
+            })?,
             critical: positive(
                 "critical",
                 critical,
@@ -263,8 +268,21 @@ impl ModelScene {
     }
 }
 
+/// Parameters beyond these powers of ten, or below their inverses, leave the range of numbers where they are multiplied.
+const LARGEST: f64 = 1e40;
+/// Exponents above this make pressures of moderate densities as large.
+const LARGEST_EXPONENT: f64 = 50.0;
+
 fn require(key: &str, value: f64, holds: bool, rule: &str, hint: &str) -> Result<f64, ModelError> {
-    if value.is_finite() && holds { Ok(value) } else { Err(ModelError::new(key, value, rule, hint)) }
+    if !(value.is_finite() && holds) {
+        return Err(ModelError::new(key, value, rule, hint));
+    }
+    let size = value.abs();
+    if size > LARGEST || (size > 0.0 && size < 1.0 / LARGEST) {
+        let rule = "its size must lie between 1e-40 and 1e40, or be 0 where that is allowed";
+        return Err(ModelError::new(key, value, rule, "choose units in which lengths and times are near 1"));
+    }
+    Ok(value)
 }
 
 fn finite(key: &str, value: f64) -> Result<f64, ModelError> {

@@ -1,4 +1,4 @@
-//! Initial polarities.
+//! Fields to start from: polarities and densities.
 
 use std::sync::Arc;
 
@@ -9,33 +9,37 @@ use rand_distr::StandardNormal;
 use super::boundary::{Conditions, PolarityCondition, VelocityCondition};
 use super::expression::{Expression, ExpressionError};
 use super::frames::{Frames, WallPoints};
+use super::limiter::Limiter;
 use super::momentum::MomentumError;
 use crate::form::{Integrator, gradient, mass};
 use crate::mesh::{Curve, Point};
 use crate::solve::sparse::{Factored, Matrix};
-use crate::space::{Continuity, Field, Space, project};
+use crate::space::project::{self, Break, Level};
+use crate::space::{Continuity, Field, Space};
 
-/// The field of two formulas at time `t`.
+/// The L² projection of two formulas at time `t`.
 ///
 /// # Errors
-/// A formula that is not finite at a node.
-pub fn formulas(space: &Arc<Space>, [f, g]: &[Expression; 2], t: f64) -> Result<Field, ExpressionError> {
-    for x in space.node_positions() {
-        f.try_eval(x, t)?;
-        g.try_eval(x, t)?;
-    }
-    Ok(project::interpolate_vector(space, |x| Point::new(f.eval(x, t), g.eval(x, t))))
+/// A formula that is not finite at a node or a point of the quadrature.
+pub fn formulas(space: &Arc<Space>, formulas: &[Expression; 2], t: f64) -> Result<Field, ExpressionError> {
+    let [f, g] = formulas.each_ref().map(|formula| formula.at_time(t));
+    let value = |x: Point| Ok([f.try_eval(x, t)?, g.try_eval(x, t)?]);
+    space.node_positions().into_iter().try_for_each(|x| value(x).map(drop))?;
+    let breaks: Vec<Break> = [&f, &g].into_iter().flat_map(|formula| formula.breaks(t)).collect();
+    project::project(space, &breaks, value)
 }
 
-/// The density of a formula at time `t`.
+/// The density of a formula at time `t`: its L² projection, limited, so that it is nowhere negative and keeps the means.
 ///
 /// # Errors
-/// A formula that is not finite or below zero at a node.
-pub fn density(space: &Arc<Space>, formula: &Expression, t: f64) -> Result<Field, ExpressionError> {
-    for x in space.node_positions() {
-        formula.try_density(x, t)?;
-    }
-    Ok(project::interpolate_scalar(space, |x| formula.eval(x, t)))
+/// A formula that is not finite or below zero at a node or a point of the quadrature.
+pub fn density(limiter: &Limiter, formula: &Expression, t: f64) -> Result<Field, ExpressionError> {
+    let formula = formula.at_time(t);
+    let value = |x: Point| formula.try_density(x, t).map(|value| [value]);
+    let space = limiter.space();
+    space.node_positions().into_iter().try_for_each(|x| value(x).map(drop))?;
+    let field = project::project(space, &formula.breaks(t), value)?;
+    Ok(limiter.limit_start(&field))
 }
 
 /// The unit vector e₁, smoothed over the length `L` and laid around the obstacles: continuous `p₀` with
@@ -94,7 +98,7 @@ fn discontinuous(space: &Arc<Space>, field: &Field) -> Field {
 const MOST_VECTORS: usize = 20_000_000;
 
 /// Random start   [10.4.4]: at every vertex of a triangular lattice of edge length `h` that covers the domain, a unit vector
-/// of uniform angle times a normal deviate of standard deviation `amplitude`; linear between the vertices. The lattice
+/// of uniform angle times a normal deviate of standard deviation `amplitude`; linear between the vertices, and projected in L². The lattice
 /// depends on the domain's extent alone, so that finer meshes start from the same field. `None` for an absurdly fine lattice.
 pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Option<Field> {
     let (low, high) = extent(space);
@@ -119,7 +123,10 @@ pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Option<F
         })
         .collect();
     let at = |i: usize, j: usize| values[j.min(rows - 1) * columns + i.min(columns - 1)];
-    Some(project::interpolate_vector(space, |x| {
+    // the sides of the triangles: lines of i, of j, and of i + j
+    let lines = |of: fn((f64, f64)) -> f64| Break { of: Box::new(move |x| of(lattice(x))), level: Level::Integers };
+    let kinks = [lines(|(i, _)| i), lines(|(_, j)| j), lines(|(i, j)| i + j)];
+    Some(project::project_vector(space, &kinks, |x| {
         let (a, b) = lattice(x);
         let a = a + shift as f64;
         let (i, j) = (a.floor() as usize, b.floor() as usize);

@@ -13,6 +13,15 @@ pub struct History {
     writer: csv::Writer<File>,
 }
 
+/// The entry of a step in a column of a table on disk.
+pub fn entry(path: &Path, step: usize, column: &str) -> Option<f64> {
+    let mut reader = csv::Reader::from_path(path).ok()?;
+    let at = reader.headers().ok()?.iter().position(|name| name == column)?;
+    let of_step = |row: &csv::StringRecord| row.get(0).and_then(|s| s.parse().ok()) == Some(step);
+    let row = reader.records().map_while(Result::ok).find(of_step)?;
+    row.get(at)?.parse().ok()
+}
+
 /// First column: the number of the step.
 const STEP: &str = "step";
 

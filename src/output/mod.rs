@@ -4,9 +4,12 @@ pub mod bodies;
 pub mod checkpoint;
 pub mod frames;
 pub mod history;
+pub mod lock;
+pub mod mark;
 pub mod plot;
 pub mod progress;
 pub mod pvd;
+pub mod say;
 pub mod timed;
 pub mod vtk;
 
@@ -33,11 +36,22 @@ pub enum OutputError {
     },
     #[error("{path}: {quantity} of {which} is {value}, must be finite; hint: {hint}")]
     NonFiniteBody { path: String, which: String, quantity: &'static str, value: f64, hint: &'static str },
+    #[error("{folder}: is in use by {who}; hint: wait for its end, or choose another `--out`")]
+    Held { folder: String, who: String },
+    #[error(
+        "{path}: is there already, not known as a result of this program, and will not be replaced; hint: choose another `--out`, or move it away"
+    )]
+    Foreign { path: String },
     #[error("{path}: {what}; hint: {hint}")]
     Malformed { path: String, what: String, hint: &'static str },
 }
 
 impl OutputError {
+    /// What is not ours to replace.
+    pub fn foreign(path: &Path) -> Self {
+        Self::Foreign { path: path.display().to_string() }
+    }
+
     /// An error of the operating system, with a hint for its kind.
     pub fn io(path: &Path, error: &io::Error) -> Self {
         let hint = match error.kind() {

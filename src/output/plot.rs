@@ -20,6 +20,8 @@ mod text;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use super::{OutputError, mark};
+
 /// Pixels of the PNG per unit of the SVG.
 pub const PNG_SCALE: u32 = 2;
 
@@ -166,6 +168,9 @@ pub enum PlotError {
         /// Largest ratio of the sides.
         limit: f64,
     },
+    /// A file that is not ours to replace.
+    #[error(transparent)]
+    Foreign(Box<OutputError>),
     /// A map has nothing to show.
     #[error("`{name}` has no value in the window of the map; hint: choose a window that meets the domain")]
     Blank {
@@ -226,7 +231,7 @@ impl Plot {
     /// The endings are appended, so a dot in the name stays. The folder must exist.
     ///
     /// # Errors
-    /// Those of [`Plot::svg`] and [`Plot::png`], and [`PlotError::Write`] if a file cannot be written.
+    /// Those of [`Plot::svg`] and [`Plot::png`], [`PlotError::Write`] if a file cannot be written, and [`PlotError::Foreign`] if it is there and not one of this program.
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
         let font = text::Font::load()?;
         let scene = layout::arrange(self, &font);
@@ -236,9 +241,17 @@ impl Plot {
     }
 }
 
-fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> {
+fn with_suffix(stem: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(stem);
-    name.push(ending);
-    let path = PathBuf::from(name);
-    std::fs::write(&path, bytes).map_err(|source| PlotError::Write { path, source })
+    name.push(suffix);
+    PathBuf::from(name)
+}
+
+fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> {
+    let path = with_suffix(stem, ending);
+    mark::check(&path).map_err(|error| PlotError::Foreign(Box::new(error)))?;
+    // as everything: at any moment the old picture or the new one
+    let part = PathBuf::from(format!("{}.part", path.display()));
+    let written = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, &path));
+    written.map_err(|source| PlotError::Write { path, source })
 }

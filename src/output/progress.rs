@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::say;
+
 /// How much is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
@@ -61,7 +63,7 @@ impl Progress {
         match (&self.bar, self.verbosity) {
             (_, Verbosity::Quiet) => {}
             (Some(bar), Verbosity::Normal | Verbosity::Verbose) => bar.println(text),
-            (None, Verbosity::Normal | Verbosity::Verbose) => eprintln!("{text}"),
+            (None, Verbosity::Normal | Verbosity::Verbose) => say::note(text),
         }
     }
 
@@ -107,7 +109,7 @@ impl Progress {
         let due = self.verbosity == Verbosity::Normal && self.last_line.elapsed() >= PAUSE;
         if self.verbosity == Verbosity::Verbose || due {
             self.last_line = Instant::now();
-            eprintln!("{text}");
+            say::note(text);
         }
     }
 

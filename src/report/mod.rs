@@ -4,6 +4,7 @@
 //! content security policy forbids every request. It works without the script, and on paper.
 
 mod bodies;
+mod comparison;
 mod pictures;
 mod run;
 mod study;
@@ -11,6 +12,7 @@ mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use crate::output::mark::MADE_BY;
 use crate::results::curves::{Wish, curves};
 use crate::results::{Kind, Results, differing};
 
@@ -25,6 +27,7 @@ pub fn page(folders: &[Results]) -> String {
         [only] => only.title(),
         [] | [_, ..] => format!("{} results", folders.len()),
     };
+    let mut room = pictures::Room::of_page();
     let document = html! {
         (DOCTYPE)
         html lang="en" {
@@ -32,7 +35,7 @@ pub fn page(folders: &[Results]) -> String {
                 meta charset="utf-8";
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="generator" content={ "monolayer " (env!("CARGO_PKG_VERSION")) };
+                meta name="generator" content={ (MADE_BY) " " (env!("CARGO_PKG_VERSION")) };
                 title { (title) }
                 style { (PreEscaped(STYLE)) }
             }
@@ -43,7 +46,9 @@ pub fn page(folders: &[Results]) -> String {
                         (contents(folders))
                         (side_by_side(folders))
                     }
-                    @for (k, folder) in folders.iter().enumerate() { (section(k, folder, folders.len() > 1)) }
+                    @for (k, folder) in folders.iter().enumerate() {
+                        (section(k, folder, folders.len(), &mut room.share(folders.len() - k)))
+                    }
                 }
                 footer { "Written by monolayer " (env!("CARGO_PKG_VERSION")) ". Everything is dimensionless." }
                 script { (PreEscaped(SCRIPT)) }
@@ -82,14 +87,16 @@ fn side_by_side(folders: &[Results]) -> Markup {
     }
 }
 
-fn section(number: usize, folder: &Results, one_of_many: bool) -> Markup {
+fn section(number: usize, folder: &Results, count: usize, room: &mut pictures::Room) -> Markup {
+    let one_of_many = count > 1;
     html! {
         section id={ "results-" (number + 1) } {
             @if one_of_many { h2 { (folder.title()) } } @else { h1 { (folder.title()) } }
             p.path { (kind(folder.kind)) " in " code { (folder.path.display()) } }
             @match folder.kind {
-                Kind::Run | Kind::Sections => (run::section(folder)),
-                Kind::Sweep | Kind::Order | Kind::Branches | Kind::Tradeoff => (study::section(folder)),
+                Kind::Run | Kind::Sections => (run::section(folder, room)),
+                Kind::Comparison => (comparison::section(folder, room)),
+                Kind::Sweep | Kind::Order | Kind::Branches | Kind::Tradeoff => (study::section(folder, room)),
             }
             @if let Some(settings) = &folder.settings {
                 details {
@@ -108,6 +115,7 @@ fn kind(kind: Kind) -> &'static str {
         Kind::Order => "A study of orders of convergence",
         Kind::Branches => "Branches of steady states",
         Kind::Tradeoff => "Errors and what they cost",
+        Kind::Comparison => "A comparison with measured velocities",
         Kind::Sections => "Sections",
     }
 }

@@ -26,12 +26,12 @@ Pe [∂_t p + (v·∇)p − W(v)p − a D(v)p] + (|p|² − 1) p − κ²Δp = 0
 σ = −Π I + 2D(v) + (a+1)/2 p⊗ℓ + (a−1)/2 ℓ⊗p − κ²B ∇pᵀ·∇p − S_a p⊗p,   ℓ = B [(|p|² − 1) p − κ²Δp]";
 
 /// The whole section of a run.
-pub(super) fn section(run: &Results) -> Markup {
+pub(super) fn section(run: &Results, room: &mut pictures::Room) -> Markup {
     let mut remarks = run.problems.clone();
     remarks.extend(remarks_of(run));
     let failures: Vec<String> = text(run, "reason").map(str::to_owned).into_iter().collect();
     let frames = frames(run, &mut remarks);
-    let (shown, count) = pictures::of_folder(run, &frames, &mut remarks);
+    let (shown, count) = pictures::of_folder(run, room, &mut remarks);
     let table_of_bodies = bodies::table(run, &mut remarks);
     let own = if count == 0 { curves(&[run], &Wish::default()).unwrap_or_default() } else { Default::default() };
     remarks.extend(own.notes.iter().cloned());

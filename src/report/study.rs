@@ -15,19 +15,19 @@ const FEW: usize = 8;
 const GOOD: [&str; 4] = ["finished", "complete", "done", ""];
 
 /// The whole section of a study.
-pub(super) fn section(study: &Results) -> Markup {
+pub(super) fn section(study: &Results, room: &mut pictures::Room) -> Markup {
     let mut remarks = study.problems.clone();
     for part in &study.parts {
         remarks.extend(part.problems.iter().map(|problem| format!("{}: {problem}", part.name)));
     }
     remarks.extend(said(study));
     let failures = failures(study);
-    let (shown, count) = pictures::of_folder(study, &[], &mut remarks);
+    let (shown, count) = pictures::of_folder(study, room, &mut remarks);
     let parts: Vec<(String, Markup)> = study
         .parts
         .iter()
         .filter(|part| part.kind == Kind::Order)
-        .map(|part| (part.name.clone(), pictures::of_folder(part, &[], &mut remarks).0))
+        .map(|part| (part.name.clone(), pictures::of_folder(part, room, &mut remarks).0))
         .collect();
     let drawn = own_curves(study, count, &mut remarks);
     html! {

@@ -20,7 +20,9 @@ pub enum Kind {
     Branches,
     /// `tradeoff.csv`: errors and what they cost.
     Tradeoff,
-    /// Sections alone, as a comparison with measurements has them.
+    /// Of `monolayer compare`: `comparison.csv`, fields on bins and sections.
+    Comparison,
+    /// Sections alone, as measurements have them.
     Sections,
 }
 
@@ -58,8 +60,9 @@ pub struct Results {
     pub problems: Vec<String>,
 }
 
-/// Tables that a study leaves, and what they make of a folder.
-const TABLES: [(&str, Kind); 7] = [
+/// Tables that studies and comparisons leave, and what they make of a folder.
+const TABLES: [(&str, Kind); 8] = [
+    ("comparison.csv", Kind::Comparison),
     ("tradeoff.csv", Kind::Tradeoff),
     ("pareto.csv", Kind::Tradeoff),
     ("results.csv", Kind::Sweep),
@@ -87,11 +90,8 @@ impl Results {
             return Err(wrong("this is a file, not a folder of results", "name the folder in which it lies"));
         }
         let kind = kind_of(path).ok_or_else(|| {
-            wrong(
-                "holds no results",
-                "a run leaves history.csv and summary.json there, a study results.csv, runs.csv or branches.csv, a \
-                 comparison sections in cuts/",
-            )
+            let (what, hint) = foreign(path);
+            wrong(what, hint)
         })?;
         Ok(Self::of_kind(path, kind))
     }
@@ -119,6 +119,7 @@ impl Results {
             Kind::Sweep | Kind::Tradeoff => results.read_sweep(),
             Kind::Order => results.read_order(),
             Kind::Branches => results.read_tables(&["branches.csv"]),
+            Kind::Comparison => results.read_comparison(),
             Kind::Sections => {}
         }
         results
@@ -157,7 +158,7 @@ impl Results {
     /// The runs in it: itself, or its parts.
     pub fn runs(&self) -> Vec<&Results> {
         match self.kind {
-            Kind::Run | Kind::Sections => vec![self],
+            Kind::Run | Kind::Comparison | Kind::Sections => vec![self],
             Kind::Sweep | Kind::Tradeoff => self.parts.iter().collect(),
             Kind::Order | Kind::Branches => Vec::new(),
         }
@@ -166,7 +167,7 @@ impl Results {
     fn read_settings(&mut self) {
         let name = match self.kind {
             Kind::Run | Kind::Sections => "scene.toml",
-            Kind::Sweep | Kind::Order | Kind::Branches | Kind::Tradeoff => "study.toml",
+            Kind::Sweep | Kind::Order | Kind::Branches | Kind::Tradeoff | Kind::Comparison => "study.toml",
         };
         let path = self.path.join(name);
         if !path.exists() {
@@ -187,15 +188,31 @@ impl Results {
         }
     }
 
+    /// `summary.json`, if it is there.
+    fn read_summary(&mut self) {
+        let read = std::fs::read(self.path.join("summary.json")).map_err(|e| e.to_string());
+        match read.and_then(|bytes| serde_json::from_slice::<Value>(&bytes).map_err(|e| e.to_string())) {
+            Ok(summary @ Value::Object(_)) => self.summary = Some(summary),
+            Ok(_) => self.problems.push("summary.json is no summary".to_owned()),
+            Err(error) => self.problems.push(format!("summary.json cannot be read: {error}")),
+        }
+    }
+
+    fn read_comparison(&mut self) {
+        self.read_tables(&["comparison.csv"]);
+        if self.table("comparison.csv").is_none() {
+            self.problems
+                .push("comparison.csv is missing: the comparison was stopped before it found anything".to_owned());
+        }
+        match self.path.join("summary.json").exists() {
+            true => self.read_summary(),
+            false => self.problems.push("summary.json is missing: what was read is not known".to_owned()),
+        }
+    }
+
     fn read_run(&mut self) {
-        let path = self.path.join("summary.json");
-        if path.exists() {
-            let read = std::fs::read(&path).map_err(|e| e.to_string());
-            match read.and_then(|bytes| serde_json::from_slice::<Value>(&bytes).map_err(|e| e.to_string())) {
-                Ok(summary @ Value::Object(_)) => self.summary = Some(summary),
-                Ok(_) => self.problems.push("summary.json is not the summary of a run".to_owned()),
-                Err(error) => self.problems.push(format!("summary.json cannot be read: {error}")),
-            }
+        if self.path.join("summary.json").exists() {
+            self.read_summary();
         } else {
             let so_far = self.history().ok().flatten().map(|table| how_far(&table)).unwrap_or_default();
             let resume = if self.path.join("checkpoint.bin").exists() {
@@ -282,16 +299,39 @@ fn kind_of(path: &Path) -> Option<Kind> {
         // begun, and nothing found yet
         let text = std::fs::read_to_string(path.join("study.toml")).unwrap_or_default();
         let table: toml::Table = text.parse().unwrap_or_default();
-        return Some(match (table.contains_key("levels"), table.contains_key("parameter")) {
-            (true, _) => Kind::Order,
-            (false, true) => Kind::Branches,
-            (false, false) => Kind::Sweep,
+        let has = |key: &str| table.contains_key(key);
+        return Some(match () {
+            () if has("data") && !has("scene") => Kind::Comparison,
+            () if has("levels") => Kind::Order,
+            () if has("parameter") => Kind::Branches,
+            () if has("setting") => Kind::Tradeoff,
+            () => Kind::Sweep,
         });
     }
     if RUN.iter().any(|name| has(name)) {
         return Some(Kind::Run);
     }
     (!section_files(path).is_empty()).then_some(Kind::Sections)
+}
+
+/// What a folder without results is, and what to do.
+fn foreign(path: &Path) -> (&'static str, &'static str) {
+    let all = entries(path);
+    let has = |ending: &str| all.iter().any(|entry| has_ending(entry, ending));
+    let inside = all.iter().any(|entry| entry.is_dir() && kind_of(entry).is_some());
+    match () {
+        () if all.is_empty() => ("is empty", "`monolayer run SCENE --out` this folder fills it"),
+        () if inside => ("holds no results itself", "name the folders of results in it"),
+        () if has("vtu") && has("msh") => (
+            "holds a mesh, and no results",
+            "open the .vtu in ParaView; `monolayer mesh` on the .msh tells its quality",
+        ),
+        () => (
+            "holds no results",
+            "a run leaves history.csv and summary.json there, a study results.csv, runs.csv or branches.csv, a comparison \
+             comparison.csv",
+        ),
+    }
 }
 
 /// Entries of a folder in the order of their names; none if it cannot be read.
@@ -310,9 +350,10 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
 }
 
-/// Pictures of the folder itself and of its `plots/`; a PNG beside an SVG of the same name is the same picture.
+/// Pictures of the folder itself, of its `plots/` and `maps/`; a PNG beside an SVG of the same name is the same picture.
 fn pictures(path: &Path) -> Vec<PathBuf> {
-    let all: Vec<PathBuf> = [path.to_owned(), path.join("plots")].iter().flat_map(|folder| entries(folder)).collect();
+    let places = [path.to_owned(), path.join("plots"), path.join("maps")];
+    let all: Vec<PathBuf> = places.iter().flat_map(|folder| entries(folder)).collect();
     let kept = |p: &&PathBuf| has_ending(p, "svg") || (has_ending(p, "png") && !all.contains(&p.with_extension("svg")));
     all.iter().filter(kept).cloned().collect()
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::motion::MotionSummary;
-use super::{Ending, Options, RunError, Summary, particles, report, stokes, tissue};
+use super::{Ending, Options, Record, RunError, Summary, folder, particles, report, stokes, tissue};
 use crate::mesh::Mesh;
 use crate::scene::{AnyScene, SceneError};
 
@@ -46,10 +46,21 @@ impl fmt::Display for AnySummary {
 /// # Errors
 /// As [`super::run`].
 pub fn run(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunError> {
+    folder::alone(options, || run_held(scene, options))
+}
+
+/// As [`run`], in a folder that the caller has to itself.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_held(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunError> {
     let made = !options.out.exists();
     let result = match scene {
         AnyScene::Tissue(scene) if tissue::has_moving_bodies(scene) => tissue::run(scene, options),
-        AnyScene::Tissue(scene) => return super::run(scene, options).map(|s| AnySummary::Tissue(Box::new(s))),
+        AnyScene::Tissue(scene) => {
+            let summary = super::run_recorded(scene, options, &mut Record::default());
+            return summary.map(|summary| AnySummary::Tissue(Box::new(summary)));
+        }
         AnyScene::Stokes(scene) => stokes::run(scene, options),
         AnyScene::Particles(scene) => particles::run(scene, options),
     };

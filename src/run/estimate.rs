@@ -13,7 +13,7 @@ use super::summary::{Ending, Summary};
 use super::{Options, Record, RunError, run_recorded};
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::output::progress::{Progress, Verbosity};
-use crate::output::{OutputError, write_whole};
+use crate::output::{OutputError, say, write_whole};
 use crate::scene::{Scene, SceneError, SceneSource, What};
 
 /// Cells of the coarser runs are longer by these factors.
@@ -97,8 +97,8 @@ pub(super) fn add(scene: &Scene, options: &Options, summary: &mut Summary, recor
     match found {
         Err(_) if interrupted => {
             if options.verbosity > Verbosity::Quiet {
-                eprintln!(
-                    "note: interrupted before the errors of the measures were estimated: `--resume` estimates them"
+                say::note(
+                    "note: interrupted before the errors of the measures were estimated: `--resume` estimates them",
                 );
             }
         }
@@ -153,7 +153,7 @@ fn estimates(scene: &Scene, options: &Options, summary: &Summary) -> Result<Esti
     for (ratio, name) in RATIOS.into_iter().zip(NAMES) {
         let coarse = coarser(scene, &options.out, ratio, (!rest).then_some(summary)).map_err(|e| e.to_string())?;
         if options.verbosity > Verbosity::Quiet {
-            eprintln!("estimating errors: the same with cells {ratio:.2} times as long");
+            say::note(&format!("estimating errors: the same with cells {ratio:.2} times as long"));
         }
         let out = folder.join(name);
         let quiet =

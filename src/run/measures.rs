@@ -7,13 +7,13 @@ use super::{RunError, Setup};
 use crate::body::penalty::Wrench;
 use crate::body::{Pose, Twist};
 use crate::measure::errors::{History, errors};
-use crate::measure::{Budget, Census, Defects, Mirror, Overshoot};
+use crate::measure::{Budget, Census, Defects, Inlet, Mirror, Overshoot};
 use crate::mesh::generate::Track;
-use crate::model::Exact;
-use crate::model::{ModelKind, Residuals, State};
+use crate::model::boundary::PolarityCondition;
+use crate::model::{Exact, ModelKind, Residuals, State};
 use crate::scene::{Measure, Scene, What};
 use crate::space::Field;
-use crate::time::{Kind, March, Schedule};
+use crate::time::{Kind, March, Schedule, Sheet};
 
 /// What was measured after one step; empty where nothing was due.
 #[derive(Debug, Clone, Default)]
@@ -164,83 +164,90 @@ impl<'s> Gauges<'s> {
         values: &mut BTreeMap<&'static str, f64>,
     ) -> Result<(), RunError> {
         match measure {
-            Measure::FreeEnergy => Ok(()),
-            Measure::Mass => {
-                self.mass(&march.state, values);
-                let mass = values.get("mass").copied().unwrap_or(f64::NAN);
-                values.insert("mass_defect", mass - march.mass_counted());
-                Ok(())
-            }
-            Measure::DensityMin => {
-                self.smallest_density(&march.state, values);
-                Ok(())
-            }
+            // they are taken where the residuals are
+            Measure::FreeEnergy => return Ok(()),
             Measure::LimitedCells => {
                 values.insert("limited_cells", march.limited() as f64);
-                Ok(())
             }
-            Measure::EnergyBudget => {
-                values.extend(Budget::of(march).columns());
-                Ok(())
-            }
-            Measure::Overshoot => self.overshoot(&march.state, values),
-            Measure::Asymmetry => {
-                self.asymmetry(&march.state, values);
-                Ok(())
-            }
-            Measure::Defects => {
-                self.count_defects(&march.state, values);
-                Ok(())
-            }
-            Measure::Circulation => {
-                self.circulation(&march.state, values);
-                Ok(())
-            }
-            Measure::ElasticStrain => super::strain::measure(self.setup, &march.state, values),
-            Measure::KineticEnergy | Measure::Gap | Measure::Overlap => Ok(()),
-            Measure::Contacts | Measure::WallForce => Ok(()),
-            Measure::Body => {
-                self.body(&march.state, values);
-                Ok(())
-            }
-            Measure::Holding => self.holding(&march.state, march.t, values),
+            _ => {}
         }
+        self.of_state(measure, &At::of(march), values)?;
+        if let (Measure::Mass, Some(mass)) = (measure, values.get("mass").copied()) {
+            values.insert("mass_defect", mass - march.mass_counted());
+        }
+        Ok(())
     }
 
-    /// The measures that a state alone has: no energies, which need the model and the time derivative.
+    /// Every measure that the scene names at a steady state of a model, and its residuals; [`OF_A_MARCH`] are not among them.
     ///
     /// # Errors
     /// A measure that cannot be taken.
-    pub fn of_state(&self, state: &State) -> Result<BTreeMap<&'static str, f64>, RunError> {
-        let mut values = BTreeMap::new();
+    pub fn at_rest(&self, model: &dyn Sheet, state: &State) -> Result<BTreeMap<&'static str, f64>, RunError> {
+        let still = vec![0.0; state.p.values.len()];
+        let at = At { model, state, t: 0.0, rate_of_p: &still };
+        let residuals = model.residuals(state, at.t)?;
+        let volume = match model.kind() {
+            Kind::Incompressible(_) => "residual_pressure",
+            Kind::Compressible(_) => "residual_density",
+        };
+        let mut values = BTreeMap::from([
+            ("residual", residuals.total()),
+            ("residual_velocity", residuals.velocity),
+            (volume, residuals.volume),
+            ("residual_polarity", residuals.polarity),
+        ]);
         for (measure, _) in &self.due {
-            match measure {
-                Measure::FreeEnergy | Measure::EnergyBudget | Measure::LimitedCells => {}
-                Measure::KineticEnergy | Measure::Gap | Measure::Overlap => {}
-                Measure::Contacts | Measure::WallForce | Measure::Body | Measure::Holding => {}
-                Measure::Mass => self.mass(state, &mut values),
-                Measure::DensityMin => self.smallest_density(state, &mut values),
-                Measure::Overshoot => self.overshoot(state, &mut values)?,
-                Measure::Asymmetry => self.asymmetry(state, &mut values),
-                Measure::Defects => self.count_defects(state, &mut values),
-                Measure::Circulation => self.circulation(state, &mut values),
-                Measure::ElasticStrain => super::strain::measure(self.setup, state, &mut values)?,
-            }
+            self.of_state(*measure, &at, &mut values)?;
         }
         Ok(values)
     }
 
-    fn overshoot(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+    /// What a state alone tells.
+    fn of_state(&self, measure: Measure, at: &At, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+        let At { model, state, t, rate_of_p } = *at;
+        match measure {
+            Measure::FreeEnergy => {
+                values.insert("free_energy", model.free_energy(state, t));
+                values.insert("free_energy_rate", model.energy_rate(state, rate_of_p, t));
+            }
+            Measure::EnergyBudget => values.extend(Budget::at(model, state, rate_of_p, t).columns()),
+            Measure::Mass => self.mass(state, values),
+            Measure::DensityMin => self.smallest_density(state, values),
+            Measure::Overshoot => self.overshoot(at, values)?,
+            Measure::Asymmetry => self.asymmetry(state, values),
+            Measure::Defects => self.count_defects(state, values),
+            Measure::Circulation => self.circulation(state, values),
+            Measure::ElasticStrain => super::strain::measure(self.setup, state, values)?,
+            Measure::Body => of_first_body(model, state, values),
+            Measure::Holding => holding(model, state, t, values)?,
+            Measure::LimitedCells => {}
+            Measure::KineticEnergy | Measure::Gap | Measure::Overlap => {}
+            Measure::Contacts | Measure::WallForce => {}
+        }
+        Ok(())
+    }
+
+    /// Relative to what flows in on the axis; empty while that is zero.
+    fn overshoot(&self, at: &At, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+        let At { model, state, t, .. } = *at;
         let Setup { mesh, locator, .. } = self.setup;
-        let span = (self.centre[0] + self.radius, self.end);
-        let v = Overshoot::of(&state.v, mesh, locator, span, self.centre[1])?;
-        let p = Overshoot::of(&state.p, mesh, locator, span, self.centre[1])?;
-        values.extend([
-            ("overshoot_velocity", v.percent),
-            ("overshoot_velocity_x1", v.x1),
-            ("overshoot_polarity", p.percent),
-            ("overshoot_polarity_x1", p.x1),
-        ]);
+        let (axis, span) = (self.centre[1], (self.centre[0] + self.radius, self.end));
+        let Some(inlet) = Inlet::on(mesh, axis) else { return Ok(()) };
+        // the polarity is imposed weakly: what is given counts, not its trace
+        let polarity = match &model.conditions()[inlet.tag].polarity {
+            PolarityCondition::Dirichlet([first, _]) => Some(first.eval(inlet.x, t)),
+            PolarityCondition::Neumann => inlet.value(&state.p, mesh, locator),
+        };
+        let fields = [
+            (&state.v, inlet.value(&state.v, mesh, locator), ["overshoot_velocity", "overshoot_velocity_x1"]),
+            (&state.p, polarity, ["overshoot_polarity", "overshoot_polarity_x1"]),
+        ];
+        for (field, inflow, [percent, place]) in fields {
+            if let Some(inflow) = inflow.filter(|inflow| *inflow != 0.0) {
+                let found = Overshoot::of(field, mesh, locator, span, (axis, inflow))?;
+                values.extend([(percent, found.percent), (place, found.x1)]);
+            }
+        }
         Ok(())
     }
 
@@ -268,24 +275,6 @@ impl<'s> Gauges<'s> {
         values.extend([("circulation_velocity", mean(&state.v)), ("circulation_polarity", mean(&state.p))]);
     }
 
-    /// Place and motion of the first body, which is fixed.
-    fn body(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
-        if let Kind::Incompressible(model) = self.setup.model.kind()
-            && let (Some(pose), Some(twist)) = (model.poses().first(), model.twists(&state.v).first())
-        {
-            values.extend(of_body(pose, twist));
-        }
-    }
-
-    fn holding(&self, state: &State, t: f64, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
-        if let Kind::Incompressible(model) = self.setup.model.kind()
-            && model.bodies.is_some()
-        {
-            values.extend(model.holding(state, t)?.first().into_iter().flat_map(of_holding));
-        }
-        Ok(())
-    }
-
     /// The defects of the polarity, where the scene measures them.
     pub fn census(&self, state: &State) -> Option<Census> {
         self.defects.as_ref().map(|defects| defects.of(&state.p))
@@ -306,6 +295,53 @@ impl<'s> Gauges<'s> {
         }
     }
 }
+
+/// A state and its model.
+#[derive(Clone, Copy)]
+struct At<'a> {
+    model: &'a dyn Sheet,
+    state: &'a State,
+    t: f64,
+    /// `∂_t p`
+    rate_of_p: &'a [f64],
+}
+
+impl<'a> At<'a> {
+    fn of(march: &'a March) -> Self {
+        Self { model: march.model, state: &march.state, t: march.t, rate_of_p: march.rate_of_p() }
+    }
+}
+
+/// Place and motion of the first body, which is fixed.
+fn of_first_body(model: &dyn Sheet, state: &State, values: &mut BTreeMap<&'static str, f64>) {
+    if let Kind::Incompressible(model) = model.kind()
+        && let (Some(pose), Some(twist)) = (model.poses().first(), model.twists(&state.v).first())
+    {
+        values.extend(of_body(pose, twist));
+    }
+}
+
+fn holding(model: &dyn Sheet, state: &State, t: f64, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
+    if let Kind::Incompressible(model) = model.kind()
+        && model.bodies.is_some()
+    {
+        values.extend(model.holding(state, t)?.first().into_iter().flat_map(of_holding));
+    }
+    Ok(())
+}
+
+/// Columns that belong to a march in time, or to bodies that move: a steady state by itself has none of them.
+pub const OF_A_MARCH: [&str; 9] = [
+    "mass_defect",
+    "limited_cells",
+    "kinetic_energy",
+    "gap",
+    "overlap",
+    "contacts",
+    "wall_force_x1",
+    "wall_force_x2",
+    "rejected",
+];
 
 /// The numbers that a measure has, in the order in which they are written.
 pub fn columns_of(measure: Measure) -> Vec<&'static str> {

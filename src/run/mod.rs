@@ -6,6 +6,8 @@ pub mod defects;
 pub mod estimate;
 pub mod exact;
 pub mod finished;
+pub mod folder;
+pub mod last_state;
 pub mod maps;
 pub mod measures;
 pub mod memory;
@@ -14,6 +16,7 @@ pub mod moved;
 pub mod particles;
 pub mod report;
 pub mod setup;
+pub mod stake;
 pub mod steady;
 pub mod stokes;
 mod strain;
@@ -21,7 +24,7 @@ pub mod summary;
 pub mod tissue;
 pub mod writer;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -40,6 +43,7 @@ use crate::scene::{Scene, SceneError};
 use crate::solve::SolveError;
 use crate::time::{March, MarchError, StepFailure};
 
+use folder::Resumed;
 use measures::Gauges;
 pub use setup::Setup;
 pub use summary::{Ending, Summary};
@@ -149,10 +153,10 @@ const QUIET_STEPS: usize = 10;
 /// Anything that is wrong before the first step, and results that cannot be written. A step that fails ends the run with
 /// [`Ending::Failed`]: its last good state is written like any other.
 pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
-    run_recorded(scene, options, &mut Record::default())
+    folder::alone(options, || run_recorded(scene, options, &mut Record::default()))
 }
 
-/// As [`run`]; `record` is filled as far as the run comes.
+/// As [`run`], in a folder that the caller has to itself; `record` is filled as far as the run comes.
 ///
 /// # Errors
 /// As [`run`].
@@ -174,11 +178,10 @@ pub fn run_recorded(scene: &Scene, options: &Options, record: &mut Record) -> Re
 fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
     let begin = Instant::now();
     let counts_before = crate::solve::sparse::counts();
-    let saved = prepare_folder(scene, options)?;
+    let saved = checkpoint_of(scene, options)?;
     let setup = Setup::new(scene)?;
     let model = &setup.model;
-    let resumed_at = saved.as_ref().map(|s| s.march.counts.steps);
-    let kept = saved.as_ref().map(|s| s.kept.clone());
+    let (kept, known) = (saved.as_ref().map(|s| s.kept.clone()), saved.as_ref().map(|s| s.scene.clone()));
     let mut march = match saved {
         Some(saved) => {
             if saved.mesh != setup.mesh.fingerprint() {
@@ -199,9 +202,10 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     if let Some(kept) = &kept {
         gauges.errors = gauges.errors.and(kept.errors);
     }
-    let text = scene.resolved_toml();
-    crate::output::write_whole(&options.out.join("scene.toml"), |file| file.write_all(text.as_bytes()))?;
-    let mut writer = Writer::new(scene, &setup, &options.out, &march, resumed_at.is_some())?;
+    let resumed = kept.as_ref().map(|_| Resumed::at(&options.out, march.counts.steps, march.t));
+    let _stake = stake::Stake::new();
+    folder::write_scene(&options.out, &scene.resolved_toml(), known.as_deref())?;
+    let mut writer = Writer::new(scene, &setup, &options.out, &march, resumed)?;
     let mut progress = Progress::new(options.verbosity, march.t);
     for remark in setup.remarks(scene) {
         progress.say(&format!("note: {remark}"));
@@ -209,11 +213,19 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     let remarks = progress.said().len();
     writer.kept = kept.unwrap_or_default();
     progress.recall(&writer.kept.said);
-    if resumed_at.is_none() {
-        keep(&mut writer, &gauges, &progress, remarks);
-        writer.write_due(&mut march, &setup, None)?;
-        // a run that is killed early can be resumed, too
-        writer.write_checkpoint(&march)?;
+    match resumed {
+        None => {
+            setup.said_of_start.get().into_iter().for_each(|remark| progress.say(&format!("note: {remark}")));
+            keep(&mut writer, &gauges, &progress, remarks);
+            writer.write_due(&mut march, &setup, None)?;
+            // a run that is killed early can be resumed, too
+            writer.write_checkpoint(&march)?;
+        }
+        // a search writes nothing on its way
+        Some(resumed) if resumed.cut_off && (scene.steady.is_none() || resumed.step == 0) => {
+            writer.write_due(&mut march, &setup, resumed.before(&options.out))?;
+        }
+        Some(_) => {}
     }
     let (ending, steady) = match &scene.steady {
         Some(settings) => {
@@ -360,34 +372,14 @@ fn rests_already(scene: &Scene, march: &mut March) -> Result<Option<Ending>, Run
     Ok(scene.time.stop_energy_rate.is_some_and(|bound| at_rest(bound, march)).then_some(Ending::EnergyAtRest))
 }
 
-/// Makes the folder, refuses to overwrite another run, writes the resolved scene, reads the checkpoint to resume from.
-fn prepare_folder(scene: &Scene, options: &Options) -> Result<Option<Saved>, RunError> {
-    let out = &options.out;
-    let io = |path: &Path, e: std::io::Error| RunError::Output(OutputError::io(path, &e));
-    let checkpoint = out.join("checkpoint.bin");
-    let saved = if options.resume {
-        if !checkpoint.exists() {
-            return Err(RunError::NothingToResume { folder: out.display().to_string() });
-        }
-        let saved = Saved::read(&checkpoint)?;
-        if let Some(key) = setup::first_difference(&saved.scene, &scene.resolved_toml()) {
-            return Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key });
-        }
-        Some(saved)
-    } else {
-        refuse_occupied(out)?;
-        None
-    };
-    std::fs::create_dir_all(out).map_err(|e| io(out, e))?;
-    Ok(saved)
-}
-
-/// Refuses a folder that holds the results of an earlier run.
-fn refuse_occupied(out: &Path) -> Result<(), RunError> {
-    if ["history.csv", "summary.json", "checkpoint.bin"].iter().any(|name| out.join(name).exists()) {
-        return Err(RunError::Occupied { folder: out.display().to_string() });
+/// The checkpoint to go on from, where there is one to; the folder is there then.
+fn checkpoint_of(scene: &Scene, options: &Options) -> Result<Option<Saved>, RunError> {
+    let Some(checkpoint) = folder::prepare(options)? else { return Ok(None) };
+    let saved = Saved::read(&checkpoint)?;
+    match setup::first_difference(&saved.scene, &scene.resolved_toml()) {
+        Some(key) => Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key }),
+        None => Ok(Some(saved)),
     }
-    Ok(())
 }
 
 impl Ending {

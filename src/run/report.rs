@@ -12,7 +12,7 @@ use super::{RunError, setup};
 use crate::mesh::quality::Quality;
 use crate::model::frames::{Frames, WallPoints};
 use crate::model::momentum::MomentumError;
-use crate::model::{ModelKind, Term};
+use crate::model::{ModelKind, Term, rotation};
 use crate::scene::Scene;
 use crate::scene::presets::MEASURED;
 
@@ -90,6 +90,8 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
     let quality = mesh.quality();
     let mut remarks = scene.remarks();
     remarks.extend(setup::resolution_remark(scene, &quality));
+    let friction = scene.parameters.friction;
+    remarks.extend(rotation::remark(&mesh, velocity, &description.conditions, friction));
     remarks.extend(memory::check(scene, &need, available).err().map(|error| error.to_string()));
     Ok(Report {
         title: scene.title.clone(),

@@ -1,27 +1,28 @@
 //! Mesh, model and initial state of a scene.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::RunError;
 use super::available::available;
 use super::exact::check_exact;
+use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Unknowns};
-use crate::form::Faces;
-use crate::measure::{MeasureError, Strain};
+use crate::form::{Faces, Integrator};
+use crate::measure::{Inlet, MeasureError, Strain};
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Mesh, MeshError, Point, gmsh};
+use crate::model::boundary::PolarityCondition;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::manufactured::Volume;
 use crate::model::momentum::MomentumError;
-use crate::model::{Expression, ModelKind, start};
-use crate::output::checkpoint::Saved;
+use crate::model::{Conditions, Expression, ModelKind, VelocityCondition, rotation, start};
 use crate::scene::{Initial, InitialDensity, Measure, Scene, SceneSource, What};
-use crate::space::{Continuity, Field, Space, project};
-use crate::time::{Checkpoint, March, Sheet};
+use crate::space::{Field, project};
+use crate::time::{Checkpoint, Kind, March, Sheet};
 
 /// All that is built before the first step.
 #[derive(Debug)]
@@ -34,7 +35,12 @@ pub struct Setup {
     pub strain: Option<Strain>,
     /// Wall seconds that the setup took.
     pub seconds: f64,
+    /// A remark on the start of a run, once it was made.
+    pub said_of_start: OnceLock<String>,
 }
+
+/// Masses that differ by this share are the same.
+const SAME_MASS: f64 = 1e-10;
 
 /// Length over which the aligned start is smoothed, in disc radii   [10.4].
 const ALIGNED_LENGTH: f64 = 1.0;
@@ -47,6 +53,30 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     mesh_of(&scene.mesh, scene.source())
 }
 
+/// Smallest and largest extent of a mesh from a file, and the smallest relative to its coordinates.
+const EXTENTS: [f64; 2] = [1e-9, 2e9];
+const NARROWEST: f64 = 1e-9;
+
+/// Refuses a mesh whose areas leave the range of numbers, or whose vertices coincide in their rounding.
+fn check_extent(mesh: Mesh, file: &str) -> Result<Mesh, MeshError> {
+    let first = mesh.vertices[0];
+    let corners = |(low, high): (Point, Point), x: &Point| (low.inf(x), high.sup(x));
+    let (low, high) = mesh.vertices.iter().fold((first, first), corners);
+    let (extent, reach) = ((high - low).max(), low.amax().max(high.amax()));
+    if (EXTENTS[0]..=EXTENTS[1]).contains(&extent) && extent >= NARROWEST * reach {
+        return Ok(mesh);
+    }
+    Err(MeshError::BadKey {
+        key: "mesh.file".into(),
+        value: format!("\"{file}\""),
+        rule: format!(
+            "the mesh is {extent:e} across at coordinates up to {reach:e}; an extent lies between 1e-9 and 1e9, and is at least \
+             1e-9 of the coordinates"
+        ),
+        hint: "scale the mesh to a unit of length in which it is near 1 across, and put the origin into it".into(),
+    })
+}
+
 /// Builds or reads the mesh of a scene of any kind.
 ///
 /// # Errors
@@ -54,15 +84,17 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
 pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError> {
     let built = match &table.file {
         None => table.build(),
-        Some(file) => gmsh::read(Path::new(file)).and_then(|mut mesh| match table.curved {
-            None => Ok(mesh),
-            Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
-            Some(other) => Err(MeshError::BadKey {
-                key: "mesh.curved".into(),
-                value: other.to_string(),
-                rule: "must be 1, 2 or 3".into(),
-                hint: "leave it out to keep the geometry of the file".into(),
-            }),
+        Some(file) => gmsh::read(Path::new(file)).and_then(|mesh| check_extent(mesh, file)).and_then(|mut mesh| {
+            match table.curved {
+                None => Ok(mesh),
+                Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
+                Some(other) => Err(MeshError::BadKey {
+                    key: "mesh.curved".into(),
+                    value: other.to_string(),
+                    rule: "must be 1, 2 or 3".into(),
+                    hint: "leave it out to keep the geometry of the file".into(),
+                }),
+            }
         }),
     };
     let few_tags = built.and_then(|mesh| match mesh.tags.len() {
@@ -132,7 +164,8 @@ impl Setup {
         }
         let locator = Locator::new(&mesh);
         let strain = super::strain::prepare(scene, &mesh, model.conditions())?;
-        Ok(Self { quality: mesh.quality(), locator, model, strain, mesh, seconds: begin.elapsed().as_secs_f64() })
+        let seconds = begin.elapsed().as_secs_f64();
+        Ok(Self { quality: mesh.quality(), locator, model, strain, mesh, seconds, said_of_start: OnceLock::new() })
     }
 
     /// The polarity at t = 0.
@@ -150,7 +183,7 @@ impl Setup {
             }
             Initial::Circulating => {
                 let track = scene.mesh.track().expect("the scene was checked for a track");
-                Ok(project::interpolate_vector(space, |x| track.tangent(x)))
+                Ok(project::project_vector(space, &[], |x| track.tangent(x)))
             }
             Initial::Exact => {
                 let exact = scene.sources.exact.as_ref().expect("the scene was checked for exact fields");
@@ -169,27 +202,48 @@ impl Setup {
                     what: format!("`initial.polarity.random.h_coarse` = {h_coarse} needs too many random vectors"),
                     hint: "take about the size of the structures, such as 0.25".into(),
                 }),
-            Initial::File(path) => from_checkpoint(space, path, Carried::Polarity),
+            Initial::File(path) => polarity_of(space, path),
         }
     }
 
-    /// The density at t = 0, where there is one.
+    /// The density at t = 0, where there is one: nowhere negative.
     ///
     /// # Errors
     /// As [`Setup::initial`]; a density below zero.
     pub fn initial_density(&self, scene: &Scene) -> Result<Option<Field>, RunError> {
-        let Some(start) = &scene.initial_density else { return Ok(None) };
-        let space = self.model.volume();
+        let (Some(start), Kind::Compressible(sheet)) = (&scene.initial_density, self.model.kind()) else {
+            return Ok(None);
+        };
+        let limiter = &sheet.density.limiter;
         let formula = |key: &str, formula: &Expression| {
-            start::density(space, formula, 0.0)
+            start::density(limiter, formula, 0.0)
                 .map_err(|e| RunError::Formula { origin: scene.source().place(key).to_string(), error: Box::new(e) })
         };
-        let field = match start {
+        Ok(Some(match start {
             InitialDensity::Formula(given) => formula("initial.density", given)?,
             InitialDensity::Exact => formula("exact.density", exact_density(scene))?,
-            InitialDensity::File(path) => from_checkpoint(space, path, Carried::Density)?,
-        };
-        Ok(Some(field))
+            InitialDensity::File(path) => {
+                let source = LastState::read(path)?.density()?;
+                let field = limiter.limit_start(&source.on(limiter.space())?);
+                self.compare_masses(path, &source.field, &field);
+                field
+            }
+        }))
+    }
+
+    /// Notes when the mass of a density that was taken from another run is not the same here.
+    fn compare_masses(&self, path: &Path, source: &Field, field: &Field) {
+        let mass = |rho: &Field| Integrator::new(&rho.space.mesh).sum(rho.space.degree, |x| rho.scalar(&x.site));
+        let (there, here) = (mass(source), mass(field));
+        let change = (here - there) / there.abs().max(f64::MIN_POSITIVE);
+        if change.abs() > SAME_MASS {
+            let note = format!(
+                "the density of {} has the mass {there:.9} on its own mesh and {here:.9} on this one, a relative change of {change:.1e}: the two \
+                 meshes do not cover the same points at the boundary",
+                path.display()
+            );
+            let _ = self.said_of_start.set(note);
+        }
     }
 
     /// What is carried at t = 0.
@@ -221,7 +275,10 @@ impl Setup {
             let y = match exact.volume() {
                 Volume::Pressure(_) => p,
                 Volume::Density { value, .. } => {
-                    [start::density(self.model.volume(), value, t).map_err(formula)?.values, p].concat()
+                    let Kind::Compressible(sheet) = self.model.kind() else {
+                        unreachable!("the exact fields of a scene are those of its kind")
+                    };
+                    [start::density(&sheet.density.limiter, value, t).map_err(formula)?.values, p].concat()
                 }
             };
             past.insert(0, (t, y));
@@ -245,6 +302,8 @@ impl Setup {
     pub fn remarks(&self, scene: &Scene) -> Vec<String> {
         let mut remarks = scene.remarks();
         remarks.extend(resolution_remark(scene, &self.quality));
+        let (model, friction) = (&self.model, scene.parameters.friction);
+        remarks.extend(rotation::remark(&self.mesh, model.velocity(), model.conditions(), friction));
         remarks
     }
 }
@@ -263,7 +322,7 @@ pub fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
 /// Refuses measures that the domain does not have.
 ///
 /// # Errors
-/// An overshoot where there is no disc with tissue behind it.
+/// An overshoot where there is no disc with tissue behind it, or no inflow before it.
 pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let asked = scene.outputs.iter().any(|output| match &output.what {
         What::Measures(measures) => measures.contains(&Measure::Overshoot),
@@ -271,13 +330,37 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     });
     let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
-    if asked && super::tissue::wake(scene).is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end)) {
+    if !asked {
         return Ok(());
     }
-    if asked && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
+    let wake = super::tissue::wake(scene);
+    let carried = wake.is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end));
+    if !carried && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { behind }));
     }
-    Ok(())
+    check_inflow(scene, mesh, wake.map_or(scene.mesh.centre.unwrap_or([0.0, 0.0])[1], |(middle, _)| middle.y))
+}
+
+/// Refuses an overshoot over an inflow that cannot be one.
+fn check_inflow(scene: &Scene, mesh: &Mesh, axis: f64) -> Result<(), RunError> {
+    let wrong = |what: String| Err(RunError::Measure(MeasureError::NoInflow { axis, what }));
+    let Some(inlet) = Inlet::on(mesh, axis) else { return wrong("the axis meets no boundary".to_owned()) };
+    let (tag, Conditions { velocity, polarity, .. }) = (&mesh.tags[inlet.tag], &scene.boundary[&mesh.tags[inlet.tag]]);
+    let constant =
+        |given: &[Expression; 2]| (!given.iter().any(Expression::depends_on_time)).then(|| given[0].eval(inlet.x, 0.0));
+    match velocity {
+        VelocityCondition::Slip => return wrong(format!("nothing passes `{tag}`, its left end, which is \"slip\"")),
+        VelocityCondition::Dirichlet(given) if constant(given).is_some_and(|v| v <= 0.0) => {
+            return wrong(format!("the velocity of `{tag}`, its left end, is {}", given[0].text()));
+        }
+        VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential => {}
+    }
+    match polarity {
+        PolarityCondition::Dirichlet(given) if constant(given) == Some(0.0) => {
+            wrong(format!("the polarity of `{tag}`, its left end, is {}", given[0].text()))
+        }
+        PolarityCondition::Dirichlet(_) | PolarityCondition::Neumann => Ok(()),
+    }
 }
 
 /// The problem in the model's terms.
@@ -296,110 +379,10 @@ pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
     }
 }
 
-/// A field that checkpoints keep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Carried {
-    Density,
-    Polarity,
-}
-
 /// The formula of the exact density.
 fn exact_density(scene: &Scene) -> &Expression {
     let exact = scene.sources.exact.as_ref().expect("the scene was checked for exact fields");
     exact.volume().density().expect("the exact fields of a compressible sheet have a density")
-}
-
-/// A field of another run's checkpoint, interpolated: mesh and degree may differ, the domain must not.
-fn from_checkpoint(space: &Arc<Space>, path: &Path, which: Carried) -> Result<Field, RunError> {
-    let file = path.display().to_string();
-    let wrong = |what: String| RunError::Start {
-        file: file.clone(),
-        what,
-        hint: "give a `checkpoint.bin` of a run on the same domain".into(),
-    };
-    let saved = Saved::read(path).map_err(|e| wrong(e.to_string()))?;
-    let scene = Scene::parse(&saved.scene, path)?;
-    let mesh = Arc::new(build_mesh(&scene)?);
-    let discontinuous =
-        |degree: usize, components: usize| Arc::new(Space::new(&mesh, Continuity::Discontinuous, degree, components));
-    let polarity = discontinuous(scene.space.polarity, 2);
-    // an incompressible sheet has no space of densities
-    let density = match scene.parameters.kind() {
-        ModelKind::Incompressible => None,
-        ModelKind::Compressible => Some(discontinuous(scene.space.density, 1)),
-    };
-    let before = density.as_ref().map_or(0, |space| space.dof_count());
-    let count = before + polarity.dof_count();
-    let (first, other) = match (which, density) {
-        (Carried::Density, Some(density)) => (0, density),
-        (Carried::Density, None) => {
-            return Err(wrong("its run was of an incompressible sheet, which has no density".into()));
-        }
-        (Carried::Polarity, _) => (before, polarity),
-    };
-    if saved.mesh != mesh.fingerprint() {
-        return Err(wrong("the mesh of its run has changed since".into()));
-    }
-    let values = saved.march.past.into_iter().next().map(|(_, y)| y).filter(|y| y.len() == count);
-    let values = values.ok_or_else(|| wrong("its fields do not fit its mesh".into()))?;
-    let field = Field::new(&other, values[first..first + other.dof_count()].to_vec());
-    interpolate(space, &field, &mesh)
-        .map_err(|x| wrong(format!("its mesh does not cover the point ({:.4}, {:.4})", x.x, x.y)))
-}
-
-/// The last polarity of the run that left a checkpoint, on that run's own mesh.
-///
-/// # Errors
-/// A file that is none, a mesh that has changed since.
-pub fn last_polarity(checkpoint: &Path) -> Result<(Arc<Mesh>, Field), RunError> {
-    let saved = Saved::read(checkpoint)?;
-    let scene = Scene::parse(&saved.scene, checkpoint)?;
-    let mesh = Arc::new(build_mesh(&scene)?);
-    let space = Arc::new(Space::new(&mesh, Continuity::Discontinuous, scene.space.polarity, 2));
-    let values = saved.march.past.into_iter().next().map(|(_, y)| y).unwrap_or_default();
-    let first = values.len().checked_sub(space.dof_count());
-    let (Some(first), true) = (first, saved.mesh == mesh.fingerprint()) else {
-        let (file, what) = (checkpoint.display().to_string(), "its fields do not fit its mesh".to_owned());
-        return Err(RunError::Start { file, what, hint: "the mesh of its run has changed since: run it again".into() });
-    };
-    let field = Field::new(&space, values[first..].to_vec());
-    Ok((mesh, field))
-}
-
-/// The last polarity of the run that left a checkpoint, interpolated into another space.
-///
-/// # Errors
-/// As [`last_polarity`]; a domain that does not cover this one.
-pub fn polarity_of(space: &Arc<Space>, checkpoint: &Path) -> Result<Field, RunError> {
-    from_checkpoint(space, checkpoint, Carried::Polarity)
-}
-
-/// A field at the nodes of another space, or a point that its mesh does not cover.
-fn interpolate(space: &Arc<Space>, field: &Field, mesh: &Mesh) -> Result<Field, Point> {
-    let locator = Locator::new(mesh);
-    let mut missing = None;
-    // nodes lie on the boundaries of cells: evaluate a little inside of the own cell to take the value of the right side
-    let inside = 1e-9;
-    let mut out = Field::zero(space);
-    let reference = crate::element::basis::nodes(space.degree);
-    for cell in 0..space.mesh.cells.len() {
-        let centre = space.mesh.map(cell).at(Point::new(1.0 / 3.0, 1.0 / 3.0)).0;
-        for (i, &xi) in reference.iter().enumerate() {
-            let x = space.mesh.map(cell).at(xi).0;
-            match locator.locate_near(mesh, x + (centre - x) * inside, 0.05) {
-                Some((from, eta)) => {
-                    for c in 0..space.components {
-                        out.values[space.dof(cell, c, i)] = field.component_at(from, eta, c);
-                    }
-                }
-                None => missing = missing.or(Some(x)),
-            }
-        }
-    }
-    match missing {
-        None => Ok(out),
-        Some(x) => Err(x),
-    }
 }
 
 /// The first key in which two resolved scenes differ, of those that define the problem.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::defects::{self, DefectTables};
+use super::folder::Resumed;
 use super::maps::{self, Draft};
 use super::measures::{Readings, columns};
 use super::strain;
@@ -76,14 +77,21 @@ impl Writer {
     ///
     /// # Errors
     /// Folders or files that cannot be written, results that cannot be continued.
-    pub fn new(scene: &Scene, setup: &Setup, out: &Path, march: &March, resume: bool) -> Result<Self, RunError> {
+    pub fn new(
+        scene: &Scene,
+        setup: &Setup,
+        out: &Path,
+        march: &March,
+        resumed: Option<Resumed>,
+    ) -> Result<Self, RunError> {
+        let last_time = resumed.map(|resumed| resumed.last_time());
         let mut writer = Self {
             out: out.into(),
             scene_text: scene.resolved_toml(),
             mesh_fingerprint: setup.mesh.fingerprint(),
             grid: None,
             series: None,
-            history: open_history(scene, out, resume.then_some(march.counts.steps))?,
+            history: open_history(scene, out, resumed.map(|resumed| resumed.step))?,
             defects: None,
             stream: None,
             fields: Vec::new(),
@@ -120,7 +128,7 @@ impl Writer {
         if let Some(rest) = tissue::at_rest(scene, setup) {
             let (bodies, pictures) = (!writer.tables.is_empty(), !writer.maps.is_empty());
             let asked = Asked { bodies, contacts: false, pictures };
-            let files = BodyFiles::new(out, rest.cast.clone(), asked, resume.then_some(march.t))?;
+            let files = BodyFiles::new(out, rest.cast.clone(), asked, last_time)?;
             writer.rest = Some((rest, files));
         }
         let streamlines = writer.maps.iter().flat_map(|(requests, _)| requests).any(|request| request.streamlines);
@@ -129,17 +137,21 @@ impl Writer {
         }
         if defects::named(scene) {
             let boundaries = Defects::new(&setup.mesh).boundaries;
-            let after = resume.then_some(march.counts.steps);
+            let after = resumed.map(|resumed| resumed.step);
             writer.defects = Some(DefectTables::open(scene, out, &boundaries, after)?);
         }
         if !writer.fields.is_empty() {
-            writer.open_series(setup, resume.then_some(march.t))?;
+            writer.open_series(setup, last_time)?;
         }
         if !writer.cuts.is_empty() {
             make_folder(&out.join("cuts"))?;
         }
         if !writer.maps.is_empty() {
             make_folder(&out.join("plots"))?;
+        }
+        if let Some(resumed) = resumed {
+            let requests = writer.maps.iter().flat_map(|(requests, _)| requests);
+            resumed.drop_later(out, &requests.map(|request| request.name.as_str()).collect::<Vec<_>>())?;
         }
         Ok(writer)
     }
@@ -274,9 +286,7 @@ impl Writer {
 
     fn write_fields(&mut self, march: &mut March, setup: &Setup, fields: &[Field]) -> Result<(), RunError> {
         let grid = self.grid.as_ref().expect("opened with the series");
-        let mut named: Vec<Field> = fields.to_vec();
-        named.sort_by_key(|f| f.name());
-        named.dedup();
+        let named = Field::in_order(fields);
         let mut at_nodes: Vec<(usize, Vec<f64>)> = Vec::new();
         for &field in &named {
             at_nodes.push(match field {

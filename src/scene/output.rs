@@ -131,6 +131,7 @@ impl Axis {
 }
 
 impl Field {
+    /// In the order in which files have them: what is asked for most comes first, the only tensor last.
     pub const ALL: [Field; 9] = [
         Field::Velocity,
         Field::Pressure,
@@ -142,6 +143,11 @@ impl Field {
         Field::PolarityLaplacian,
         Field::ElasticStrain,
     ];
+
+    /// Each once, in the order of [`Field::ALL`].
+    pub fn in_order(fields: &[Field]) -> Vec<Field> {
+        Self::ALL.into_iter().filter(|field| fields.contains(field)).collect()
+    }
 
     /// As in the scene file.
     pub fn name(self) -> &'static str {

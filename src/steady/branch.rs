@@ -4,8 +4,9 @@
 use nalgebra::Complex;
 
 use super::arclength::{Direction, Family, Metric, Place, correct, direction, slope};
+use super::fork::{Fork, critical};
 use super::pseudo::{Stall, Work};
-use super::spectrum::{Ask, Mode, Spectrum, Stability, spectrum};
+use super::spectrum::{Ask, Spectrum, Stability, spectrum};
 use crate::solve::root;
 use crate::time::Sheet;
 
@@ -37,20 +38,52 @@ pub struct Point {
     pub corrections: usize,
 }
 
-/// A curve of steady states.
+/// One direction of a branch, which is a curve of steady states.
 #[derive(Debug, Clone)]
 pub struct Branch {
-    /// Branch and point where it begins; none for those from the start.
+    /// Number of the branch, from 0: both directions from a start have the same, and both from a point where another one crosses.
+    pub curve: usize,
+    /// Place among all directions, and point, where it begins; none for those from the start.
     pub parent: Option<[usize; 2]>,
     pub points: Vec<Point>,
-    /// Why it ends.
-    pub end: String,
+    pub end: End,
+}
+
+/// Why a branch is not followed any further.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// It has as many points as it may have.
+    Points(usize),
+    /// No step is short enough.
+    Step,
+    /// It comes to a point where branches cross.
+    Joins,
+    /// The end of the parameter's range.
+    Range,
+    /// Stopped from outside.
+    Interrupted,
+}
+
+impl std::fmt::Display for End {
+    fn fmt(&self, out: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            End::Points(n) => {
+                write!(out, "{n} points were taken, as many as it may have: a larger `max_points` leads further")
+            }
+            End::Step => out.write_str("no step is short enough"),
+            End::Joins => out.write_str("it joins another branch"),
+            End::Range => out.write_str("the end of the parameter's range"),
+            End::Interrupted => out.write_str("stopped from outside"),
+        }
+    }
 }
 
 /// All that was followed.
 #[derive(Debug, Clone)]
 pub struct Followed {
     pub branches: Vec<Branch>,
+    /// Branches that were seen to begin, and not followed because there are enough.
+    pub left: usize,
     /// Stopped from outside: the branches are those so far.
     pub interrupted: bool,
 }
@@ -62,9 +95,9 @@ pub struct BranchSettings {
     pub step: f64,
     /// Longest step.
     pub max_step: f64,
-    /// Most points of a branch.
+    /// Most points of a branch in each direction.
     pub max_points: usize,
-    /// Most branches.
+    /// Most branches, each with both its directions.
     pub max_branches: usize,
     /// Bound on the residual of the stationary equations.
     pub residual: f64,
@@ -81,40 +114,30 @@ const SHORTEST: f64 = 1e-3;
 /// The cosine between the directions of successive points is at least this.
 const STRAIGHT: f64 = 0.8;
 
-/// A critical eigenvalue is located to this real part.
-const CRITICAL: f64 = 1e-5;
-
-/// Most trials to locate it.
-const TRIALS: usize = 8;
-
 /// A place with all that the next step needs.
 #[derive(Debug, Clone)]
-struct Station {
-    place: Place,
-    ahead: Direction,
-    spectrum: Spectrum,
-    corrections: usize,
+pub(super) struct Station {
+    pub place: Place,
+    pub ahead: Direction,
+    pub spectrum: Spectrum,
+    pub corrections: usize,
 }
 
-/// A place where another branch begins.
-#[derive(Debug)]
-struct Fork {
-    station: Station,
-    mode: Vec<f64>,
-    /// Branch and point.
-    parent: [usize; 2],
-}
+/// What a caller hears of every point: the place of its direction among all and the number of its branch (from 0), the point, and
+/// its model.
+pub type Seen<'s> = dyn FnMut([usize; 2], &Point, &dyn Sheet) -> Result<(), Stall> + 's;
 
-/// What a caller hears of every point: the number of its branch (from 0), the point, and its model.
-pub type Seen<'s> = dyn FnMut(usize, &Point, &dyn Sheet) -> Result<(), Stall> + 's;
-
-struct Walk<'w, 's> {
-    family: &'w Family<'w>,
-    metric: Metric,
-    settings: &'w BranchSettings,
-    work: Work<'w>,
-    branches: Vec<Branch>,
-    forks: Vec<Fork>,
+pub(super) struct Walk<'w, 's> {
+    pub family: &'w Family<'w>,
+    pub metric: Metric,
+    pub settings: &'w BranchSettings,
+    pub work: Work<'w>,
+    pub branches: Vec<Branch>,
+    /// Number of branches, whose directions these are.
+    pub curves: usize,
+    pub forks: Vec<Fork>,
+    /// Branches that begin and are not followed.
+    pub left: usize,
     seen: &'w mut Seen<'s>,
 }
 
@@ -138,13 +161,14 @@ pub fn follow(
     let least = LEAST_CHANGE * size(&model.carried(&start.state)).max(model.area().sqrt());
     let metric = Metric { scale: size(&along.y).max(least), residual: settings.residual };
     drop(model);
-    let mut walk = Walk { family, metric, settings, work, branches: Vec::new(), forks: Vec::new(), seen };
+    let (branches, forks) = (Vec::new(), Vec::new());
+    let mut walk = Walk { family, metric, settings, work, branches, curves: 0, forks, left: 0, seen };
     let interrupted = match walk.all(starts) {
         Ok(()) => false,
         Err(Stall::Interrupted) => true,
         Err(other) => return Err(other),
     };
-    Ok(Followed { branches: walk.branches, interrupted })
+    Ok(Followed { left: walk.left + walk.forks.len(), branches: walk.branches, interrupted })
 }
 
 impl Walk<'_, '_> {
@@ -153,17 +177,27 @@ impl Walk<'_, '_> {
         for start in starts {
             self.both_ways(start)?;
         }
-        while !self.forks.is_empty() && self.branches.len() < self.settings.max_branches {
+        while !self.forks.is_empty() && self.may_begin() {
             let fork = self.forks.remove(0);
             self.switch(&fork)?;
         }
         Ok(())
     }
 
+    /// Whether another branch may be followed.
+    fn may_begin(&self) -> bool {
+        self.curves < self.settings.max_branches
+    }
+
     fn both_ways(&mut self, start: &Place) -> Result<(), Stall> {
         if self.is_known(start)? {
             return Ok(());
         }
+        if !self.may_begin() {
+            self.left += 1;
+            return Ok(());
+        }
+        self.curves += 1;
         for side in [-1.0, 1.0] {
             let mut station = self.examine(start.clone(), None, 0)?;
             station.ahead.y.iter_mut().for_each(|v| *v *= side);
@@ -197,7 +231,12 @@ impl Walk<'_, '_> {
     }
 
     /// Direction and eigenvalues at a place; the direction continues `behind`, or goes to growing ξ.
-    fn examine(&mut self, place: Place, behind: Option<&Direction>, corrections: usize) -> Result<Station, Stall> {
+    pub(super) fn examine(
+        &mut self,
+        place: Place,
+        behind: Option<&Direction>,
+        corrections: usize,
+    ) -> Result<Station, Stall> {
         let slope = slope(self.family, &place, &mut self.work)?;
         let (along, model) = direction(self.family, &place, &slope, &mut self.work)?;
         let mut ahead = self.metric.unit(&*model, along);
@@ -225,27 +264,28 @@ impl Walk<'_, '_> {
     }
 
     /// Books a point of the last branch.
-    fn push(&mut self, station: &Station, special: Option<Special>) -> Result<[usize; 2], Stall> {
+    pub(super) fn push(&mut self, station: &Station, special: Option<Special>) -> Result<[usize; 2], Stall> {
         let point = self.point(station, special);
         let model = (self.family.model)(point.parameter)?;
         let index = self.branches.len() - 1;
-        (self.seen)(index, &point, &*model)?;
+        (self.seen)([index, self.branches[index].curve], &point, &*model)?;
         let points = &mut self.branches[index].points;
         points.push(point);
         Ok([index, points.len() - 1])
     }
 
-    /// Follows one branch from a station to its end.
-    fn branch(&mut self, parent: Option<[usize; 2]>, first: Station, step: f64) -> Result<(), Stall> {
-        self.branches.push(Branch { parent, points: Vec::new(), end: String::new() });
+    /// Follows the newest branch in one direction from a station to its end.
+    pub(super) fn branch(&mut self, parent: Option<[usize; 2]>, first: Station, step: f64) -> Result<(), Stall> {
+        let curve = self.curves - 1;
+        self.branches.push(Branch { curve, parent, points: Vec::new(), end: End::Interrupted });
         let (mut here, mut step) = (first, step);
         self.push(&here, None)?;
         let end = loop {
             if self.branches.last().is_some_and(|b| b.points.len() >= self.settings.max_points) {
-                break format!("{} points were taken", self.settings.max_points);
+                break End::Points(self.settings.max_points);
             }
             if step < SHORTEST * self.settings.step {
-                break "no step is short enough".to_owned();
+                break End::Step;
             }
             let next = match self.advance(&here, step) {
                 Ok(next) => next,
@@ -275,10 +315,10 @@ impl Walk<'_, '_> {
             self.between(&here, &next, step)?;
             self.push(&next, None)?;
             if self.joins(&next, step) {
-                break "it joins another branch".to_owned();
+                break End::Joins;
             }
             if next.place.xi <= 1e-9 || next.place.xi >= 1.0 - 1e-9 {
-                break "the end of the parameter's range".to_owned();
+                break End::Range;
             }
             step = match next.corrections {
                 0..=4 => 1.5 * step,
@@ -323,147 +363,4 @@ impl Walk<'_, '_> {
         }
         Ok(next)
     }
-
-    /// Looks for an eigenvalue that crossed the imaginary axis between two stations, and for where.
-    fn between(&mut self, a: &Station, b: &Station, step: f64) -> Result<(), Stall> {
-        let turns = a.ahead.xi * b.ahead.xi < 0.0;
-        let (da, db) = (a.spectrum.unstable_dimension(), b.spectrum.unstable_dimension());
-        let known = |s: &Station| s.spectrum.stability() != Stability::NotKnown;
-        if da == db || !known(a) || !known(b) {
-            return Ok(());
-        }
-        let rank = da.max(db);
-        let (Some(first), Some(last)) = (critical(&a.spectrum, rank), critical(&b.spectrum, rank)) else {
-            return Ok(());
-        };
-        let found = self.locate(a, step, [first.value.re, last.value.re], rank)?;
-        let (station, mode) = match found {
-            Some(found) => found,
-            // not located: the nearer of the two stands for it
-            None if first.value.re.abs() < last.value.re.abs() => (a.clone(), first.clone()),
-            None => (b.clone(), last.clone()),
-        };
-        let special = match (mode.value.im != 0.0, turns) {
-            (true, _) => Special::Hopf,
-            (false, true) => Special::Fold,
-            (false, false) => Special::BranchPoint,
-        };
-        let at = self.push(&station, Some(special))?;
-        if special == Special::BranchPoint {
-            self.forks.push(Fork { station, mode: mode.vector[0].clone(), parent: at });
-        }
-        Ok(())
-    }
-
-    /// Where the real part of the critical eigenvalue vanishes, by the Illinois variant of regula falsi.
-    fn locate(
-        &mut self,
-        a: &Station,
-        step: f64,
-        ends: [f64; 2],
-        rank: usize,
-    ) -> Result<Option<(Station, Mode)>, Stall> {
-        if ends[0] * ends[1] > 0.0 {
-            return Ok(None);
-        }
-        let (mut low, mut high) = ((0.0, ends[0]), (step, ends[1]));
-        let mut best: Option<(Station, Mode)> = None;
-        for _ in 0..TRIALS {
-            let s = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let found = correct(self.family, &self.metric, &a.place, &a.ahead, s, &mut self.work);
-            let station = match found {
-                Ok((place, corrections)) => self.examine(place, Some(&a.ahead), corrections)?,
-                Err(Stall::Interrupted) => return Err(Stall::Interrupted),
-                Err(_) => break,
-            };
-            let Some(mode) = critical(&station.spectrum, rank).cloned() else { break };
-            let g = mode.value.re;
-            if best.as_ref().is_none_or(|(_, b)| g.abs() < b.value.re.abs()) {
-                best = Some((station, mode));
-            }
-            if g.abs() < CRITICAL {
-                break;
-            }
-            if g * high.1 < 0.0 {
-                low = high;
-            } else {
-                low.1 *= 0.5;
-            }
-            high = (s, g);
-        }
-        Ok(best)
-    }
-
-    /// Steps from a branch point along its mode, both ways, and follows what is found.
-    fn switch(&mut self, fork: &Fork) -> Result<(), Stall> {
-        let model = (self.family.model)(self.family.parameter(fork.station.place.xi))?;
-        let across = self.metric.unit(&*model, Direction { y: fork.mode.clone(), xi: 0.0 });
-        drop(model);
-        let mut sides = Vec::new();
-        for side in [1.0, -1.0] {
-            let mut s = side * self.settings.step;
-            for _ in 0..4 {
-                let base = &fork.station;
-                let found = correct(self.family, &self.metric, &base.place, &across, s, &mut self.work);
-                match found {
-                    Ok((place, corrections)) => {
-                        sides.push((place, corrections, s));
-                        break;
-                    }
-                    Err(Stall::Interrupted) => return Err(Stall::Interrupted),
-                    Err(_) => s *= 0.5,
-                }
-            }
-        }
-        let xi = fork.station.place.xi;
-        let shifts: Vec<f64> = sides.iter().map(|(place, ..)| place.xi - xi).collect();
-        let mirrored = match shifts[..] {
-            [a, b] => sides[0].2 == -sides[1].2 && (a - b).abs() < 0.05 * (a.abs() + b.abs()),
-            _ => false,
-        };
-        if mirrored {
-            let [branch, point] = fork.parent;
-            self.branches[branch].points[point].special = Some(Special::Pitchfork);
-            sides.truncate(1);
-        }
-        for (place, corrections, s) in sides {
-            let away = Direction { y: across.y.iter().map(|v| v * s.signum()).collect(), xi: 0.0 };
-            let station = self.examine(place, Some(&away), corrections)?;
-            if self.branches.len() < self.settings.max_branches {
-                self.branch(Some(fork.parent), station, self.settings.step)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether the last branch has come to a branch point other than its own.
-    fn joins(&self, station: &Station, step: f64) -> bool {
-        let last = self.branches.last().expect("a branch is at work");
-        if last.parent.is_none() {
-            return false;
-        }
-        let model = match (self.family.model)(self.family.parameter(station.place.xi)) {
-            Ok(model) => model,
-            Err(_) => return false,
-        };
-        let near = |point: &Point| {
-            let d = self.metric.between(&*model, &station.place, &point.place);
-            root(self.metric.product(&*model, &d, &d)) < step
-        };
-        let forks = self.branches[..self.branches.len() - 1].iter().enumerate().flat_map(|(k, branch)| {
-            let forking = |p: &Point| matches!(p.special, Some(Special::BranchPoint | Special::Pitchfork));
-            branch.points.iter().enumerate().filter(move |(_, p)| forking(p)).map(move |(i, p)| ([k, i], p))
-        });
-        forks.into_iter().any(|(at, point)| Some(at) != last.parent && near(point))
-    }
-}
-
-/// The mode of number `rank`, from 1, in the order of growth rates, of a pair each half counted: between two states of which `rank` is
-/// the larger unstable dimension, its growth rate changes sign.
-fn critical(spectrum: &Spectrum, rank: usize) -> Option<&Mode> {
-    let mut count = 0;
-    spectrum.modes.iter().find(|mode| {
-        count += if mode.value.im == 0.0 { 1 } else { 2 };
-        count >= rank
-    })
 }

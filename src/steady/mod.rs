@@ -3,6 +3,7 @@
 pub mod arclength;
 pub mod branch;
 pub mod find;
+mod fork;
 pub mod oscillation;
 pub mod pseudo;
 pub mod spectrum;

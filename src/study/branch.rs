@@ -8,15 +8,17 @@ use std::time::Instant;
 use super::StudyError;
 use super::branch_file::{BranchStudy, ParameterScale};
 use super::table::{refuse_occupied, write_rows, write_study};
+use crate::output::lock::{self, Room};
 use crate::output::plot::{Line, Markers, Plot, Scale, Series, Symbol};
 use crate::output::progress::{Progress, Verbosity};
-use crate::output::{OutputError, number};
+use crate::output::{OutputError, number as number_of};
 use crate::results::names;
 use crate::run::measures::Gauges;
+use crate::run::stake::Stake;
 use crate::run::{RunError, Setup, setup};
 use crate::solve::{dot, root};
 use crate::steady::arclength::{Family, Place};
-use crate::steady::branch::{Branch, Point, Special, follow};
+use crate::steady::branch::{Branch, Followed, Point, Special, follow};
 use crate::steady::pseudo::Work;
 use crate::steady::{Event, Found, Stability, Stall, SteadySettings, Want, find};
 use crate::time::Phases;
@@ -26,19 +28,34 @@ use crate::time::memory::Memory;
 /// What a study of branches found.
 #[derive(Debug)]
 pub struct Diagram {
+    /// Both directions of each branch.
     pub branches: Vec<Branch>,
-    /// Measures of every point, by branch; a point that was inserted between others has its measures here as well.
+    /// Measures of every point, by direction; a point that was inserted between others has its measures here as well.
     pub measures: Vec<Vec<BTreeMap<&'static str, f64>>>,
+    /// Branches that begin and were not followed, for there are `max_branches`.
+    pub left: usize,
     pub seconds: f64,
     /// Whether somebody stopped it.
     pub interrupted: bool,
 }
+
+/// Names of what a study of branches leaves.
+const NAMES: [&str; 4] = ["study.toml", "branches.csv", "branches.svg", "branches.png"];
 
 /// Finds a steady state at the study's start and follows its branches; table and diagram are written to `out`.
 ///
 /// # Errors
 /// A scene that cannot be set up, no steady state at the start, results that cannot be written.
 pub fn run(
+    study: &BranchStudy,
+    out: &Path,
+    verbosity: Verbosity,
+    interrupt: &AtomicBool,
+) -> Result<Diagram, StudyError> {
+    lock::alone(out, Room::Without(&NAMES), || find_and_follow(study, out, verbosity, interrupt))
+}
+
+fn find_and_follow(
     study: &BranchStudy,
     out: &Path,
     verbosity: Verbosity,
@@ -110,13 +127,13 @@ pub fn run(
             begin.elapsed().as_secs_f64()
         ));
     };
-    let mut take = |branch: usize, point: &Point, _: &dyn Sheet| {
+    let mut take = |[branch, curve]: [usize; 2], point: &Point, model: &dyn Sheet| {
         if measures.len() <= branch {
             measures.resize_with(branch + 1, Vec::new);
         }
-        match gauges.of_state(&point.place.state) {
+        match gauges.at_rest(model, &point.place.state) {
             Ok(values) => {
-                told(branch, point, values.get(study.measure.as_str()).copied().unwrap_or(f64::NAN));
+                told(curve, point, values.get(study.measure.as_str()).copied().unwrap_or(f64::NAN));
                 measures[branch].push(values);
                 Ok(())
             }
@@ -129,6 +146,7 @@ pub fn run(
     let mut memory = Memory::default();
     let work = Work { memory: &mut memory, phases: &mut phases, interrupt };
     let settings = crate::steady::branch::BranchSettings { residual, eigenvalues, ..study.settings };
+    let _stake = Stake::new();
     let outcome = follow(&family, &starts, &settings, work, &mut take);
     if let Some(error) = broken {
         return Err(error.into());
@@ -136,7 +154,8 @@ pub fn run(
     let followed = outcome.map_err(|stall| no_start(study, &stall.to_string()))?;
     progress.finish();
     let seconds = begin.elapsed().as_secs_f64();
-    let diagram = Diagram { branches: followed.branches, measures, seconds, interrupted: followed.interrupted };
+    let Followed { branches, left, interrupted } = followed;
+    let diagram = Diagram { branches, measures, left, seconds, interrupted };
     diagram.write(study, out)?;
     Ok(diagram)
 }
@@ -201,6 +220,29 @@ impl Diagram {
         Ok(())
     }
 
+    /// The directions of each branch.
+    fn curves(&self) -> Vec<Vec<usize>> {
+        let count = self.branches.iter().map(|branch| branch.curve + 1).max().unwrap_or(0);
+        let of = |curve: usize| (0..self.branches.len()).filter(|b| self.branches[*b].curve == curve).collect();
+        (0..count).map(of).collect()
+    }
+
+    /// Direction and number of every point of a branch, from one of its ends to the other.
+    fn along(&self, directions: &[usize]) -> Vec<[usize; 2]> {
+        let points = |b: usize| {
+            let count = self.branches[b].points.len().min(self.measures.get(b).map_or(0, Vec::len));
+            (0..count).map(move |k| [b, k])
+        };
+        match *directions {
+            [back, ahead] => {
+                // both begin at the start; of a branch that crosses another each begins beside the crossing
+                let twice = usize::from(self.branches[ahead].parent.is_none());
+                points(back).rev().chain(points(ahead).skip(twice)).collect()
+            }
+            _ => directions.iter().flat_map(|b| points(*b)).collect(),
+        }
+    }
+
     /// One row per point.
     fn rows(&self) -> Vec<Vec<String>> {
         let known = self.measures.iter().flatten().flat_map(BTreeMap::keys);
@@ -208,16 +250,18 @@ impl Diagram {
         let head = ["branch", "from", "point", "parameter", "stability", "unstable_dimension", "special"];
         let tail = ["growth", "frequency", "corrections"];
         let mut rows = vec![head.into_iter().chain(columns.iter().copied()).chain(tail).map(String::from).collect()];
-        for (b, (branch, measures)) in self.branches.iter().zip(&self.measures).enumerate() {
-            for (k, (point, values)) in branch.points.iter().zip(measures).enumerate() {
-                let from = branch.parent.map_or_else(String::new, |[b, _]| (b + 1).to_string());
+        for (curve, directions) in self.curves().iter().enumerate() {
+            for (number, [b, k]) in self.along(directions).into_iter().enumerate() {
+                let (branch, point) = (&self.branches[b], &self.branches[b].points[k]);
+                let values = &self.measures[b][k];
+                let from = branch.parent.map_or_else(String::new, |[b, _]| (self.branches[b].curve + 1).to_string());
                 let leading = point.eigenvalues.first();
-                let mut row = vec![(b + 1).to_string(), from, (k + 1).to_string(), number(point.parameter)];
+                let mut row = vec![(curve + 1).to_string(), from, (number + 1).to_string(), number_of(point.parameter)];
                 row.extend([point.stability.name().to_owned(), point.unstable_dimension.to_string()]);
                 row.push(point.special.map_or_else(String::new, |special| special.name().to_owned()));
-                row.extend(columns.iter().map(|c| values.get(c).map_or_else(String::new, |v| number(*v))));
-                row.push(leading.map_or_else(String::new, |l| number(l.re)));
-                row.push(leading.map_or_else(String::new, |l| number(l.im)));
+                row.extend(columns.iter().map(|c| values.get(c).map_or_else(String::new, |v| number_of(*v))));
+                row.push(leading.map_or_else(String::new, |l| number_of(l.re)));
+                row.push(leading.map_or_else(String::new, |l| number_of(l.im)));
                 row.push(point.corrections.to_string());
                 rows.push(row);
             }
@@ -271,7 +315,7 @@ impl Diagram {
             .title
             .clone()
             .unwrap_or_else(|| format!("branches of steady states in {}", names::words(&study.parameter)));
-        let cells = format!("range {} to {}", number(study.range[0]), number(study.range[1]));
+        let cells = format!("range {} to {}", number_of(study.range[0]), number_of(study.range[1]));
         Plot { title, subtitle: cells, x, y, series, slopes: Vec::new() }
     }
 
@@ -298,16 +342,31 @@ impl Diagram {
 
 impl std::fmt::Display for Diagram {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let points: usize = self.branches.iter().map(|branch| branch.points.len()).sum();
-        write!(out, "{} branches, {points} points, {:.1} s", self.branches.len(), self.seconds)?;
-        for (k, branch) in self.branches.iter().enumerate() {
-            let [first, last] =
-                [branch.points.first(), branch.points.last()].map(|p| p.map_or(f64::NAN, |p| p.parameter));
-            write!(out, "\nbranch {}: from {first:.5} to {last:.5}, ended: {}", k + 1, branch.end)?;
-            for point in branch.points.iter().filter(|point| point.special.is_some()) {
-                let name = point.special.map_or("", Special::name);
-                write!(out, "\n  {name} at {:.5}", point.parameter)?;
+        let plural = |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
+        let curves = self.curves();
+        let along: Vec<Vec<[usize; 2]>> = curves.iter().map(|directions| self.along(directions)).collect();
+        let points: usize = along.iter().map(Vec::len).sum();
+        let branches = plural(curves.len(), "branch", "branches");
+        write!(out, "{branches}, {}, {:.1} s", plural(points, "point", "points"), self.seconds)?;
+        for (k, (directions, along)) in curves.iter().zip(&along).enumerate() {
+            write!(out, "\nbranch {}:", k + 1)?;
+            for (at, b) in directions.iter().enumerate() {
+                let branch = &self.branches[*b];
+                let [first, last] =
+                    [branch.points.first(), branch.points.last()].map(|p| p.map_or(f64::NAN, |p| p.parameter));
+                let and = if at > 0 { ";" } else { "" };
+                write!(out, "{and} from {first:.5} to {last:.5}, ended: {}", branch.end)?;
             }
+            for [b, at] in along {
+                let point = &self.branches[*b].points[*at];
+                if let Some(special) = point.special {
+                    write!(out, "\n  {} at {:.5}", special.name(), point.parameter)?;
+                }
+            }
+        }
+        if self.left > 0 {
+            let others = plural(self.left, "branch that begins was", "branches that begin were");
+            write!(out, "\nnote: {others} not followed: a larger `max_branches` allows it")?;
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::StudyError;
 use super::source::{self, Kind, check_values, override_of, refuse};
 use crate::model::names;
+use crate::run::measures::OF_A_MARCH;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::steady::branch::BranchSettings;
 
@@ -138,26 +139,36 @@ impl BranchStudy {
             range: file.range,
             start: file.start,
             scale: file.scale,
-            measure: file.measure,
+            // as in a scene, where measures have hyphens
+            measure: file.measure.replace('-', "_"),
             settings,
             source,
         };
         // both ends must be scenes, or every point near them would fail
         for value in [study.start, study.range[0], study.range[1]] {
             let scene = study.scene_at(value)?;
-            let columns = crate::run::measures::columns(&scene);
-            // residuals and energies are columns, too, but no point has them
-            if !columns.contains(&study.measure.as_str()) || !MEASURES.contains(&study.measure.as_str()) {
-                let known: Vec<&str> = columns.into_iter().filter(|c| MEASURES.contains(c)).collect();
-                let rule = format!("the scene measures no such thing{}", names::did_you_mean(&study.measure, &known));
-                let hint = match known.is_empty() {
-                    true => "name measures in an [[output]] of the scene".to_owned(),
-                    false => format!("it measures {}", known.join(", ")),
-                };
-                return Err(refuse(&study.source, "measure", format!("\"{}\"", study.measure), &rule, &hint));
-            }
+            study.check_measure(&crate::run::measures::columns(&scene))?;
         }
         Ok(study)
+    }
+
+    /// The measure must be one of the scene's columns that a steady state has.
+    fn check_measure(&self, columns: &[&str]) -> Result<(), StudyError> {
+        let measure = self.measure.as_str();
+        let of_march = |column: &&str| OF_A_MARCH.contains(column);
+        let known: Vec<&str> = columns.iter().copied().filter(|column| !of_march(column)).collect();
+        if known.contains(&measure) {
+            return Ok(());
+        }
+        let rule = match columns.contains(&measure) {
+            true => "belongs to a march in time: a steady state has no such number".to_owned(),
+            false => format!("the scene measures no such thing{}", names::did_you_mean(measure, &known)),
+        };
+        let hint = match known.iter().any(|column| !column.starts_with("residual")) {
+            true => format!("it measures {}", known.join(", ")),
+            false => "name measures in an [[output]] of the scene".to_owned(),
+        };
+        Err(refuse(&self.source, "measure", format!("\"{measure}\""), &rule, &hint))
     }
 
     /// The scene at a value of the parameter.
@@ -184,16 +195,6 @@ impl BranchStudy {
         source::text::<BranchFile>(&self.source, &self.scene)
     }
 }
-
-/// Columns that a point of a branch has.
-pub const MEASURES: [&str; 6] = [
-    "overshoot_velocity",
-    "overshoot_velocity_x1",
-    "overshoot_polarity",
-    "overshoot_polarity_x1",
-    "asymmetry_velocity",
-    "asymmetry_polarity",
-];
 
 fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
     let number = file.parameter.strip_prefix("model.").filter(|key| PARAMETERS.contains(key));

@@ -28,9 +28,9 @@ struct OrderFile {
     scene: String,
     levels: Vec<f64>,
     vary: BTreeMap<String, Formula>,
-    /// Least order that the fit of a field must have: the program fails below it.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    expect: BTreeMap<String, f64>,
+    /// Least order that the fit of a field must have: the program fails below it. Without it, the orders that the degrees promise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    expect: Option<BTreeMap<String, f64>>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     variant: Vec<VariantTable>,
 }
@@ -54,8 +54,8 @@ pub struct Variant {
     pub name: String,
     /// Keys of the scene and their values.
     pub set: source::Values,
-    /// Least orders, by field.
-    pub expect: Vec<(String, f64)>,
+    /// Least orders, by field; `None` for those that the degrees promise.
+    pub expect: Option<Vec<(String, f64)>>,
 }
 
 /// A study of orders, read and checked as far as possible without running.
@@ -182,9 +182,10 @@ fn check_levels(source: &SceneSource, levels: &[f64]) -> Result<(), StudyError> 
 }
 
 fn check_variants(source: &SceneSource, file: &OrderFile) -> Result<Vec<Variant>, StudyError> {
-    check_expectations(source, "expect", &file.expect)?;
-    let expect = |own: Option<&BTreeMap<String, f64>>| -> Vec<(String, f64)> {
-        own.unwrap_or(&file.expect).iter().map(|(field, order)| (field.clone(), *order)).collect()
+    check_expectations(source, "expect", file.expect.as_ref())?;
+    let expect = |own: Option<&BTreeMap<String, f64>>| -> Option<Vec<(String, f64)>> {
+        let given = own.or(file.expect.as_ref())?;
+        Some(given.iter().map(|(field, order)| (field.clone(), *order)).collect())
     };
     let mut variants: Vec<Variant> = Vec::new();
     for (at, table) in file.variant.iter().enumerate() {
@@ -192,7 +193,7 @@ fn check_variants(source: &SceneSource, file: &OrderFile) -> Result<Vec<Variant>
         let varied = |key: &str| file.vary.contains_key(key);
         let set = check_values(source, &format!("variant.{at}.set"), &table.set, &varied, "at every level")?;
         let own = table.expect.as_ref();
-        check_expectations(source, &format!("variant.{at}.expect"), own.unwrap_or(&BTreeMap::new()))?;
+        check_expectations(source, &format!("variant.{at}.expect"), own)?;
         variants.push(Variant { name: table.name.clone(), set, expect: expect(own) });
     }
     if variants.is_empty() {
@@ -201,9 +202,13 @@ fn check_variants(source: &SceneSource, file: &OrderFile) -> Result<Vec<Variant>
     Ok(variants)
 }
 
-fn check_expectations(source: &SceneSource, table: &str, expect: &BTreeMap<String, f64>) -> Result<(), StudyError> {
+fn check_expectations(
+    source: &SceneSource,
+    table: &str,
+    expect: Option<&BTreeMap<String, f64>>,
+) -> Result<(), StudyError> {
     let known = ErrorField::ALL.map(|f| f.name());
-    for (field, order) in expect {
+    for (field, order) in expect.into_iter().flatten() {
         let key = format!("{table}.{field}");
         if !known.contains(&field.as_str()) {
             let rule = format!("there is no such field{}", names::did_you_mean(field, &known));

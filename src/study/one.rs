@@ -1,16 +1,15 @@
 //! One run of a study in its folder, whatever an earlier process left there.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::child::{self, Job, RunSummary};
-use super::lock::LOCK;
 use super::pool::{self, Gate};
 use super::results::Found;
-use crate::output::OutputError;
+use crate::output::lock::{LOCK, Lock};
 use crate::output::progress::Verbosity;
+use crate::output::{OutputError, say};
 use crate::run::motion::saved::scene_of;
 use crate::run::{Options, any, estimate};
 use crate::scene::{AnyScene, renamed};
@@ -37,7 +36,7 @@ impl Workshop<'_> {
     ///
     /// # Errors
     /// A folder that cannot be written, a program that cannot be started.
-    pub fn ensure(&self, folder: &Path, scene: &AnyScene, lock: &File) -> Result<Option<(Found, f64)>, OutputError> {
+    pub fn ensure(&self, folder: &Path, scene: &AnyScene, lock: &Lock) -> Result<Option<(Found, f64)>, OutputError> {
         let text = scene.resolved_toml();
         let same = std::fs::read_to_string(folder.join("scene.toml")).is_ok_and(|old| renamed::modern(&old).0 == text);
         let summary = RunSummary::read(folder).filter(|_| same);
@@ -73,14 +72,14 @@ impl Workshop<'_> {
         text: &str,
         resume: bool,
         memory: Option<f64>,
-        lock: &File,
+        lock: &Lock,
     ) -> Result<(Option<Found>, f64), OutputError> {
         let begin = Instant::now();
         let Some(program) = self.program else {
             // what a summary of an earlier process says is not about this one
             let _ = std::fs::remove_file(folder.join("summary.json"));
             let options = Options { out: folder.into(), resume, verbosity: self.verbosity, interrupt: self.interrupt };
-            let found = match any::run(scene, &options) {
+            let found = match any::run_held(scene, &options) {
                 Ok(_) => RunSummary::read(folder).map(|summary| Found::Ran(Box::new(summary))),
                 Err(error) => Some(Found::Refused(error.to_string())),
             };
@@ -90,11 +89,11 @@ impl Workshop<'_> {
         let verbose = self.verbosity == Verbosity::Verbose;
         let said = |line: &str| {
             if verbose {
-                eprintln!("{name}: {line}");
+                say::note(&format!("{name}: {line}"));
             }
         };
         let (threads, out) = (self.threads, PathBuf::from(folder));
-        let lock = lock.try_clone().ok();
+        let lock = lock.file().try_clone().ok();
         let ended = child::run(
             Job { program, scene: text, out, threads, resume, memory, verbose, lock },
             self.interrupt,

@@ -4,10 +4,14 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::expected::Promise;
 use super::file::{OrderStudy, Variant};
 use super::{StudyError, table};
 use crate::measure::errors::{ErrorField, History, Norm, errors};
+use crate::output::lock::{self, Room};
 use crate::output::progress::{Progress, Status, Verbosity};
+use crate::output::say;
+use crate::run::stake::Stake;
 use crate::run::{RunError, Setup};
 use crate::scene::Scene;
 use crate::time::{Counts, March, MarchError};
@@ -29,6 +33,8 @@ pub struct Level {
     pub counts: Counts,
     pub factorisations: usize,
     pub seconds: f64,
+    /// The orders that its degrees and its scheme promise.
+    pub promise: Promise,
     /// Why it did not reach its end.
     pub failure: Option<String>,
 }
@@ -100,6 +106,17 @@ pub fn run(
     verbosity: Verbosity,
     interrupt: &AtomicBool,
 ) -> Result<Vec<Outcome>, StudyError> {
+    let variants = study.variants.iter().map(|variant| variant.name.as_str()).filter(|name| !name.is_empty());
+    let names: Vec<&str> = table::NAMES.into_iter().chain(variants).collect();
+    lock::alone(out, Room::Without(&names), || run_all(study, out, verbosity, interrupt))
+}
+
+fn run_all(
+    study: &OrderStudy,
+    out: &Path,
+    verbosity: Verbosity,
+    interrupt: &AtomicBool,
+) -> Result<Vec<Outcome>, StudyError> {
     table::refuse_occupied(out)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
     for variant in &study.variants {
@@ -109,7 +126,7 @@ pub fn run(
             let ready = || if first { table::prepare(study, out) } else { Ok(()) };
             let level = run_level(study, variant, n, verbosity, interrupt, &ready)?;
             if verbosity > Verbosity::Quiet {
-                eprintln!("{}", told(&variant.name, &level));
+                say::note(&told(&variant.name, &level));
             }
             let stopped = interrupt.load(Ordering::Relaxed);
             let last = outcomes.last_mut().expect("just pushed");
@@ -140,6 +157,7 @@ fn run_level(
     let setup = Setup::new(&scene).map_err(in_level)?;
     let mut steps = setup.start(&scene).map_err(in_level)?;
     ready()?;
+    let _stake = Stake::new();
     steps.interrupt = interrupt;
     let (errors, failure) = march(&scene, &mut steps, verbosity);
     let model = &setup.model;
@@ -153,6 +171,7 @@ fn run_level(
         counts: steps.counts,
         factorisations: crate::solve::sparse::counts()[0] - before,
         seconds: begin.elapsed().as_secs_f64(),
+        promise: Promise::of(&scene, &setup.mesh),
         failure,
     })
 }

@@ -9,16 +9,18 @@ use std::str::FromStr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::lock::{lock, try_lock};
 use super::one::{Workshop, clear};
 use super::pool::Gate;
 use super::results::Row;
 use super::sweep_file::SweepStudy;
 use super::work::{Work, held};
 use super::{StudyError, figures, results, richardson, table};
+use crate::output::OutputError;
+use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
 use crate::run::available::available;
 use crate::run::setup::differing;
+use crate::run::stake::Stake;
 use crate::scene::renamed;
 
 /// What a caller decides about a sweep.
@@ -87,6 +89,7 @@ pub struct Sweep {
 /// A folder that holds something else, a table that cannot be written.
 pub fn run(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<Sweep, StudyError> {
     prepare(study, out, settings)?;
+    let _stake = Stake::new();
     let units = shard_of(study.units(), settings.shard);
     let mine: Vec<usize> = units.iter().flatten().copied().collect();
     let mut rows: Vec<Option<Row>> = vec![None; study.cases.len()];
@@ -139,7 +142,7 @@ pub fn gather(study: &SweepStudy, out: &Path) -> Result<Sweep, StudyError> {
     let rows: Vec<Option<Row>> = study.cases.iter().map(|case| Row::read(case, out)).collect();
     let all: Vec<usize> = (0..study.cases.len()).collect();
     let found: Vec<Row> = rows.iter().flatten().cloned().collect();
-    let _lock = lock(out)?;
+    let _lock = take(study, out)?;
     write_tables(study, out, &found, true)?;
     Ok(Sweep { missing: missing(study, &all, &rows), rows: found, interrupted: false })
 }
@@ -151,7 +154,7 @@ pub fn gather(study: &SweepStudy, out: &Path) -> Result<Sweep, StudyError> {
 pub fn forget_failed(study: &SweepStudy, out: &Path) -> Result<(), StudyError> {
     for case in study.cases.iter().filter(|case| Row::read(case, out).is_some_and(|row| is_bad(&row))) {
         let folder = out.join(&case.folder);
-        if try_lock(&folder)?.is_some() {
+        if lock::try_take(&folder, Room::Empty)?.is_some() {
             clear(&folder)?;
         }
     }
@@ -211,7 +214,10 @@ pub fn prepare(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<()
         return Err(StudyError::NothingToResume { folder: folder() });
     }
     // several shards may begin at the same time
-    let _lock = lock(out)?;
+    let _lock = take(study, out)?;
+    for case in &study.cases {
+        lock::check(&out.join(&case.folder), Room::Empty)?;
+    }
     let old = std::fs::read_to_string(&file).ok();
     match &old {
         None => table::refuse_occupied(out)?,
@@ -222,7 +228,39 @@ pub fn prepare(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<()
         }
     }
     let text = study.text();
-    if old.as_ref() != Some(&text) { table::write_study(&text, out) } else { Ok(()) }
+    match old {
+        None => table::write_study(&text, out),
+        Some(old) if old == text => Ok(()),
+        Some(old) => {
+            let left = SweepStudy::read_left(out).map(|left| left.text()).ok();
+            match left {
+                // somebody's own words for the same
+                Some(left) if left == text => Ok(()),
+                // as this program writes it
+                Some(left) if left == old => table::write_study(&text, out),
+                Some(_) | None => Err(OutputError::foreign(&file).into()),
+            }
+        }
+    }
+}
+
+/// Names of what a sweep leaves beside the folders of its runs.
+const NAMES: [&str; 9] = [
+    "study.toml",
+    "results.csv",
+    "results.parquet",
+    "results.*.csv",
+    "richardson.csv",
+    "plots",
+    "slurm.sh",
+    "gather.sh",
+    "slurm",
+];
+
+/// Takes the study's folder, after waiting for others who do the same study.
+fn take(study: &SweepStudy, out: &Path) -> Result<lock::Lock, OutputError> {
+    let runs = study.cases.iter().map(|case| case.folder.as_str());
+    lock::wait_for(out, Room::Without(&NAMES.into_iter().chain(runs).collect::<Vec<_>>()))
 }
 
 impl SweepStudy {

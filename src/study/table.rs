@@ -4,11 +4,15 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::StudyError;
+use super::expected::short_orders;
 use super::file::OrderStudy;
 use super::order::{Level, Outcome};
 use crate::measure::errors::{ErrorField, Norm};
 use crate::output::plot::{Axis, Plot, Scale, Series, Slope};
 use crate::output::{OutputError, number, write_whole};
+
+/// Names of what a study of orders leaves beside the folders of its variants.
+pub const NAMES: [&str; 6] = ["study.toml", "scene.toml", "runs.csv", "orders.csv", "orders.svg", "orders.png"];
 
 /// Whether a folder holds something that a study would overwrite or mix with.
 pub fn is_occupied(out: &Path) -> bool {
@@ -184,24 +188,13 @@ pub fn text(outcome: &Outcome) -> String {
     out
 }
 
-/// Levels that failed and fits that lie below what the study expects, one line each.
+/// Levels that failed and orders that lie below what the study expects, one line each.
 pub fn shortfalls(study: &OrderStudy, outcome: &Outcome) -> Vec<String> {
     let failed =
         outcome.levels.iter().filter_map(|l| l.failure.as_ref().map(|reason| format!("n = {}: {reason}", l.n)));
     let mut lines: Vec<String> = failed.collect();
-    let known = |name: &String| ErrorField::ALL.into_iter().find(|f| f.name() == name);
-    let variant = study.variants.iter().find(|variant| variant.name == outcome.variant);
-    let expect = variant.map_or(&[][..], |variant| &variant.expect);
-    for (field, least) in expect.iter().filter_map(|(name, least)| known(name).zip(Some(*least))) {
-        for norm in Norm::ALL {
-            let (name, norm_name) = (field.name(), norm.name());
-            let found = match outcome.fit(field, norm) {
-                Some(fit) if fit >= least => continue,
-                Some(fit) => format!("order {fit:.2}"),
-                None => "no order, fewer than two levels are complete".to_owned(),
-            };
-            lines.push(format!("{name} in {norm_name}: {found}, expected at least {least}"));
-        }
+    if let Some(variant) = study.variants.iter().find(|variant| variant.name == outcome.variant) {
+        lines.extend(short_orders(variant, outcome));
     }
     lines
 }

@@ -7,11 +7,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Deserialize, Serialize};
 
 use super::child::{self, Job, RunSummary};
+use super::one::clear;
 use super::tradeoff_file::{Reference, Setting, TradeoffStudy};
 use super::{StudyError, table, tradeoff_table};
 use crate::measure::errors::Norm;
+use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
-use crate::output::{OutputError, write_whole};
+use crate::output::{OutputError, say, write_whole};
+use crate::run::stake::Stake;
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -61,6 +64,9 @@ pub struct Tradeoff {
     pub interrupted: bool,
 }
 
+/// Ending of the file of a setting's times.
+const TIMES: &str = ".times.json";
+
 /// Kept beside a setting's results, so that it is not run again.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Timing {
@@ -95,6 +101,31 @@ pub fn error_against(value: f64, reference: f64, uncertainty: f64) -> Error {
 /// # Errors
 /// A folder with other results, a reference that fails, files that cannot be written.
 pub fn run(study: &TradeoffStudy, options: &TradeoffOptions, interrupt: &AtomicBool) -> Result<Tradeoff, StudyError> {
+    let _stake = Stake::new();
+    let runs = names_of_runs(study);
+    let names: Vec<&str> = NAMES.into_iter().chain(runs.iter().map(String::as_str)).collect();
+    lock::alone(&options.out, Room::Without(&names), || run_all(study, options, interrupt))
+}
+
+/// Names of what a study of a trade-off leaves beside the folders of its runs.
+const NAMES: [&str; 4] = ["study.toml", "tradeoff.csv", "tradeoff*.svg", "tradeoff*.png"];
+
+/// Names of the folders of all runs, and of the files of their times.
+fn names_of_runs(study: &TradeoffStudy) -> Vec<String> {
+    let settings = (1..).zip(&study.settings).map(|(at, setting)| folder_of(at, setting));
+    let reference = match &study.reference {
+        Reference::Exact => Vec::new(),
+        Reference::Finest { finest, coarser, .. } => vec![finest.name.clone(), coarser.name.clone()],
+    };
+    settings.chain(reference).flat_map(|folder| [format!("{folder}{TIMES}"), folder]).collect()
+}
+
+/// The folder of the setting of a number, from 1.
+fn folder_of(at: usize, setting: &Setting) -> String {
+    format!("{at:02}-{}", folder_name(&setting.name))
+}
+
+fn run_all(study: &TradeoffStudy, options: &TradeoffOptions, interrupt: &AtomicBool) -> Result<Tradeoff, StudyError> {
     let out = &options.out;
     prepare(study, out)?;
     let mut found = Tradeoff { points: Vec::new(), reference: BTreeMap::new(), interrupted: false };
@@ -104,7 +135,7 @@ pub fn run(study: &TradeoffStudy, options: &TradeoffOptions, interrupt: &AtomicB
         if found.interrupted {
             break;
         }
-        let folder = out.join(format!("{:02}-{}", at + 1, folder_name(&setting.name)));
+        let folder = out.join(folder_of(at + 1, setting));
         let point = match run_setting(study, setting, start.as_deref(), &folder, options, options.repeat, interrupt)? {
             Ok((summary, seconds)) => point(study, setting, &summary, &seconds, &values, &found.reference),
             Err(reason) => failed(setting, reason),
@@ -116,7 +147,7 @@ pub fn run(study: &TradeoffStudy, options: &TradeoffOptions, interrupt: &AtomicB
         found.points.push(point);
         mark_front(study, &mut found.points);
         if options.verbosity > Verbosity::Quiet {
-            eprintln!("{}", tradeoff_table::told(study, found.points.last().expect("just pushed")));
+            say::note(&tradeoff_table::told(study, found.points.last().expect("just pushed")));
         }
         tradeoff_table::write(study, &found, out)?;
     }
@@ -180,8 +211,7 @@ fn run_setting(
     interrupt: &AtomicBool,
 ) -> Result<Result<(RunSummary, Vec<f64>), String>, StudyError> {
     // the folder of a run holds its own files only
-    let kept =
-        folder.with_file_name(folder.file_name().unwrap_or_default().to_string_lossy().into_owned() + ".times.json");
+    let kept = folder.with_file_name(folder.file_name().unwrap_or_default().to_string_lossy().into_owned() + TIMES);
     let read = || serde_json::from_slice::<Timing>(&std::fs::read(&kept).ok()?).ok();
     let mut timing = read().unwrap_or_default();
     let mut last = RunSummary::read(folder).filter(|summary| summary.status == "finished");
@@ -189,17 +219,17 @@ fn run_setting(
         timing = Timing::default();
     }
     while last.is_none() || timing.seconds.len() < repeat {
-        if folder.exists() {
-            std::fs::remove_dir_all(folder).map_err(|e| OutputError::io(folder, &e))?;
-        }
+        let lock = lock::take(folder, Room::Empty)?;
+        clear(folder)?;
         let scene = study.scene_of(setting, start)?.resolved_toml();
         let (program, out) = (options.program, folder.to_owned());
         let verbose = options.verbosity == Verbosity::Verbose;
         let threads = options.threads;
-        let job = Job { program, scene: &scene, out, threads, resume: false, memory: None, verbose, lock: None };
+        let lock = lock.file().try_clone().ok();
+        let job = Job { program, scene: &scene, out, threads, resume: false, memory: None, verbose, lock };
         let ended = child::run(job, interrupt, &|line| {
             if verbose {
-                eprintln!("{line}");
+                say::note(line);
             }
         })?;
         match &ended.summary {

@@ -1,6 +1,5 @@
 //! Runs that start from the last state of their neighbour, and whether they stayed on its branch of states.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::StudyError;
@@ -10,8 +9,9 @@ use super::source::Values;
 use super::sweep_file::SweepStudy;
 use crate::form::Integrator;
 use crate::output::OutputError;
+use crate::output::lock::Lock;
 use crate::run::RunError;
-use crate::run::setup;
+use crate::run::last_state;
 use crate::scene::Scene;
 
 /// A distance above this is looked into: steps that are half as long, and so on.
@@ -36,7 +36,7 @@ struct Way<'a> {
     neighbour: usize,
     /// Folder of the steps in between.
     steps: PathBuf,
-    lock: &'a File,
+    lock: &'a Lock,
     taken: usize,
     /// The longest way between neighbours that halving did not shorten.
     jump: f64,
@@ -66,11 +66,11 @@ pub(super) fn start_from(folder: &Path, scene: &Scene) -> Result<Values, OutputE
 /// Folders without checkpoints, domains that differ.
 pub fn distance(a: &Path, b: &Path) -> Result<f64, RunError> {
     let (a, b) = (a.join("checkpoint.bin"), b.join("checkpoint.bin"));
-    let (mesh, base) = setup::last_polarity(&b)?;
-    let other = setup::polarity_of(&base.space, &a)?;
+    let base = last_state::last_polarity(&b)?;
+    let other = last_state::polarity_of(&base.space, &a)?;
     let mut difference = other;
     difference.values.iter_mut().zip(&base.values).for_each(|(x, y)| *x -= y);
-    let loops = Integrator::new(&mesh);
+    let loops = Integrator::new(&base.space.mesh);
     let norm = |field: &crate::space::Field| {
         loops.sum(2 * field.space.degree, |x| field.vector(&x.site).norm_squared()).sqrt()
     };
@@ -89,7 +89,7 @@ pub(super) fn judge(
     out: &Path,
     at: usize,
     neighbour: usize,
-    lock: &File,
+    lock: &Lock,
 ) -> Result<Option<(Start, Vec<String>)>, StudyError> {
     let folder = |at: usize| out.join(&study.cases[at].folder);
     let (here, there) = (folder(at), folder(neighbour));

@@ -1,19 +1,19 @@
 //! The workers of a sweep: each takes the next runs that nobody is at.
 
 use std::collections::VecDeque;
-use std::fs::File;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::lock::{lock, try_lock};
 use super::one::{Workshop, clear};
 use super::results::{self, Branch, Found, Row, Start};
 use super::sweep::{Settings, Shard, is_bad, missing, write_tables};
 use super::sweep_file::SweepStudy;
 use super::{StudyError, warm};
+use crate::output::lock::{self, Lock, Room};
 use crate::output::progress::Verbosity;
+use crate::output::say;
 use crate::scene::AnyScene;
 
 pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -67,7 +67,8 @@ impl Work<'_> {
             if held(&self.rows)[at].as_ref().is_some_and(|row| row.found.is_complete()) {
                 continue;
             }
-            let Some(lock) = try_lock(&self.out.join(&self.study.cases[at].folder))? else { return Ok(false) };
+            let folder = self.out.join(&self.study.cases[at].folder);
+            let Some(lock) = lock::try_take(&folder, Room::Empty)? else { return Ok(false) };
             let done = self.case(at, &lock)?;
             drop(lock);
             if let Some(row) = done {
@@ -78,7 +79,7 @@ impl Work<'_> {
     }
 
     /// Does a run, if that is still to do, and leaves its row.
-    fn case(&self, at: usize, lock: &File) -> Result<Option<Row>, StudyError> {
+    fn case(&self, at: usize, lock: &Lock) -> Result<Option<Row>, StudyError> {
         let case = &self.study.cases[at];
         let folder = self.out.join(&case.folder);
         let before = Row::read(case, self.out);
@@ -140,7 +141,7 @@ impl Work<'_> {
         self.write(&rows, false)?;
         if self.settings.verbosity > Verbosity::Quiet {
             let open = missing(self.study, &self.mine, &rows).len();
-            eprintln!("{line} ({} of {})", self.mine.len() - open, self.mine.len());
+            say::note(&format!("{line} ({} of {})", self.mine.len() - open, self.mine.len()));
             // what many runs say is said once
             let others: Vec<&String> = rows
                 .iter()
@@ -150,7 +151,7 @@ impl Work<'_> {
                 .flat_map(|row| &row.said)
                 .collect();
             for note in rows[at].iter().flat_map(|row| &row.said).filter(|note| !others.contains(note)) {
-                eprintln!("    note: {}", note.strip_prefix("note: ").unwrap_or(note));
+                say::note(&format!("    note: {}", note.strip_prefix("note: ").unwrap_or(note)));
             }
         }
         Ok(())
@@ -158,7 +159,8 @@ impl Work<'_> {
 
     /// Writes the tables of what is there; others may do so at the same time.
     pub fn write(&self, rows: &[Option<Row>], last: bool) -> Result<(), StudyError> {
-        let _lock = lock(self.out)?;
+        // whether there is room was seen at the beginning
+        let _lock = lock::wait_for(self.out, Room::Without(&[]))?;
         let found: Vec<Row> = self.mine.iter().filter_map(|&at| rows[at].clone()).collect();
         match self.settings.shard {
             None => write_tables(self.study, self.out, &found, last),

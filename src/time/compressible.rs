@@ -14,6 +14,7 @@ use crate::model::incompressible::Inputs;
 use crate::model::lagged::{Elements, Layout, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Polarity;
+use crate::model::scales::relative;
 use crate::model::{Conditions, Parameters, Residuals, Sources, State};
 use crate::solve::blocks::Incomplete;
 use crate::solve::sparse::Matrix;
@@ -177,10 +178,16 @@ impl Sheet for Compressible {
 
     fn increment(&self, from: &State, to: &State) -> f64 {
         let minus = |a: &Field, b: &Field| -> Vec<f64> { a.values.iter().zip(&b.values).map(|(a, b)| a - b).collect() };
-        let dv = self.velocity_mass.quadratic(&minus(&to.v, &from.v));
-        let drho = minus(to.volume(), from.volume());
+        let mean = |squares: f64| root(squares / self.area);
+        let density = |rho: &[f64]| mean(dot(rho, &self.density.mass_times(rho)));
+        let speed = |v: &Field| mean(self.velocity_mass.quadratic(&v.values));
+        let rho = density(&from.volume().values).max(density(&to.volume().values));
+        let scales = self.scales(speed(&from.v).max(speed(&to.v)), rho);
+        let dv = mean(self.velocity_mass.quadratic(&minus(&to.v, &from.v)));
+        let drho = density(&minus(to.volume(), from.volume()));
         let dp = minus(&to.p, &from.p);
-        root(dv + dot(&drho, &self.density.mass_times(&drho)) + dot(&dp, &self.polarity.mass_times(&dp)))
+        let dp = mean(dot(&dp, &self.polarity.mass_times(&dp)));
+        relative(dv, scales.velocity).hypot(relative(drho, rho)).hypot(dp)
     }
 
     fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {

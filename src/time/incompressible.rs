@@ -13,6 +13,7 @@ use crate::model::lagged::{Elements, Layout, Parts, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::parameters::ElasticForce;
 use crate::model::polarity::Polarity;
+use crate::model::scales::{Scales, relative};
 use crate::model::{Conditions, Parameters, Residuals, Sources, State, Volume, tangent};
 use crate::solve::blocks::{Incomplete, VectorBlocks};
 use crate::solve::sparse::Matrix;
@@ -164,10 +165,17 @@ impl Sheet for Incompressible {
 
     fn increment(&self, from: &State, to: &State) -> f64 {
         let minus = |a: &Field, b: &Field| -> Vec<f64> { a.values.iter().zip(&b.values).map(|(a, b)| a - b).collect() };
-        let dv = self.momentum.velocity_mass.quadratic(&minus(&to.v, &from.v));
-        let dpi = self.momentum.pressure_mass.quadratic(&minus(to.pressure(), from.pressure()));
+        let mean = |squares: f64| root(squares / self.area);
+        let speed = |v: &Field| mean(self.momentum.velocity_mass.quadratic(&v.values));
+        let stress = |pi: &Field| mean(self.momentum.pressure_mass.quadratic(&pi.values));
+        let v = speed(&from.v).max(speed(&to.v));
+        let pi = stress(from.pressure()).max(stress(to.pressure()));
+        let scales = Scales::new(&self.parameters, self.area, v, pi);
+        let dv = mean(self.momentum.velocity_mass.quadratic(&minus(&to.v, &from.v)));
+        let dpi = mean(self.momentum.pressure_mass.quadratic(&minus(to.pressure(), from.pressure())));
         let dp = minus(&to.p, &from.p);
-        root(dv + dpi + dot(&dp, &self.polarity.mass_times(&dp)))
+        let dp = mean(dot(&dp, &self.polarity.mass_times(&dp)));
+        relative(dv, scales.velocity).hypot(relative(dpi, scales.pressure)).hypot(dp)
     }
 
     fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {

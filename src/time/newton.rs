@@ -132,7 +132,7 @@ fn quick_correction(
     let model = equations.model;
     let mut delta: Vec<f64> = now.residual.iter().map(|r| -r).collect();
     phases.measure("factored solve", || lagged.solve(&mut delta));
-    let size = root(dot(&delta, &model.mass_times(&delta)));
+    let size = root(dot(&delta, &model.mass_times(&delta)) / model.area());
     if size.is_nan() || size >= NEAR * tolerance {
         return Ok(None);
     }

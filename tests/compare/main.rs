@@ -2,5 +2,6 @@
 
 mod bins;
 mod common;
+mod formats;
 mod recovered;
 mod wrong;

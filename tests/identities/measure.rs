@@ -1,5 +1,5 @@
 use crate::common::*;
-use monolayer::measure::{Line, Mirror, Overshoot, StreamFunction, cut};
+use monolayer::measure::{Inlet, Line, Mirror, Overshoot, StreamFunction, cut};
 use monolayer::mesh::Point;
 use monolayer::mesh::locate::Locator;
 use monolayer::space::project;
@@ -51,9 +51,22 @@ fn the_overshoot_is_the_maximum_on_the_axis() {
     let space = continuous(&mesh, 2, 2);
     // piecewise quadratic interpolation of 1 + 0.03 − 0.01 (x − 3)² is exact on straight cells
     let v = project::interpolate_vector(&space, |x| Point::new(1.03 - 0.01 * (x.x - 3.0).powi(2), 5.0));
-    let found = Overshoot::of(&v, &mesh, &locator, (1.0, 6.0), 0.0).unwrap();
+    let found = Overshoot::of(&v, &mesh, &locator, (1.0, 6.0), (0.0, 1.0)).unwrap();
     close(found.percent, 3.0, 3.0, 1e-9);
+    // of an inflow of 2 the same field is 48.5 percent short
+    let short = Overshoot::of(&v, &mesh, &locator, (1.0, 6.0), (0.0, 2.0)).unwrap();
+    close(short.percent, -48.5, 3.0, 1e-9);
     close(found.x1, 3.0, 1.0, 1e-3);
+}
+
+#[test]
+fn the_inlet_is_where_the_axis_enters() {
+    let mesh = mesh(STRIP);
+    let inlet = Inlet::on(&mesh, 0.0).unwrap();
+    assert_eq!((mesh.tags[inlet.tag].as_str(), inlet.x), ("inlet", Point::new(-4.0, 0.0)));
+    let v = project::interpolate_vector(&continuous(&mesh, 2, 2), |x| Point::new(2.0 + x.y, 1.0));
+    assert_eq!(inlet.value(&v, &mesh, &Locator::new(&mesh)), Some(2.0));
+    assert!(Inlet::on(&mesh, 100.0).is_none());
 }
 
 #[test]

@@ -5,11 +5,18 @@ use std::path::Path;
 use monolayer::measure::errors::{ErrorField, History, Norm, errors};
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
+use monolayer::time::Counts;
 
 use super::slope;
 
 /// Errors of a scene over all its steps, with `sets` applied, and the size of its cells.
 pub fn run(text: &str, sets: &[(&str, String)]) -> (f64, History) {
+    let (h, history, _) = run_and_count(text, sets);
+    (h, history)
+}
+
+/// As [`run`], with what the steps took.
+pub fn run_and_count(text: &str, sets: &[(&str, String)]) -> (f64, History, Counts) {
     let mut source = SceneSource::parse(text, Path::new("tests/orders")).unwrap();
     for (key, value) in sets {
         source.set(key, value).unwrap();
@@ -22,7 +29,7 @@ pub fn run(text: &str, sets: &[(&str, String)]) -> (f64, History) {
         let dt = march.advance(scene.time.end).unwrap().dt;
         history.add(&errors(&*setup.model, scene.sources.exact.as_ref().unwrap(), &march.state, march.t), dt);
     }
-    (setup.quality.h_max, history)
+    (setup.quality.h_max, history, march.counts)
 }
 
 /// Orders of every field in both norms between runs of sizes and errors, least squares; prints the table.

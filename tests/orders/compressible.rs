@@ -3,11 +3,45 @@
 use monolayer::measure::errors::ErrorField::{Density, Diffusion, Polarity, Velocity};
 use monolayer::measure::errors::Norm;
 
-use super::common::{Orders, run};
+use super::common::{Orders, run, run_and_count};
 use super::slope;
 
 fn scene() -> String {
     std::fs::read_to_string("studies/mms/squeezed-square.toml").unwrap()
+}
+
+/// L²(L²) errors of v, ρ and p on n × n squares with Δt = 1/(3n), and the cells that were limited.
+fn of_the_study(n: usize, sets: &[(&str, &str)]) -> ([f64; 3], usize) {
+    let sets = sets.iter().map(|(key, value)| (*key, (*value).to_owned()));
+    let level = [("mesh.n", n.to_string()), ("time.step", (1.0 / (3 * n) as f64).to_string())];
+    let (_, errors, counts) = run_and_count(&scene(), &level.into_iter().chain(sets).collect::<Vec<_>>());
+    let errors = [Velocity, Density, Polarity].map(|field| errors.error(field, Norm::Square));
+    println!("n = {n}: {errors:?}, {} cells limited", counts.limited);
+    (errors, counts.limited)
+}
+
+#[track_caller]
+fn assert_errors(found: [f64; 3], wanted: [f64; 3], digits: f64) {
+    for (found, wanted) in found.into_iter().zip(wanted) {
+        assert!((found / wanted - 1.0).abs() < digits, "{found:.4e}, not {wanted:.4e}");
+    }
+}
+
+/// The start has the means of the exact density: nothing that the flow would carry along, nothing below zero.
+#[test]
+fn the_start_costs_no_accuracy() {
+    let (coarse, limited) = of_the_study(8, &[]);
+    assert!((coarse[0] / 1.26e-2 - 1.0).abs() < 5e-3 && limited == 0, "{coarse:?}, {limited} cells limited");
+    let (fine, limited) = of_the_study(16, &[]);
+    assert_errors(fine, [3.01e-3, 6.18e-3, 2.23e-3], 2e-3);
+    assert_eq!(limited, 0);
+}
+
+/// With velocities in P1 the method is that of a code that shares nothing with this one, which gave these errors.
+#[test]
+fn another_code_has_the_same_errors_in_four_digits() {
+    let (errors, _) = of_the_study(16, &[("space.degree.velocity", "1"), ("time.end", "0.25")]);
+    assert_errors(errors, [1.080e-3, 2.392e-3, 1.869e-4], 5e-4);
 }
 
 fn in_space(k: usize, levels: [usize; 3]) -> Orders {

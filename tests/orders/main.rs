@@ -4,9 +4,11 @@ mod common;
 mod compressible;
 mod curved;
 mod incompressible;
+mod rotation;
 mod slip;
 mod space;
 mod time;
+mod walls;
 
 /// Least-squares slope of `log error` over `log h`, as `monolayer order` fits it.
 pub fn slope(table: &[(f64, f64)]) -> f64 {

@@ -3,6 +3,7 @@
 mod browser;
 mod common;
 mod curves;
+mod folders;
 mod page;
 #[path = "../skipped/mod.rs"]
 mod skipped;

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::common::near;
 use monolayer::output::progress::Verbosity;
-use monolayer::steady::branch::{Branch, Point, Special};
+use monolayer::steady::branch::{Branch, End, Point, Special};
 use monolayer::study::BranchStudy;
 use monolayer::study::branch::{Diagram, run};
 
@@ -81,10 +81,14 @@ parameter = "model.alignment"
 range = [-1.0, 1.0]
 start = 0.8
 measure = "asymmetry_polarity"
-max_branches = 2
+max_branches = 1
 "#;
     let found = diagram(&scene, study);
     assert_eq!(found.branches.len(), 2, "one each way");
+    assert!(found.branches.iter().all(|branch| branch.curve == 0), "both are of one branch");
+    assert_eq!(found.left, 2, "the branches at f = 0 are not followed");
+    assert!(found.to_string().contains("1 branch, "), "{found}");
+    assert!(found.to_string().contains("2 branches that begin were not followed: a larger `max_branches`"), "{found}");
     let fold = 2.0 / (3.0 * 3.0_f64.sqrt());
     let exact =
         [(Special::BranchPoint, 0.0), (Special::Fold, -fold), (Special::Fold, fold), (Special::BranchPoint, 0.0)];
@@ -97,7 +101,7 @@ max_branches = 2
     assert!(special(&found.branches[1]).is_empty());
     for (branch, end) in found.branches.iter().zip([-1.0, 1.0]) {
         assert_eq!(branch.points.last().unwrap().parameter, end, "{}", branch.end);
-        assert!(branch.end.contains("end of the parameter's range"), "{}", branch.end);
+        assert_eq!(branch.end, End::Range);
         for point in &branch.points {
             let s = uniform(point);
             near(s.powi(3) - s, point.parameter, 1e-7, "s³ − s");
@@ -144,7 +148,7 @@ parameter = "model.coherence"
 range = [0.25, 0.31]
 start = 0.3
 measure = "asymmetry_polarity"
-max_branches = 3
+max_branches = 2
 max_points = 16
 "#;
     let found = diagram(&scene, study);
@@ -162,6 +166,7 @@ max_points = 16
     let fork = trivial.points.iter().position(|point| point.special.is_some()).unwrap();
     let branch = found.branches.last().unwrap();
     assert_eq!(branch.parent, Some([0, fork]));
+    assert_eq!((branch.curve, found.left), (1, 0), "the second branch of two");
     assert!(branch.points.len() > 5);
     let (mut logarithms, mut farthest) = (Vec::new(), 0.0_f64);
     for point in &branch.points {

@@ -17,7 +17,7 @@ pub(super) fn build(scene: &MeshScene) -> Result<Mesh, MeshError> {
     let (radius, [cx, cy]) = (scene.radius.unwrap_or(0.0), scene.centre.unwrap_or([0.5 * (x0 + x1); 2]));
     let centre = Point::new(cx, cy);
     let corners = [Point::new(x0, x0), Point::new(x1, x0), Point::new(x1, x1), Point::new(x0, x1)];
-    let mut draft = Draft::default();
+    let mut draft = Draft { side: x1 - x0, vertices: Vec::new(), cells: Vec::new(), known: HashMap::new() };
     // on a quarter of the rings: the middle block's side, the circle, the square's side
     let part = |i: usize| i as f64 / n as f64;
     let lines = |quarter: usize, i: usize| {
@@ -67,8 +67,9 @@ fn growth(n: usize, first: f64, whole: f64) -> Vec<f64> {
 }
 
 /// Vertices are the same where they coincide to rounding.
-#[derive(Default)]
 struct Draft {
+    /// Side of the square.
+    side: f64,
     vertices: Vec<Point>,
     cells: Vec<[usize; 3]>,
     known: HashMap<(i64, i64), usize>,
@@ -76,7 +77,7 @@ struct Draft {
 
 impl Draft {
     fn vertex(&mut self, x: Point) -> usize {
-        let grid = |v: f64| (v * 1e10).round() as i64;
+        let grid = |v: f64| (v / self.side * 1e10).round() as i64;
         let (i, j) = (grid(x.x), grid(x.y));
         let near = (-1..=1).flat_map(|a| (-1..=1).map(move |b| (i + a, j + b)));
         if let Some(&vertex) = near.filter_map(|key| self.known.get(&key)).next() {

@@ -84,6 +84,15 @@ impl MeshScene {
             let rule = "the first number must be smaller than the second";
             return Err(bad("length", format!("{pair:?}"), rule, "for example [-30.0, 50.0]"));
         }
+        if let Some([a, b]) = self.length {
+            let least = LENGTHS[0].max(FINEST * a.abs().max(b.abs()));
+            let rule =
+                "the extent must be at least 1e-9, and 1e-9 of the coordinates, or rounding makes vertices coincide";
+            let hint = "choose a unit of length in which the domain is near 1 across, and an origin in it";
+            if b - a < least {
+                return Err(bad("length", format!("[{a:?}, {b:?}]"), rule, hint));
+            }
+        }
         let pairs = self.length.into_iter().chain(self.centre).flatten();
         let sizes = [self.width, self.radius, self.arm, self.turn_radius].into_iter().flatten();
         let largest = pairs.chain(sizes).fold(0.0, |m: f64, x| m.max(x.abs()));

@@ -14,6 +14,7 @@ mod write;
 use std::path::Path;
 
 use super::{Mesh, MeshError};
+use crate::output::mark::MADE_BY;
 
 /// How numbers are stored in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,8 +72,9 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
 /// [`MeshError::File`] when the file cannot be written.
 pub fn write(mesh: &Mesh, path: &Path, encoding: Encoding) -> Result<(), MeshError> {
     let hint = "check that the folder exists and can be written to";
-    std::fs::write(path, write::encode(mesh, encoding))
-        .map_err(|e| Fault::new(format!("cannot be written: {e}"), hint).in_file(path))
+    let mut bytes = write::encode(mesh, encoding);
+    bytes.extend(format!("$Comments\n{MADE_BY}\n$EndComments\n").bytes());
+    std::fs::write(path, bytes).map_err(|e| Fault::new(format!("cannot be written: {e}"), hint).in_file(path))
 }
 
 /// Connected groups of edges: the group number of every edge, groups numbered by their first edge. Two edges that share

@@ -28,6 +28,7 @@ use super::limiter::NegativeMean;
 use super::momentum::{MomentumError, SlipTreatment, outer_force, tagged};
 use super::parameters::DensityLaw;
 use super::polarity::{FORMULA_DEGREE, Polarity};
+use super::scales::{Scales, relative};
 use super::state::{Residuals, State};
 use super::{Conditions, Parameters, Sources};
 use crate::form::compression::Compression;
@@ -328,7 +329,16 @@ impl Compressible {
         let volume = root(dot(&transport, &self.density.mass_solve(&transport)));
         let r = self.polarity_residual(rho, p, &state.v, &well, &inputs);
         let polarity = root(dot(&r, &self.polarity.mass_solve(&r)));
-        Ok(Residuals { velocity: velocity / scale, volume: volume / scale, polarity: polarity / scale })
+        let speed = root(self.velocity_mass.quadratic(&state.v.values)) / scale;
+        let mass = root(dot(&rho.values, &self.density.mass_times(&rho.values))) / scale;
+        let velocity = relative(velocity / scale, self.scales(speed, mass).force);
+        Ok(Residuals { velocity, volume: volume / scale, polarity: polarity / scale })
+    }
+
+    /// The scales of states with the root mean square velocity `v` and density `rho`.
+    pub fn scales(&self, v: f64, rho: f64) -> Scales {
+        let law = self.parameters.density.expect("a compressible sheet has a density");
+        Scales::new(&self.parameters, self.area, v, law.penalty * rho.powf(law.exponent + 1.0))
     }
 
     /// Evaluates every formula at time `t` where it is used.

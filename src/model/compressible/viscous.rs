@@ -48,7 +48,7 @@ impl Viscous {
             form = form + model.parameters.friction * mass::vector_mass(velocity);
         }
         if let SlipTreatment::Penalty { epsilon } = model.slip {
-            form = form + stokes::slip_penalty(velocity, model.slip_faces(), epsilon);
+            form = form + stokes::slip_penalty(velocity, model.slip_faces(), epsilon * model.area.sqrt());
         }
         let m = velocity.cell_dof_count();
         let mut blocks = Rows::zero(model.polarity.neighbours(), (m, m), false);

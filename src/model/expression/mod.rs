@@ -5,6 +5,7 @@
 //! `c ≠ 0` and `b` elsewhere; `heaviside(s)` is 1 for `s ≥ 0` and 0 below. Parameters become numbers when the text is
 //! read, so an evaluation sees `x`, `y`, `t` only.
 
+mod breaks;
 mod formula;
 mod parse;
 mod series;

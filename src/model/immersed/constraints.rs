@@ -106,8 +106,10 @@ pub(super) fn single_constraints(immersion: &Immersion, rules: &[Rule]) -> Vec<S
         match rule {
             Rule::Free => {}
             Rule::Held(twist) => {
-                let targets = [twist.velocity.x, twist.velocity.y, twist.spin];
-                let unit = Matrix3::identity();
+                // the spin as a velocity at the body's rim, whatever the unit of length
+                let size = immersion.means[body].area.sqrt();
+                let targets = [twist.velocity.x, twist.velocity.y, twist.spin * size];
+                let unit = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, size));
                 all.extend((0..3).map(|k| Single { body, weights: unit.column(k).into(), target: targets[k] }));
             }
             Rule::Pinned(point) => {

@@ -31,7 +31,7 @@ mod contour;
 mod palette;
 mod pixels;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use bodies::{Fill, Link, Placed};
 pub use contour::{contours, nice_levels};
@@ -39,7 +39,7 @@ pub use palette::Palette;
 
 use super::scene::Scene;
 use super::text::Font;
-use super::{PlotError, raster, svg, write_file};
+use super::{PlotError, raster, svg, with_suffix, write_file};
 use crate::mesh::Point;
 
 /// A scalar at a point; `None`, or a value that is not finite, where there is none.
@@ -276,10 +276,32 @@ impl Picture {
     /// folder must exist.
     ///
     /// # Errors
-    /// As [`Picture::png`], and [`PlotError::Write`].
+    /// As [`Picture::png`], and [`PlotError::Write`], [`PlotError::Foreign`].
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
         let png = self.png()?;
         write_file(path_without_extension, ".svg", self.svg().as_bytes())?;
         write_file(path_without_extension, ".png", &png)
+    }
+
+    /// As [`Picture::write`], but never replaces another picture: where one has this name, `-2`, `-3`, … is appended. Returns the
+    /// path that was taken, without ending.
+    ///
+    /// # Errors
+    /// As [`Picture::write`].
+    pub fn write_new(&self, path_without_extension: &Path) -> Result<PathBuf, PlotError> {
+        let (svg, png) = (self.svg(), self.png()?);
+        let files = [(".svg", svg.as_bytes()), (".png", &png)];
+        let numbered = |number: usize| with_suffix(path_without_extension, &format!("-{number}"));
+        let free_or_same = |path: &PathBuf| {
+            files.iter().all(|(ending, bytes)| {
+                let file = with_suffix(path, ending);
+                // what cannot be read is somebody else's
+                !file.exists() || std::fs::read(&file).is_ok_and(|there| there == *bytes)
+            })
+        };
+        let names = std::iter::once(path_without_extension.to_owned()).chain((2..).map(numbered));
+        let path = names.into_iter().find(free_or_same).expect("numbers do not end");
+        files.iter().try_for_each(|(ending, bytes)| write_file(&path, ending, bytes))?;
+        Ok(path)
     }
 }

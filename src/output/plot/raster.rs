@@ -3,6 +3,7 @@
 use super::scene::{Anchor, DASH, Image, Paint, Rgb, Scene, Shape, Text};
 use super::text::Font;
 use super::{PNG_SCALE, PlotError};
+use crate::output::mark;
 use skrifa::outline::OutlinePen;
 use tiny_skia::{
     Color, FillRule, FilterQuality, LineCap, LineJoin, Path, PathBuilder, Pixmap, PixmapPaint, StrokeDash,
@@ -28,7 +29,8 @@ pub(super) fn render(scene: &Scene, font: &Font) -> Result<Vec<u8>, PlotError> {
     for shape in scene.groups.iter().flat_map(|group| &group.shapes) {
         draw(&mut pixmap, shape, font);
     }
-    pixmap.encode_png().map_err(|e| PlotError::Encode { reason: e.to_string() })
+    let bytes = pixmap.encode_png().map_err(|e| PlotError::Encode { reason: e.to_string() })?;
+    Ok(mark::png(&bytes))
 }
 
 fn draw(pixmap: &mut Pixmap, shape: &Shape, font: &Font) {

@@ -13,6 +13,7 @@ use crate::output::history::History;
 use crate::output::plot::map::Window;
 use crate::output::pvd::Series;
 use crate::run::RunError;
+use crate::run::folder::Resumed;
 use crate::run::maps::failed;
 use crate::run::measures::columns_of;
 use crate::scene::{Field, MapRequest, Measure, Quantity, What};
@@ -45,12 +46,12 @@ pub(super) struct Files {
 }
 
 impl Files {
-    pub fn new(plan: &Plan, out: &Path, saved: Option<&SavedMotion>) -> Result<Self, RunError> {
+    pub fn new(plan: &Plan, out: &Path, resumed: Option<Resumed>) -> Result<Self, RunError> {
         let columns = asked(plan.outputs).into_iter().flat_map(columns_of);
         let columns: Vec<String> = STEP_COLUMNS.into_iter().chain(columns).map(str::to_owned).collect();
         let path = out.join("history.csv");
-        let history = match saved {
-            Some(saved) if path.exists() => History::resume(&path, columns, saved.counts.steps)?,
+        let history = match resumed {
+            Some(resumed) if path.exists() => History::resume(&path, columns, resumed.step)?,
             Some(_) | None => History::create(&path, columns)?,
         };
         let mut files = Self {
@@ -86,7 +87,7 @@ impl Files {
                 What::Cuts(_) => {}
             }
         }
-        let resume = saved.map(|saved| saved.t);
+        let resume = resumed.map(|resumed| resumed.last_time());
         if !plan.bodies.is_empty() || want.pictures {
             let cast = Cast::new(plan.bodies, &plan.walls);
             files.window = first_view(plan, &cast)?;
@@ -100,6 +101,10 @@ impl Files {
                 Some(t) => Series::resume(&index, t)?,
                 None => Series::create(&index)?,
             });
+        }
+        if let Some(resumed) = resumed {
+            let requests = files.maps.iter().flat_map(|(requests, _)| requests);
+            resumed.drop_later(out, &requests.map(|request| request.name.as_str()).collect::<Vec<_>>())?;
         }
         Ok(files)
     }
@@ -145,9 +150,7 @@ impl Files {
         tables: bool,
     ) -> Result<(), RunError> {
         if let (Some(series), false) = (&mut self.series, fields.is_empty()) {
-            let mut named = fields.to_vec();
-            named.sort_by_key(|f| f.name());
-            named.dedup();
+            let named = Field::in_order(fields);
             let name = format!("fields/step-{step:06}.vtu");
             mover.write_fields(&self.out.join(&name), t, &named)?;
             series.append(t, &name)?;

@@ -10,8 +10,10 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::folder::{self, Resumed};
 use super::maps::Source;
 use super::measures::{of_body, of_holding};
+use super::stake::Stake;
 use super::{Ending, Options, RunError};
 use crate::body::penalty::Wrench;
 use crate::body::{Body, Pose, Twist};
@@ -22,7 +24,6 @@ use crate::model::Term;
 use crate::output::bodies::Moment;
 use crate::output::plot::map::Picture;
 use crate::output::progress::{Progress, Status};
-use crate::output::{OutputError, write_whole};
 use crate::scene::particles::MotionTime;
 use crate::scene::{Field, MapRequest, Measure, Output, What};
 use crate::time::march::Counts;
@@ -127,28 +128,17 @@ pub(super) struct Plan<'a> {
     pub setup_seconds: f64,
 }
 
-/// Makes the folder, refuses to overwrite another run, reads the checkpoint to resume from.
+/// The checkpoint to go on from, where there is one to; the folder is there then.
 ///
 /// # Errors
 /// As [`super::run`].
 pub(super) fn prepare(text: &str, options: &Options) -> Result<Option<SavedMotion>, RunError> {
-    let out = &options.out;
-    let checkpoint = out.join("checkpoint.bin");
-    let saved = if options.resume {
-        if !checkpoint.exists() {
-            return Err(RunError::NothingToResume { folder: out.display().to_string() });
-        }
-        let saved = SavedMotion::read(&checkpoint)?;
-        if let Some(key) = super::setup::first_difference(&saved.scene, text) {
-            return Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key });
-        }
-        Some(saved)
-    } else {
-        super::refuse_occupied(out)?;
-        None
-    };
-    std::fs::create_dir_all(out).map_err(|e| OutputError::io(out, &e))?;
-    Ok(saved)
+    let Some(checkpoint) = folder::prepare(options)? else { return Ok(None) };
+    let saved = SavedMotion::read(&checkpoint)?;
+    match super::setup::first_difference(&saved.scene, text) {
+        Some(key) => Err(RunError::OtherProblem { file: checkpoint.display().to_string(), key }),
+        None => Ok(Some(saved)),
+    }
 }
 
 /// Moves until the end. A step that fails ends the run; the last good state is written like any other.
@@ -163,16 +153,22 @@ pub(super) fn run(
 ) -> Result<MotionSummary, RunError> {
     let begin = Instant::now();
     let counts_before = crate::solve::sparse::counts();
-    write_whole(&options.out.join("scene.toml"), |file| file.write_all(plan.text.as_bytes()))?;
+    let resumed = saved.as_ref().map(|saved| Resumed::at(&options.out, saved.counts.steps, saved.t));
+    let _stake = Stake::new();
+    folder::write_scene(&options.out, &plan.text, saved.as_ref().map(|saved| saved.scene.as_str()))?;
     let (mut t, mut counts) = saved.as_ref().map_or((0.0, Counts::default()), |saved| (saved.t, saved.counts));
-    let mut files = Files::new(plan, &options.out, saved.as_ref())?;
+    let mut files = Files::new(plan, &options.out, resumed)?;
     let mut phases = Phases::default();
     let mut progress = Progress::new(options.verbosity, t);
     plan.remarks.iter().for_each(|remark| progress.say(&format!("note: {remark}")));
     if saved.is_none() {
         phases.measure("output", || files.write_due(mover, t, 0, None))?;
         files.write_checkpoint(plan, mover, t, counts)?;
-    } else if t > plan.time.end {
+    }
+    if let Some(resumed) = resumed.filter(|resumed| resumed.cut_off) {
+        phases.measure("output", || files.write_due(mover, t, counts.steps, resumed.before(&options.out)))?;
+    }
+    if t > plan.time.end {
         progress
             .say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.time.end));
     }

@@ -16,9 +16,9 @@ use super::{Options, RunError, maps, memory, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;
-use crate::model::Term;
 use crate::model::frames::{Frames, WallPoints};
 use crate::model::momentum::MomentumError;
+use crate::model::{Term, rotation};
 use crate::scene::StokesScene;
 use crate::scene::bodies::Bodies;
 use crate::space::{Continuity, Space};
@@ -83,7 +83,7 @@ pub fn need(scene: &StokesScene) -> Option<f64> {
 pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     let sizes = sizes(scene)?;
     let available = available()?;
-    let mut remarks = remarks(scene);
+    let mut remarks = remarks(scene, &sizes.mesh);
     if available.is_some_and(|available| sizes.bytes > available) {
         remarks.push(
             "the run does not fit into the memory that is available; take a coarser mesh or a lower degree".into(),
@@ -105,8 +105,10 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
     })
 }
 
-fn remarks(scene: &StokesScene) -> Vec<String> {
+fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
     let mut remarks = scene.source().notes().to_vec();
+    let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
+    remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction));
     if scene.pressure_is_free() {
         remarks.push(
             "the velocity is Dirichlet or slip on the whole boundary: the pressure is fixed by its zero mean, and the \
@@ -237,7 +239,7 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,
         terms: terms(scene),
-        remarks: remarks(scene),
+        remarks: remarks(scene, &mesh),
         mesh: Some(mesh.quality()),
         fingerprint: mesh.fingerprint(),
         unknowns: [velocity.dof_count(), pressure, system],

@@ -127,7 +127,7 @@ impl Checker<'_> {
 
     /// The shape about its centre of area, and where that is in the coordinates of a polygon's vertices.
     fn shape(&self, key: &str, table: &ShapeTable) -> Result<(Shape, Option<Point>), SceneError> {
-        let size = |name: &str, value: f64| self.positive(&format!("{key}.{name}"), value, "a length, such as 0.1");
+        let size = |name: &str, value: f64| self.length(&format!("{key}.{name}"), value, "a length, such as 0.1");
         let checked = |name: &str, shape: Shape, value: String| {
             let made = shape.checked();
             made.map_err(|error| self.shape_error(&format!("{key}.{name}"), value, &error))
@@ -151,7 +151,9 @@ impl Checker<'_> {
                 let vertices = polygon.vertices.iter().map(|x| Point::from(*x)).collect();
                 let value = format!("{} vertices", polygon.vertices.len());
                 let made = Shape::polygon(vertices).map_err(|error| self.shape_error(&key, value, &error));
-                made.map(|(shape, centre)| (shape, Some(centre)))
+                let (shape, centre) = made?;
+                self.length(&key, shape.circumradius(), "corners such as [[0, 0], [1, 0], [0, 1]]")?;
+                Ok((shape, Some(centre)))
             }
         }
     }

@@ -95,11 +95,13 @@ impl Checker<'_> {
 
     pub(super) fn group_radii(&self, key: &str, given: Radii) -> Result<[f64; 2], SceneError> {
         match given {
-            Radii::Equal(radius) => self.positive(key, radius, "a length, or a range [0.01, 0.02]").map(|r| [r, r]),
+            Radii::Equal(radius) => self.length(key, radius, "a length, or a range [0.01, 0.02]").map(|r| [r, r]),
             Radii::Between([low, high]) => {
                 let holds = low > 0.0 && low <= high && high.is_finite();
                 let rule = "must be two lengths greater than 0, the smaller one first";
                 self.require(holds, key, point([low, high]), rule, "such as [0.015, 0.025]")?;
+                self.length(key, low, "such as [0.015, 0.025]")?;
+                self.length(key, high, "such as [0.015, 0.025]")?;
                 Ok([low, high])
             }
         }

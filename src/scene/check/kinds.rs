@@ -166,11 +166,12 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let hint = "friction of the fluid with the substrate; 0 is none";
     checker.require(holds, "model.friction", shown(friction), "must be finite and not negative", hint)?;
     let symbols = [("friction", friction)];
-    checker.mesh(&mut file.mesh)?;
     let table = &file.space;
     let mut space =
         SpaceTable { k: table.k, degree: DegreeTable::default(), walls: table.walls, penalty: table.penalty };
     let space = checker.space(&mut space, ModelKind::Incompressible)?;
+    checker.turning(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.mesh(&mut file.mesh)?;
     let boundary = checker.flow_boundary(&mut file, &symbols)?;
     let force = file.source.as_ref().map(|table| checker.pair("source.force", &table.force, &symbols)).transpose()?;
     let mut tables = BodyTables {

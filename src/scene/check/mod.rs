@@ -21,7 +21,8 @@ use super::{
     Time,
 };
 use crate::element::MAX_DEGREE;
-use crate::mesh::generate::MeshScene;
+use crate::mesh::generate::{MeshScene, Shape};
+use crate::model::boundary::NamedCondition;
 use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
 use crate::time::CouplingKind;
@@ -53,8 +54,9 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let mut file = full.tables::<SceneFile>().map_err(|found| found.1)?;
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
-    checker.mesh(&mut file.mesh)?;
     let space = checker.space(&mut file.space, parameters.kind())?;
+    checker.turning(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.mesh(&mut file.mesh)?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
     let boundary = checker.boundary(&mut file, &parameters, &sources)?;
@@ -199,6 +201,20 @@ impl Checker<'_> {
         }
     }
 
+    /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities have only in cells of at
+    /// most their own degree.
+    fn turning<'a>(
+        &self,
+        mesh: &mut MeshScene,
+        degree: usize,
+        mut velocities: impl Iterator<Item = &'a NamedCondition>,
+    ) {
+        let round = matches!(mesh.shape, Some(Shape::Disc | Shape::Annulus));
+        if round && mesh.curved.is_none() && velocities.all(|velocity| velocity.name == "slip") {
+            mesh.curved = Some(degree.min(3));
+        }
+    }
+
     /// A mesh from a file takes `curved`, and the place of the disc for measures and cuts; nothing else.
     fn keys_beside_a_file(&self, mesh: &MeshScene) -> Result<(), SceneError> {
         let given = [
@@ -245,12 +261,31 @@ impl Checker<'_> {
             ModelKind::Compressible => (0, self.density_degree(table)?),
         };
         self.degree("polarity", polarity, 1)?;
-        let epsilon = self.positive("space.penalty", table.penalty, "1e-8 is the usual value")?;
+        let epsilon = self.penalty(table.penalty)?;
         let slip = match table.walls {
             WallsName::Rotated => SlipTreatment::Rotated,
             WallsName::Penalty => SlipTreatment::Penalty { epsilon },
         };
         Ok(Space { velocity, pressure, density, polarity, slip })
+    }
+
+    /// `ε_r`, whether slip is imposed by it or not.
+    pub(super) fn penalty(&self, epsilon: f64) -> Result<f64, SceneError> {
+        let rule = "must lie between 1e-16 and 0.01: above, tissue leaks through slip walls, below, no digit is left for the rest";
+        self.within("space.penalty", epsilon, [1e-16, 0.01], rule, "1e-8 is the usual value")
+    }
+
+    /// A length of a body: its area and its moment of inertia stay within the range of numbers.
+    fn length(&self, key: &str, value: f64, hint: &str) -> Result<f64, SceneError> {
+        self.positive(key, value, hint)?;
+        let rule = "must lie between 1e-9 and 1e9";
+        self.within(key, value, [1e-9, 1e9], rule, "choose a unit in which lengths are near 1")
+    }
+
+    /// A value in a range, both ends included.
+    fn within(&self, key: &str, value: f64, [low, high]: [f64; 2], rule: &str, hint: &str) -> Result<f64, SceneError> {
+        self.require((low..=high).contains(&value), key, shown(value), rule, hint)?;
+        Ok(value)
     }
 
     fn degree(&self, name: &str, degree: usize, least: usize) -> Result<(), SceneError> {

@@ -1,9 +1,13 @@
 //! The file of a comparison with measured velocities.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::format::{Direction, Format};
+use super::how::How;
+use super::reader::{self, Column, FrameFile, Separator};
 use crate::measure::measured::Bins;
 use crate::mesh::Point;
 use crate::scene::{SceneError, SceneSource};
@@ -19,11 +23,21 @@ use crate::study::source::refuse;
 /// ```
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct CompareFile {
+pub(super) struct CompareFile {
     title: Option<String>,
     data: Option<String>,
     #[serde(default)]
-    columns: Columns,
+    pub(super) format: Format,
+    #[serde(default)]
+    pub(super) columns: Columns,
+    pub(super) separator: Option<Separator>,
+    pub(super) header: Option<usize>,
+    pub(super) keep: Option<BTreeMap<String, Vec<f64>>>,
+    #[serde(default = "one")]
+    pub(super) pixel: f64,
+    #[serde(default = "one")]
+    pub(super) frame: f64,
+    pub(super) y: Option<Direction>,
     #[serde(default = "one")]
     length: f64,
     #[serde(default = "one")]
@@ -42,29 +56,17 @@ struct CompareFile {
     run: Option<String>,
 }
 
-/// Names of the columns.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Columns {
-    pub x: String,
-    pub y: String,
-    pub t: String,
-    pub vx: String,
-    pub vy: String,
-}
-
-impl Default for Columns {
-    fn default() -> Self {
-        let [x, y, t, vx, vy] = ["x", "y", "t", "vx", "vy"].map(String::from);
-        Self { x, y, t, vx, vy }
-    }
-}
-
-impl Columns {
-    /// Key and name of each.
-    pub fn named(&self) -> [(&'static str, &str); 5] {
-        [("x", &self.x), ("y", &self.y), ("t", &self.t), ("vx", &self.vx), ("vy", &self.vy)]
-    }
+/// Columns that the study names; others follow from the format.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Columns {
+    pub x: Option<Column>,
+    pub y: Option<Column>,
+    pub t: Option<Column>,
+    pub vx: Option<Column>,
+    pub vy: Option<Column>,
+    /// Of tracked cells; the velocity is found from it where no column has it.
+    pub track: Option<Column>,
 }
 
 fn one() -> f64 {
@@ -79,14 +81,16 @@ fn default_bins() -> [usize; 2] {
 #[derive(Debug, Clone)]
 pub struct CompareStudy {
     pub title: Option<String>,
-    /// Table of positions and velocities.
+    /// Table of positions and velocities, or a pattern of the tables' names.
     pub data: PathBuf,
-    pub columns: Columns,
-    /// Units of the table in one disc radius.
+    /// The tables, in the order of their frames.
+    pub(super) files: Vec<FrameFile>,
+    pub(super) how: How,
+    /// Units of length in one disc radius.
     pub length: f64,
-    /// Units of the table in one unit of velocity.
+    /// Units of velocity of the data in one of the run.
     pub speed: f64,
-    /// Of the disc, in units of the table.
+    /// Of the disc, in units of length, in the table's directions.
     pub centre: Point,
     /// In disc radii about the disc's centre.
     pub bins: Bins,
@@ -167,17 +171,29 @@ fn check(source: SceneSource, file: CompareFile) -> Result<CompareStudy, StudyEr
     let bins = Bins { low: low.into(), high: high.into(), count: file.bins };
     check_box(&source, &bins)?;
     check_window(&source, file.window, &bins)?;
-    check_columns(&source, &file.columns)?;
     let path = source.folder().join(data);
-    if !path.is_file() {
-        let hint = format!("paths start in the folder of the file that names them; looked for {}", path.display());
-        return Err(refuse(&source, "data", format!("\"{data}\""), "there is no such file", &hint));
+    let refuse_data = |rule: &str, hint: &str| refuse(&source, "data", format!("\"{data}\""), rule, hint);
+    let is_pattern = reader::is_pattern(&path);
+    let starts = format!("paths start in the folder of the file that names them; looked for {}", path.display());
+    if path.is_dir() {
+        let hint = format!("name its files by a pattern, such as data = \"{data}/*.txt\"");
+        return Err(refuse_data("this is a folder", &hint));
+    }
+    if !is_pattern && !path.is_file() {
+        return Err(refuse_data("there is no such file", &starts));
+    }
+    let how = How::new(&source, &file, is_pattern)?;
+    let files = reader::list(&path)
+        .map_err(|reason| refuse_data(&format!("is no pattern: {reason}"), "such as \"piv/*.txt\""))?;
+    if files.is_empty() {
+        return Err(refuse_data("no file has such a name", &starts));
     }
     let run = file.run.as_ref().map(|run| check_run(&source, run)).transpose()?;
     Ok(CompareStudy {
         title: file.title,
         data: path,
-        columns: file.columns,
+        files,
+        how,
         length: file.length,
         speed: file.speed,
         centre: file.centre.into(),
@@ -193,8 +209,10 @@ fn check(source: SceneSource, file: CompareFile) -> Result<CompareStudy, StudyEr
 
 fn check_numbers(source: &SceneSource, file: &CompareFile) -> Result<(), StudyError> {
     let positive = [
-        ("length", Some(file.length), "number of the table's units in one disc radius"),
-        ("speed", Some(file.speed), "number of the table's units in one unit of velocity"),
+        ("length", Some(file.length), "number of the data's units in one disc radius"),
+        ("speed", Some(file.speed), "number of the data's units in one unit of velocity"),
+        ("pixel", Some(file.pixel), "length of a pixel; leave it out if the table has lengths"),
+        ("frame", Some(file.frame), "time between two frames; leave it out if the table has times"),
         ("window", file.window, "half the length of the window in disc radii; leave it out for no correction"),
         (
             "frames",
@@ -254,21 +272,6 @@ fn check_window(source: &SceneSource, window: Option<f64>, bins: &Bins) -> Resul
         }
         Some(_) | None => Ok(()),
     }
-}
-
-fn check_columns(source: &SceneSource, columns: &Columns) -> Result<(), StudyError> {
-    let named = columns.named();
-    for (k, (key, name)) in named.iter().enumerate() {
-        let twice = named[..k].iter().find(|(_, other)| other == name);
-        let rule = match (name.trim().is_empty(), twice) {
-            (true, _) => "must be the name of a column".to_owned(),
-            (false, Some((other, _))) => format!("`columns.{other}` is the same column"),
-            (false, None) => continue,
-        };
-        let hint = "such as columns = { x = \"x\", y = \"y\", t = \"t\", vx = \"vx\", vy = \"vy\" }";
-        return Err(refuse(source, &format!("columns.{key}"), format!("\"{name}\""), &rule, hint));
-    }
-    Ok(())
 }
 
 fn check_run(source: &SceneSource, run: &str) -> Result<PathBuf, StudyError> {

@@ -1,7 +1,11 @@
 //! Measured velocities averaged on bins, and how far a run is from them [11.1–11.3].
 
+mod derive;
 mod file;
+mod format;
+mod how;
 mod maps;
+mod reader;
 mod synthesize;
 mod tracks;
 mod velocity;
@@ -14,9 +18,10 @@ use rayon::prelude::*;
 use super::{StudyError, table};
 use crate::measure::MeasureError;
 use crate::measure::measured::{Averages, Binned, Difference, Flux, overshoot};
+use crate::output::lock::{self, Room};
 use crate::run::RunError;
 
-pub use file::{Columns, CompareStudy};
+pub use file::CompareStudy;
 pub use synthesize::{Synthesis, synthesize};
 pub use tracks::Tracks;
 pub use velocity::RunVelocity;
@@ -59,16 +64,21 @@ pub struct Comparison {
     pub blocks: usize,
 }
 
+/// Names of what a comparison leaves.
+const NAMES: [&str; 7] = ["study.toml", "field.csv", "run.csv", "comparison.csv", "summary.json", "cuts", "plots"];
+
 /// Reads the data, compares them with the run, and leaves the results in `out`.
 ///
 /// # Errors
 /// A folder that holds results, data or a run that cannot be read, a window without cells, a run that shares no bin with the data.
 pub fn run(study: &CompareStudy, out: &Path) -> Result<Comparison, StudyError> {
-    table::refuse_occupied(out)?;
-    let comparison = compare(study)?;
-    table::write_study(&study.text(), out)?;
-    write::write(study, &comparison, out)?;
-    Ok(comparison)
+    lock::alone(out, Room::Without(&NAMES), || {
+        table::refuse_occupied(out)?;
+        let comparison = compare(study)?;
+        table::write_study(&study.text(), out)?;
+        write::write(study, &comparison, out)?;
+        Ok(comparison)
+    })
 }
 
 /// As [`run`], without files.
@@ -212,6 +222,9 @@ impl std::fmt::Display for Comparison {
         let cells: u64 = self.averages.cells.iter().sum();
         let (rows, bins) = (self.tracks.samples.len(), self.averages.bins.len());
         write!(out, "{cells} of {rows} rows in {filled} of {bins} bins, {} frames", self.tracks.frames)?;
+        for note in &self.tracks.notes {
+            write!(out, "\nnote: {note}")?;
+        }
         if let Some(computed) = &self.computed {
             let d = &computed.difference;
             write!(out, "\n{} bins compared with the run at t = {}", d.bins, computed.run.time)?;

@@ -8,7 +8,7 @@ use rand_distr::StandardNormal;
 
 use super::RunVelocity;
 use crate::mesh::Point;
-use crate::output::{number, write_whole};
+use crate::output::{OutputError, number, write_whole};
 use crate::study::StudyError;
 
 /// What is drawn.
@@ -38,6 +38,10 @@ const PATIENCE: usize = 100_000;
 /// # Errors
 /// No cells or frames, a noise that is none, a view that misses the domain, a file that cannot be written.
 pub fn synthesize(run: &RunVelocity, synthesis: &Synthesis, path: &Path) -> Result<(), StudyError> {
+    if path.symlink_metadata().is_ok() {
+        // a table bears no mark, and looks like a measured one
+        return Err(OutputError::foreign(path).into());
+    }
     check(synthesis)?;
     let [low, high] = synthesis.view.unwrap_or_else(|| run.bounds());
     let mut generator = ChaCha8Rng::seed_from_u64(synthesis.seed);

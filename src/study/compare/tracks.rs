@@ -1,13 +1,14 @@
-//! Reading a table of positions and velocities over time.
+//! Positions and velocities over time, from the tables of a comparison.
 
-use std::path::Path;
-
-use crate::measure::measured::Sample;
-use crate::mesh::Point;
-use crate::model::names;
-use crate::study::StudyError;
+use std::collections::HashMap;
 
 use super::CompareStudy;
+use super::derive::{Spot, velocities};
+use super::how::{How, Told, X, Y};
+use super::reader::{self, Numbered, Rows};
+use crate::measure::measured::Sample;
+use crate::mesh::Point;
+use crate::study::StudyError;
 
 /// What was measured, in disc radii and units of velocity.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,22 +17,38 @@ pub struct Tracks {
     pub samples: Vec<Sample>,
     /// Number of frames.
     pub frames: usize,
+    /// What was left out of the tables, and why.
+    pub notes: Vec<String>,
 }
 
 /// Shift of times in frames that rounding does not move to the frame before.
 const SLACK: f64 = 1e-9;
 
+/// A velocity at a place and time in units of length and time, in the directions of the table.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    x: Point,
+    t: f64,
+    v: Point,
+}
+
 impl Tracks {
-    /// Reads the table of a study: `x = (x − centre)/length`, `v/speed`, times in frames.
+    /// Reads the tables of a study: `x = (x − centre)/length`, `v/speed`, times in frames, the second axis upwards.
     ///
     /// # Errors
-    /// A file that is no table, columns that it has not, numbers that are none, with the line; fewer than two frames; no row in
-    /// the box.
+    /// A file that is no table, columns that it has not, entries that are no numbers, with the line; no row with all that is needed;
+    /// fewer than two frames; no row in the box.
     pub fn read(study: &CompareStudy) -> Result<Self, StudyError> {
-        let rows = read_rows(study)?;
+        let mut found = Found::default();
+        let mut names = Numbered::default();
+        for (file, number) in study.files.iter().zip(0..) {
+            let rows = reader::read(&file.path, study.how.cut, &study.how.wanted, &mut names)?;
+            found.take(&study.how, &rows, file.frame, number);
+        }
+        let (rows, notes) = found.rows(study)?;
         let samples = place(study, &rows)?;
         let frames = samples.iter().map(|sample| sample.frame + 1).max().unwrap_or(0);
-        let tracks = Self { samples, frames };
+        let tracks = Self { samples, frames, notes };
         tracks.check_box(study)?;
         Ok(tracks)
     }
@@ -48,85 +65,129 @@ impl Tracks {
              {:.4}) disc radii",
             study.length, study.centre.x, study.centre.y, low.x, low.y, high.x, high.y
         );
-        Err(wrong(&study.data, None, what, "check `length`, `centre` and `box`".to_owned()))
+        Err(wrong(study, what, "check `pixel`, `length`, `centre`, `y` and `box`".to_owned()))
     }
 }
 
-fn wrong(file: &Path, line: Option<u64>, what: String, hint: String) -> StudyError {
-    let line = line.map_or_else(String::new, |line| format!(", line {line}"));
-    StudyError::Data { place: format!("{}{line}", file.display()), what, hint }
+fn wrong(study: &CompareStudy, what: String, hint: String) -> StudyError {
+    StudyError::Data { place: study.data.display().to_string(), what, hint }
 }
 
-/// `x, y, t, vx, vy` of every row.
-fn read_rows(study: &CompareStudy) -> Result<Vec<[f64; 5]>, StudyError> {
-    let file = study.data.as_path();
-    let broken = |error: &csv::Error| {
-        let (line, what) = match error.kind() {
-            csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-                let what = format!("has {len} values, and the first line names {expected_len} columns");
-                (pos.as_ref().map(csv::Position::line), what)
+/// Rows of all files, and counts of those that say nothing.
+#[derive(Debug, Default)]
+struct Found {
+    rows: Vec<Row>,
+    /// Track of each row, where velocities follow from tracks: its record and its number there.
+    tracks: Vec<(usize, u64)>,
+    all: usize,
+    missing: usize,
+    trackless: usize,
+    /// By the name of the column.
+    rejected: Vec<(String, usize)>,
+}
+
+impl Found {
+    /// Takes the rows of the file of this number.
+    fn take(&mut self, how: &How, rows: &Rows, frame: f64, file: usize) {
+        for row in &rows.values {
+            self.all += 1;
+            let t = how.t.map_or(frame, |at| row[at]);
+            let v = match how.told {
+                Told::Velocity { vx, vy } => how.velocity(row[vx], row[vy]),
+                Told::Track(_) => Point::zeros(),
+            };
+            let x = how.length(row[X], row[Y]);
+            let refused = how.keep.iter().find(|keep| !row[keep.at].is_nan() && !keep.accepted.contains(&row[keep.at]));
+            if let Some(keep) = refused {
+                self.reject(&keep.name);
+                continue;
             }
-            _ => (error.position().map(csv::Position::line), format!("cannot be read ({error})")),
+            if ![x.x, x.y, t, v.x, v.y].iter().all(|value| value.is_finite()) {
+                self.missing += 1;
+                continue;
+            }
+            if let Told::Track(at) = how.told {
+                if row[at].is_nan() {
+                    self.trackless += 1;
+                    continue;
+                }
+                // a track runs through files that are frames, and ends with one that has frames of its own
+                let record = if how.t.is_some() { file } else { 0 };
+                self.tracks.push((record, row[at].to_bits()));
+            }
+            self.rows.push(Row { x, t: how.time(t), v });
+        }
+    }
+
+    fn reject(&mut self, name: &str) {
+        match self.rejected.iter_mut().find(|(other, _)| other == name) {
+            Some((_, count)) => *count += 1,
+            None => self.rejected.push((name.to_owned(), 1)),
+        }
+    }
+
+    /// The rows with their velocities, and what is to be said of the others.
+    fn rows(mut self, study: &CompareStudy) -> Result<(Vec<Row>, Vec<String>), StudyError> {
+        let all = self.all;
+        let mut notes = Vec::new();
+        if self.missing > 0 {
+            notes.push(format!("{} of {all} rows lack a position, time or velocity, and are left out", self.missing));
+        }
+        for (name, count) in &self.rejected {
+            notes.push(format!(
+                "{count} of {all} rows are left out for the value of their column `{name}` (key `keep`)"
+            ));
+        }
+        if self.trackless > 0 {
+            notes.push(format!("{} of {all} rows belong to no track, and are left out", self.trackless));
+        }
+        if all == 0 {
+            return Err(wrong(study, "has no rows".to_owned(), "one row for each cell and time".to_owned()));
+        }
+        if matches!(study.how.told, Told::Track(_)) {
+            self.follow(&mut notes);
+        }
+        if self.rows.is_empty() {
+            let what = format!("none of its {all} rows can be used: {}", notes.join("; "));
+            return Err(wrong(study, what, "check `columns`, `keep` and the table".to_owned()));
+        }
+        Ok((self.rows, notes))
+    }
+
+    /// Velocities from tracks; rows without one are left out.
+    fn follow(&mut self, notes: &mut Vec<String>) {
+        let mut numbers: HashMap<(usize, u64), usize> = HashMap::new();
+        let track = |key: &(usize, u64)| {
+            let next = numbers.len();
+            *numbers.entry(*key).or_insert(next)
         };
-        wrong(
-            file,
-            line,
-            what,
-            "a table in UTF-8: names of columns in the first line, commas between values".to_owned(),
-        )
-    };
-    let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(file).map_err(|error| broken(&error))?;
-    let header = table.headers().map_err(|error| broken(&error))?.clone();
-    let places = find_columns(study, &header)?;
-    let mut rows = Vec::new();
-    let mut record = csv::StringRecord::new();
-    while table.read_record(&mut record).map_err(|error| broken(&error))? {
-        let line = record.position().map(csv::Position::line);
-        let mut row = [0.0; 5];
-        for (value, (at, name)) in row.iter_mut().zip(&places) {
-            let text = record.get(*at).unwrap_or("");
-            *value = text.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(|| {
-                let what =
-                    format!("`{name}` = {}: must be a finite number", if text.is_empty() { "(empty)" } else { text });
-                wrong(file, line, what, "leave out rows without position, time or velocity".to_owned())
-            })?;
+        let tracks: Vec<usize> = self.tracks.iter().map(track).collect();
+        let spots: Vec<Spot> =
+            self.rows.iter().zip(tracks).map(|(row, track)| Spot { track, t: row.t, x: row.x }).collect();
+        let (found, without) = velocities(&spots);
+        let all = spots.len();
+        if without.at_ends > 0 {
+            notes.push(format!(
+                "{} of {all} spots have no velocity: their track has no spot in the frame before or after",
+                without.at_ends
+            ));
         }
-        rows.push(row);
-    }
-    if rows.is_empty() {
-        return Err(wrong(file, None, "has no rows".to_owned(), "one row for each cell and time".to_owned()));
-    }
-    Ok(rows)
-}
-
-/// Place and name of each column.
-fn find_columns(study: &CompareStudy, header: &csv::StringRecord) -> Result<Vec<(usize, String)>, StudyError> {
-    let known: Vec<&str> = header.iter().collect();
-    let find = |(key, name): (&str, &str)| {
-        let places: Vec<usize> = (0..known.len()).filter(|k| known[*k] == name).collect();
-        match places[..] {
-            [at] => Ok((at, name.to_owned())),
-            [] => {
-                let taken = |other: &&str| study.columns.named().iter().any(|(_, name)| name == other);
-                let free: Vec<&str> = known.iter().copied().filter(|other| !taken(other)).collect();
-                let what = format!("there is no column `{name}`{}", names::did_you_mean(name, &free));
-                let hint = format!("the columns are {}; `columns.{key}` names the one to take", known.join(", "));
-                Err(wrong(&study.data, Some(1), what, hint))
-            }
-            [..] => {
-                let what = format!("{} columns have the name `{name}`", places.len());
-                Err(wrong(&study.data, Some(1), what, "give each column a name of its own".to_owned()))
-            }
+        if without.at_forks > 0 {
+            let forks = without.at_forks;
+            notes.push(format!(
+                "{forks} of {all} spots have no velocity: their track has several spots in one frame there"
+            ));
         }
-    };
-    study.columns.named().into_iter().map(find).collect()
+        let rows = self.rows.iter().zip(found).map(|(row, v)| Row { v, ..*row });
+        self.rows = rows.filter(|row| row.v.x.is_finite() && row.v.y.is_finite()).collect();
+    }
 }
 
 /// Samples in disc radii; frames without rows are not counted.
-fn place(study: &CompareStudy, rows: &[[f64; 5]]) -> Result<Vec<Sample>, StudyError> {
-    let first = rows.iter().map(|row| row[2]).fold(f64::INFINITY, f64::min);
+fn place(study: &CompareStudy, rows: &[Row]) -> Result<Vec<Sample>, StudyError> {
+    let first = rows.iter().map(|row| row.t).fold(f64::INFINITY, f64::min);
     let frame = |t: f64| study.frames.map_or(t, |length| ((t - first) / length + SLACK).floor());
-    let mut times: Vec<f64> = rows.iter().map(|row| frame(row[2])).collect();
+    let mut times: Vec<f64> = rows.iter().map(|row| frame(row.t)).collect();
     times.sort_by(f64::total_cmp);
     // 0 and −0 are one time
     times.dedup_by(|a, b| a == b);
@@ -134,16 +195,15 @@ fn place(study: &CompareStudy, rows: &[[f64; 5]]) -> Result<Vec<Sample>, StudyEr
         let what = format!("has {} frame, and the scatter of the means needs at least 2", times.len());
         let hint = match study.frames {
             Some(length) => format!("`frames` = {length} is longer than the record"),
-            None => "every row has the same time".to_owned(),
+            None => "every row has the same time; the files of several frames are named by a pattern".to_owned(),
         };
-        return Err(wrong(&study.data, None, what, hint));
+        return Err(wrong(study, what, hint));
     }
-    let sample = |row: &[f64; 5]| {
-        let [x, y, t, vx, vy] = *row;
-        let t = frame(t);
+    let sample = |row: &Row| {
+        let t = frame(row.t);
         let frame = times.partition_point(|other| *other < t);
-        let x = (Point::new(x, y) - study.centre) / study.length;
-        Sample { frame, x, v: Point::new(vx, vy) / study.speed }
+        let x = study.how.upright(row.x - study.centre) / study.length;
+        Sample { frame, x, v: study.how.upright(row.v) / study.speed }
     };
     Ok(rows.iter().map(sample).collect())
 }

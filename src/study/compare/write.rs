@@ -200,6 +200,8 @@ fn summary(study: &CompareStudy, found: &Comparison) -> Value {
     json!({
         "title": study.title,
         "data": study.data,
+        "files": study.files.len(),
+        "notes": found.tracks.notes,
         "rows": found.tracks.samples.len(),
         "rows_in_box": in_box,
         "rows_in_obstacle": in_box as u64 - used,

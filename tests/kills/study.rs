@@ -1,12 +1,11 @@
 //! A study that is killed again and again ends in the table of one that was not.
-#![cfg(unix)]
 
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-const SCENE: &str = include_str!("../studies/mms/square.toml");
+const SCENE: &str = include_str!("../../studies/mms/square.toml");
 
 fn study(folder: &Path, out: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_monolayer"));

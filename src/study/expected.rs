@@ -1,0 +1,143 @@
+//! The orders that degrees and schemes promise, and whether those that were observed fall short of them.
+
+use super::file::Variant;
+use super::order::{Level, Outcome};
+use crate::measure::errors::{ErrorField, Norm};
+use crate::mesh::Mesh;
+use crate::model::ModelKind;
+use crate::scene::Scene;
+
+/// Observed orders may lie below the promised ones by this: levels are coarse, and fits take the coarsest with them.
+const SLACK: f64 = 0.5;
+/// Errors below so many tolerances of the coupling, relative to the exact fields, are those of solvers and rounding.
+const SOLVED: f64 = 10.0;
+/// What second derivatives do to rounding in cells of size 1: inverse inequality of the highest degree.
+const STEEP: f64 = 100.0;
+
+/// What may be wrong, below the last line.
+const HINT: &str = "; hint: exact fields with kinks and boundary data of another solution have no order, steps alone show none below the error \
+                    of the mesh, and coarse levels may not show it: refine, or give `expect` with the orders that you do expect \
+                    (`expect = {}` for none)";
+
+/// What a level promises of its errors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Promise {
+    /// Orders in the cells' size.
+    space: Vec<(ErrorField, f64)>,
+    /// Order in the step.
+    time: f64,
+    /// Largest size of the exact fields, times the relative error that is none of discretisation.
+    solved: f64,
+}
+
+impl Promise {
+    /// Of a scene with exact fields on its mesh.
+    ///
+    /// With velocities of degree q, pressures r, polarities s: `v` min(q+1, r+2, s+1), `Π` min(q, r+1, s), `p` min(s+1, q+1), `Δ_h p` s−1; in a
+    /// compressible sheet with densities d `v` min(q, d)+1, `ρ` min(d+1, q), `p` min(s, q, d)+1, `div_h(ρ∇p)` min(s−1, d). On circles no field
+    /// has more than 2 on straight cells, and m+2 on cells of degree m.
+    pub fn of(scene: &Scene, mesh: &Mesh) -> Self {
+        let degrees = &scene.space;
+        let (q, r, d, s) = (degrees.velocity, degrees.pressure, degrees.density, degrees.polarity);
+        let orders = match scene.parameters.kind() {
+            ModelKind::Incompressible => vec![
+                (ErrorField::Velocity, (q + 1).min(r + 2).min(s + 1)),
+                (ErrorField::Pressure, q.min(r + 1).min(s)),
+                (ErrorField::Polarity, s.min(q) + 1),
+                (ErrorField::Laplacian, s - 1),
+            ],
+            ModelKind::Compressible => vec![
+                (ErrorField::Velocity, q.min(d) + 1),
+                (ErrorField::Density, q.min(d + 1)),
+                (ErrorField::Polarity, s.min(q).min(d) + 1),
+                (ErrorField::Diffusion, (s - 1).min(d)),
+            ],
+        };
+        let bent = mesh.curved.iter().flatten().map(|nodes| nodes.degree).min();
+        let most = if mesh.curves.is_empty() { usize::MAX } else { bent.map_or(2, |m| m + 2) };
+        let space = orders.into_iter().map(|(field, order)| (field, order.min(most) as f64)).collect();
+        let started = if scene.time.exact_start { usize::MAX } else { 2 };
+        let time = scene.time.order.min(started) as f64;
+        Self { space, time, solved: SOLVED * scene.coupling.tolerance * largest(scene, mesh) }
+    }
+}
+
+/// Largest value of the exact fields at the cells' centroids, at the start and at the end.
+fn largest(scene: &Scene, mesh: &Mesh) -> f64 {
+    let Some(exact) = &scene.sources.exact else { return 0.0 };
+    let at = |x, t| {
+        let values = exact.at(x, t);
+        values.velocity.norm().max(values.polarity.norm()).max(values.volume.abs())
+    };
+    let places = (0..mesh.cells.len()).map(|cell| mesh.centroid(cell));
+    places.flat_map(|x| [at(x, 0.0), at(x, scene.time.end)]).fold(0.0, f64::max)
+}
+
+/// One line for each field whose observed order falls short: of what the variant expects, or without that of what its degrees promise.
+pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
+    let levels = outcome.complete();
+    let Some(finest) = levels.last() else { return Vec::new() };
+    let mut lines = Vec::new();
+    match &variant.expect {
+        Some(expect) => {
+            let known = |name: &String| ErrorField::ALL.into_iter().find(|f| f.name() == name);
+            for (field, least) in expect.iter().filter_map(|(name, least)| known(name).zip(Some(*least))) {
+                for norm in Norm::ALL.into_iter().filter(|_| !is_solved(finest, field)) {
+                    let (name, norm_name) = (field.name(), norm.name());
+                    match outcome.fit(field, norm) {
+                        Some(fit) if fit >= least => {}
+                        Some(fit) => {
+                            lines.push(format!("{name} in {norm_name}: order {fit:.2}, expected at least {least}"));
+                        }
+                        None => lines.push(format!(
+                            "{name} in {norm_name}: no order, fewer than two levels are complete, expected at least {least}"
+                        )),
+                    }
+                }
+            }
+        }
+        None => {
+            for &(field, space) in &finest.promise.space {
+                lines.extend(broken_promise(outcome, &levels, field, space));
+            }
+            if let Some(last) = lines.last_mut() {
+                last.push_str(HINT);
+            }
+        }
+    }
+    lines
+}
+
+/// What is wrong with the order of a field in `L²(L²)`: the better of the fit and the order between the last two levels counts.
+fn broken_promise(outcome: &Outcome, levels: &[&Level], field: ErrorField, space: f64) -> Option<String> {
+    let [.., coarse, fine] = levels else { return None };
+    if is_solved(fine, field) {
+        return None;
+    }
+    let time = fine.promise.time;
+    let (expected, why) = if outcome.by_mesh() {
+        let ratio = (levels[0].dt / fine.dt).ln() / (levels[0].h / fine.h).ln();
+        // steps that stay as they are add an error that does not fall; that is found, too
+        let by_step = if ratio > 0.01 { ratio * time } else { f64::INFINITY };
+        let why = if by_step < space { "the scheme in time and its steps" } else { "the degrees" };
+        (space.min(by_step), why)
+    } else {
+        (time, "the scheme in time")
+    };
+    let last = outcome.order_between(coarse, fine, field, Norm::Square);
+    let observed = outcome.fit(field, Norm::Square).map_or(last, |fit| fit.max(last));
+    if observed >= expected - SLACK {
+        return None;
+    }
+    let (name, norm) = (field.name(), Norm::Square.name());
+    Some(format!("{name} in {norm}: order {observed:.2}, expected {expected:.1} by {why}"))
+}
+
+/// Whether the error of a field is no more than what solvers leave.
+fn is_solved(level: &Level, field: ErrorField) -> bool {
+    let steep = match field {
+        ErrorField::Velocity | ErrorField::Pressure | ErrorField::Density | ErrorField::Polarity => 1.0,
+        ErrorField::Laplacian | ErrorField::Diffusion => STEEP * level.h.powi(-2).max(1.0),
+    };
+    level.errors.error(field, Norm::Largest) <= steep * level.promise.solved
+}
