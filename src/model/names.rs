@@ -37,7 +37,8 @@ fn near_enough(name: &str) -> usize {
 
 /// What the table of words says of a name, alone or behind dots: `model.kappa` where `model.coherence` is known.
 fn said_elsewhere(name: &str, known: &[&str]) -> Option<String> {
-    let typing = near_enough(name).min(1);
+    // a word that is meant goes before one that might have been mistyped, but not before the name itself
+    let typing = if word(name, known, false).is_some() { 0 } else { near_enough(name).min(1) };
     if known.iter().any(|candidate| distance(name, candidate) <= typing && !opposite(name, candidate)) {
         return None;
     }
@@ -46,25 +47,25 @@ fn said_elsewhere(name: &str, known: &[&str]) -> Option<String> {
         let end = |path: &&'_ str| path.rsplit_once('.').is_some_and(|(table, _)| before.is_empty() || table == before);
         let inside: Vec<&str> = known.iter().copied().filter(end).collect();
         let ends: Vec<&str> = inside.iter().filter_map(|path| path.rsplit('.').next()).collect();
-        let found = word(last, &ends).filter(|found| ends.contains(found)).or_else(|| nearest(last, &ends))?;
+        let found = word(last, &ends, true).filter(|found| ends.contains(found)).or_else(|| nearest(last, &ends))?;
         let path = inside[ends.iter().position(|end| *end == found)?];
         return (path != name).then(|| format!("did you mean `{path}`?"));
     }
-    let found = word(name, known)?;
+    let found = word(name, known, true)?;
     if known.contains(&found) { Some(format!("did you mean `{found}`?")) } else { Some(found.to_owned()) }
 }
 
-/// The answer of the first row that fits; of rows that fit but for one letter where none fits.
-fn word(name: &str, known: &[&str]) -> Option<&'static str> {
+/// The answer of the first row that fits; where none fits and `near` is set, of the first that fits but for one letter.
+fn word(name: &str, known: &[&str], near: bool) -> Option<&'static str> {
     let name = plain(name);
     let here = |row: &&Row| row.0.is_empty() || row.0.split(' ').all(|key| known.contains(&key));
     let words = |row: &Row| row.1.split(' ').collect::<Vec<_>>();
     let exact = WORDS.iter().filter(here).find(|row| words(row).contains(&name.as_str()));
-    let near = || {
+    let almost = || {
         let close = |word: &&str| word.len() >= 6 && distance(word, &name) == 1;
         WORDS.iter().filter(here).find(|row| words(row).iter().any(|word| close(word)))
     };
-    exact.or_else(near).map(|row| row.2)
+    exact.or_else(|| almost().filter(|_| near)).map(|row| row.2)
 }
 
 /// Lower case, Greek letters by their names, and nothing but letters and digits: `S_a` and `s-a` are `sa`.

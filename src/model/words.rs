@@ -139,6 +139,7 @@ pub(super) const WORDS: &[Row] = &[
         "nmax nsteps numsteps maxiter maxiterations steps maximumsteps number count stepsmax",
         "max_steps",
     ),
+    ("max_steps end", "minsteps", "there is no such key: a run ends where `end`, `max_steps` or `stop` says"),
     ("step_min", "dtmin mindt minimumstep minstep", "step_min"),
     ("scheme end", "integrator method solver timescheme stepper order bdf", "scheme"),
     ("scheme end", "tol tolerance rtol atol", "it is `coupling.tolerance`"),
@@ -259,7 +260,8 @@ pub(super) const WORDS: &[Row] = &[
     // formulas
     ("pi tau", "time", "t"),
     ("pi tau", "x1 xx", "x"),
-    ("pi tau", "x2 yy z", "y"),
+    ("pi tau", "x2 yy", "y"),
+    ("pi tau", "z x3", "the plane has x and y alone"),
     ("pi tau", "r radius", "the distance from the origin is hypot(x, y)"),
     ("pi tau", "theta phi", "the angle about the origin is atan2(y, x)"),
     ("heaviside", "arctan", "atan"),

@@ -100,10 +100,12 @@ pub enum RunError {
     Start { file: String, what: String, hint: String },
 }
 
-/// An error with its file, unless it begins with it.
+/// An error behind its place; one that begins with the file itself has it once.
 fn located(origin: &str, error: &dyn std::fmt::Display) -> String {
     let text = error.to_string();
-    if text.starts_with(origin) { text } else { format!("{origin}: {text}") }
+    let file = origin.split(", line ").next().unwrap_or(origin);
+    let rest = text.strip_prefix(file).and_then(|rest| rest.strip_prefix(": "));
+    format!("{origin}: {}", rest.unwrap_or(&text))
 }
 
 impl RunError {

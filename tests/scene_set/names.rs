@@ -198,7 +198,6 @@ fn unknown_tags_are_told_whatever_their_tables_lack() {
     );
     let text =
         STRIP.replace("[boundary.outlet]\nvelocity = \"traction\"\n", "[boundary.outlte]\nvelocity = \"traction\"\n");
-    let text = text.replacen("polarity = { dirichlet = [\"1\", \"0\"] }\n\n", "\n", 1);
     let message = Scene::parse(&text, Path::new("strip.toml"))
         .and_then(|scene| scene.check_tags(&["inlet", "outlet", "walls", "disc"].map(str::to_owned)).map(|()| scene));
     let message = message.unwrap_err().to_string();
@@ -258,7 +257,7 @@ fn formulas_that_fail_on_the_way_are_named() {
         let output = run(temporary.path(), &["run", "a.toml", "--out", &at.to_string()]);
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(1), "{key}: {error}");
-        for part in ["a.toml: ", &format!("`{key}`: "), "at x = ", "t = ", "hint: a formula must be finite"] {
+        for part in ["a.toml", &format!("`{key}`: "), "at x = ", "t = ", "hint: a formula must be finite"] {
             assert!(error.contains(part), "{key}: `{part}` is not in: {error}");
         }
         assert_eq!(error.matches("a.toml").count(), 1, "{error}");
