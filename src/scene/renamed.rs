@@ -46,11 +46,8 @@ pub fn modern(text: &str) -> (String, Vec<String>) {
     }
     for (span, word, now) in edits {
         let path = locate::path_at(&document, span.start).join(".");
-        let (old, new) = match path.strip_suffix(&word) {
-            Some(around) => (path.clone(), format!("{around}{now}")),
-            None => (word, now),
-        };
-        let note = told(&old, &new);
+        let row = RENAMED.iter().find(|(old, _)| word == *old || path.ends_with(old));
+        let note = row.map_or_else(|| told(&word, &now), |(old, new)| told(old, new));
         if !notes.contains(&note) {
             notes.push(note);
         }
