@@ -21,6 +21,7 @@ use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::output::{OutputError, lock, mark, say};
 use monolayer::run::{self, Ending, Options};
+use monolayer::scene::path;
 use monolayer::scene::{AnyScene, Scene, SceneKind, SceneSource};
 use monolayer::study::{self, BranchStudy, OrderStudy};
 
@@ -238,10 +239,10 @@ impl Sets {
 
     fn pairs(&self) -> Result<Vec<(String, String)>, Failure> {
         let pair = |set: &String| {
-            let (key, value) = set.split_once('=').ok_or_else(|| {
+            let (key, value) = path::assignment(set).ok_or_else(|| {
                 format!("`--set {set}` has no `=`; hint: write `--set KEY=VALUE`, such as `--set model.peclet=4`")
             })?;
-            Ok((key.trim().to_owned(), value.trim().to_owned()))
+            Ok((key.to_owned(), value.to_owned()))
         };
         self.sets.iter().map(pair).collect()
     }
@@ -357,12 +358,9 @@ fn default_folder(scene: &Path, resume: bool) -> PathBuf {
 }
 
 fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
-    let mesh = if input.extension().is_some_and(|e| e == "msh") {
-        gmsh::read(input)?
-    } else {
-        run::any::mesh(&sets.apply(input)?)?
-    };
-    let quality = mesh.quality().to_string();
+    let mesh = if gmsh::is_mesh_file(input) { gmsh::read(input)? } else { run::any::mesh(&sets.apply(input)?)? };
+    let notes = run::setup::mesh_remarks(&mesh).into_iter().map(|note| format!("\nnote: {note}"));
+    let quality = mesh.quality().to_string() + &notes.collect::<String>();
     let Some(out) = out else {
         say::answer(&quality)?;
         return Ok(ExitCode::SUCCESS);

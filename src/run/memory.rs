@@ -12,6 +12,7 @@ use super::RunError;
 use crate::form::Faces;
 use crate::measure::Strain;
 use crate::mesh::Mesh;
+use crate::model::closed::ClosedParts;
 use crate::model::frames::Frames;
 use crate::model::incompressible::Description;
 use crate::model::lagged::{Layout, Structure};
@@ -61,7 +62,7 @@ pub struct Unknowns {
     pub polarity: Space,
     pub frames: Frames,
     kind: ModelKind,
-    closed: bool,
+    closed: ClosedParts,
     neighbours: Neighbours,
 }
 
@@ -89,15 +90,22 @@ impl Unknowns {
         let velocity = Space::new(mesh, Continuity::Continuous, scene.space.velocity, 2);
         let frames = Frames::new(&velocity, &description.conditions, scene.space.slip.points());
         let kind = scene.parameters.kind();
+        let (volume, closed) = match kind {
+            ModelKind::Incompressible => {
+                let pressure = Space::new(mesh, Continuity::Continuous, scene.space.pressure, 1);
+                let closed = ClosedParts::new(&pressure, &description.conditions);
+                (pressure, closed)
+            }
+            ModelKind::Compressible => {
+                (Space::new(mesh, Continuity::Discontinuous, scene.space.density, 1), ClosedParts::default())
+            }
+        };
         Self {
-            volume: match kind {
-                ModelKind::Incompressible => Space::new(mesh, Continuity::Continuous, scene.space.pressure, 1),
-                ModelKind::Compressible => Space::new(mesh, Continuity::Discontinuous, scene.space.density, 1),
-            },
+            volume,
             kind,
             polarity: Space::new(mesh, Continuity::Discontinuous, scene.space.polarity, 2),
             frames,
-            closed: scene.pressure_is_free(),
+            closed,
             neighbours: neighbours(mesh),
             velocity,
         }
@@ -114,7 +122,7 @@ impl Unknowns {
             pressure,
             carried: [density, Some(&self.polarity)],
             frames: &self.frames,
-            closed: self.closed,
+            closed: &self.closed,
             neighbours: &self.neighbours,
         }
     }
@@ -142,7 +150,7 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
 }
 
 /// Bytes that a Stokes flow takes at most at one time, the program and pictures included.
-pub fn of_flow(velocity: &Space, pressure: &Space, frames: &Frames, closed: bool) -> f64 {
+pub fn of_flow(velocity: &Space, pressure: &Space, frames: &Frames, closed: &ClosedParts) -> f64 {
     let neighbours = neighbours(&velocity.mesh);
     let layout =
         Layout { velocity, pressure: Some(pressure), carried: [None, None], frames, closed, neighbours: &neighbours };
@@ -279,7 +287,7 @@ fn polarity_of<'m>(layout: &Layout<'m>) -> &'m Space {
 fn stokes_pattern(layout: &Layout) -> Vec<Vec<usize>> {
     let (velocity, frames) = (layout.velocity, layout.frames);
     let count = layout.pressure.map_or(0, |space| space.dof_count());
-    let mut columns = vec![Vec::new(); frames.free + count - usize::from(layout.closed)];
+    let mut columns = vec![Vec::new(); frames.free + count - layout.closed.count()];
     for cell in 0..velocity.mesh.cells.len() {
         let dofs = (0..velocity.cell_dof_count()).map(|k| velocity.dof(cell, k / velocity.n, k % velocity.n));
         let mut moving: Vec<usize> = dofs.flat_map(|dof| frames.of(dof)).map(|(free, _)| free).collect();

@@ -15,6 +15,7 @@ pub mod motion;
 pub mod moved;
 pub mod particles;
 pub mod report;
+mod resolution;
 pub mod setup;
 pub mod stake;
 pub mod steady;

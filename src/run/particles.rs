@@ -8,19 +8,22 @@ use serde::Serialize;
 
 use super::maps::Source;
 use super::motion::easel::Easel;
-use super::motion::{self, MotionSummary, Mover, Plan, Stride};
+use super::motion::{self, MotionSummary, Mover, Plan, Stride, shortened};
 use super::stokes::{contact_term, head};
 use super::{Options, RunError};
 use crate::body::penalty::Wrench;
-use crate::body::{Hold, Pose, Shape, Twist};
+use crate::body::stiffness::Stiffness;
+use crate::body::{Hold, Pose, Twist};
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
 use crate::contact::{Contact, ContactError, Settings, Solver};
 use crate::mesh::Point;
 use crate::model::{Expression, Term};
 use crate::output::OutputError;
 use crate::scene::bodies::Bodies;
+use crate::scene::bodies::place::given_overlap;
 use crate::scene::particles::Dynamics;
 use crate::scene::{Field, ParticlesScene};
+use crate::time::pace::{EASY, Pace, Paced, Refusal};
 
 /// What will be computed, and with how much.
 #[derive(Debug, Clone, Serialize)]
@@ -56,7 +59,7 @@ pub fn report(scene: &ParticlesScene) -> ParticlesReport {
         area: bodies.iter().map(|body| body.shape.area()).sum(),
         mass: bodies.iter().map(|body| body.mass()).sum(),
         walls: scene.bodies.walls.len(),
-        steps: (scene.time.end / scene.time.step).ceil(),
+        steps: (scene.time.end / scene.time.pace.step).ceil(),
         remarks: remarks(scene),
     }
 }
@@ -64,24 +67,12 @@ pub fn report(scene: &ParticlesScene) -> ParticlesReport {
 /// What is worth knowing before the run and no error.
 fn remarks(scene: &ParticlesScene) -> Vec<String> {
     let mut remarks = scene.source().notes().to_vec();
-    let steps = scene.time.end / scene.time.step;
+    let steps = scene.time.end / scene.time.pace.step;
     if steps > 1e6 && scene.time.max_steps.is_none() {
-        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.step, scene.time.end));
+        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.pace.step, scene.time.end));
     }
-    let smallest = scene.bodies.bodies.iter().map(|body| radius(&body.shape)).fold(f64::INFINITY, f64::min);
-    let fast = |body: &crate::body::Body| body.start_twist.velocity.norm() * scene.time.step > smallest;
-    if let Some(body) = scene.bodies.bodies.iter().find(|body| fast(body)) {
-        remarks.push(format!(
-            "`{}` moves farther in a step than the smallest body is thick: contacts are found late; take a shorter `time.step`",
-            body.name
-        ));
-    }
+    remarks.extend(given_overlap(&scene.bodies.bodies, &scene.bodies.walls));
     remarks
-}
-
-/// Half of the least thickness.
-fn radius(shape: &Shape) -> f64 {
-    crate::scene::bodies::place::inradius(shape)
 }
 
 /// The terms of the motion, on and off.
@@ -132,8 +123,10 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
     let unknowns = 3 * bodies.bodies.len();
     let plan = Plan {
         title: scene.title.as_deref(),
+        origin: scene.source().origin(),
         text,
-        time: scene.time,
+        end: scene.time.end,
+        max_steps: scene.time.max_steps,
         outputs: &scene.outputs,
         bodies: &bodies.bodies,
         walls: bodies.walls.clone(),
@@ -151,13 +144,15 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
 struct Stepper<'s> {
     scene: &'s ParticlesScene,
     particles: Particles,
+    pace: Pace,
+    stiffness: Stiffness,
     poses: Vec<Pose>,
     twists: Vec<Twist>,
     contacts: Vec<Contact>,
 }
 
 /// What a checkpoint holds.
-type State = (ParticleState, Vec<Contact>);
+type State = (ParticleState, Vec<Contact>, Pace);
 
 impl<'s> Stepper<'s> {
     fn new(scene: &'s ParticlesScene) -> Result<Self, RunError> {
@@ -186,7 +181,17 @@ impl<'s> Stepper<'s> {
         let settings = contact.map_or_else(Settings::default, |contact| contact.settings());
         let solver = Solver::new(walls, settings).map_err(origin)?;
         let particles = Particles::new(particles.collect(), dynamics, solver).map_err(origin)?;
-        let mut stepper = Self { scene, particles, poses: Vec::new(), twists: Vec::new(), contacts: Vec::new() };
+        let formula = |error| RunError::Formula { origin: scene.source().origin().into(), error: Box::new(error) };
+        let stiffness = Stiffness::new(bodies).map_err(formula)?;
+        let mut stepper = Self {
+            scene,
+            particles,
+            pace: Pace::default(),
+            stiffness,
+            poses: Vec::new(),
+            twists: Vec::new(),
+            contacts: Vec::new(),
+        };
         stepper.take_state();
         Ok(stepper)
     }
@@ -198,14 +203,14 @@ impl<'s> Stepper<'s> {
 
     fn restore(&mut self, state: &[u8], file: &Path) -> Result<(), RunError> {
         let read = postcard::from_bytes::<State>(state).ok();
-        let fits = read.filter(|(state, _)| state.poses.len() == self.poses.len());
-        let Some((state, contacts)) = fits else {
+        let fits = read.filter(|(state, ..)| state.poses.len() == self.poses.len());
+        let Some((state, contacts, pace)) = fits else {
             let (path, what) = (file.display().to_string(), "does not fit the bodies of its scene".to_owned());
             let hint = "run the scene again";
             return Err(RunError::Output(OutputError::Malformed { path, what, hint }));
         };
         self.particles.restore(state);
-        self.contacts = contacts;
+        (self.contacts, self.pace) = (contacts, pace);
         self.take_state();
         Ok(())
     }
@@ -216,6 +221,24 @@ struct Acting<'s> {
     scene: &'s ParticlesScene,
     t: f64,
     end: f64,
+}
+
+impl Acting<'_> {
+    /// An error with the key of the formula that it comes from.
+    fn named(&self, error: &ContactError) -> String {
+        let ContactError::NotFinite { body, what, .. } = error else { return error.to_string() };
+        if *what == "state" {
+            return error.to_string();
+        }
+        let key = match self.scene.bodies.bodies.iter().find(|other| other.name == *body) {
+            _ if self.scene.gravity.iter().any(|g| !g.eval(Point::zeros(), self.t).is_finite()) => {
+                "model.gravity".into()
+            }
+            Some(body) => format!("{}.{what}", body.key),
+            None => return error.to_string(),
+        };
+        format!("`{key}`: {error}")
+    }
 }
 
 impl Drive for Acting<'_> {
@@ -249,16 +272,31 @@ impl Drive for Acting<'_> {
 }
 
 impl Mover for Stepper<'_> {
-    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
-        let acting = Acting { scene: self.scene, t, end: t + dt };
-        let report = self.particles.step(dt, &acting).map_err(|error| error.to_string())?;
+    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String> {
+        let Self { scene, particles, pace, stiffness, .. } = self;
+        let paced = pace.advance((t, landing), &scene.time.pace, |t, dt| {
+            let acting = Acting { scene, t, end: t + dt };
+            let failure = |error: ContactError| match error.is_cured_by_a_smaller_step() {
+                true => Refusal::Contact(error.to_string()),
+                false => Refusal::Failure(acting.named(&error)),
+            };
+            let easy = particles.strain(stiffness, (t, dt), scene.time.tolerance, &acting).map_err(failure)?;
+            let easy = match easy {
+                Some(strain) if strain.load > 1.0 => return Err(Refusal::Force(strain.to_string())),
+                Some(strain) => strain.load <= EASY,
+                None => true,
+            };
+            Ok((particles.step(dt, &acting).map_err(failure)?, easy))
+        })?;
+        let Paced { t, dt, rejected, why, done: report } = paced;
         self.contacts = report.contacts;
         self.take_state();
-        Ok(Stride { iterations: report.effort.iterations })
+        let notes = why.iter().map(|why| shortened(t, dt, why)).collect();
+        Ok(Stride { t, dt, iterations: report.effort.iterations, rejected, notes })
     }
 
     fn state(&self) -> Vec<u8> {
-        postcard::to_stdvec(&(self.particles.state(), &self.contacts)).expect("numbers are always written")
+        postcard::to_stdvec(&(self.particles.state(), &self.contacts, &self.pace)).expect("numbers are always written")
     }
 
     fn poses(&self) -> &[Pose] {

@@ -10,8 +10,7 @@ use super::memory::{self, Unknowns};
 use super::setup::{build_mesh, describe};
 use super::{RunError, setup};
 use crate::mesh::quality::Quality;
-use crate::model::frames::{Frames, WallPoints};
-use crate::model::momentum::MomentumError;
+use crate::model::momentum::check_held;
 use crate::model::{ModelKind, Term, rotation};
 use crate::scene::Scene;
 use crate::scene::presets::MEASURED;
@@ -81,15 +80,17 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
     let description = describe(scene, &mesh);
     let unknowns = Unknowns::new(scene, &mesh, &description);
     let Unknowns { velocity, volume, polarity, .. } = &unknowns;
-    let held = || Frames::new(velocity, &description.conditions, WallPoints::Nodes).hold_rigid_motions(velocity);
-    if scene.parameters.friction == 0.0 && !held() {
-        let origin = scene.source().place("model.friction").to_string();
-        return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
+    if scene.parameters.friction == 0.0 {
+        check_held(velocity, &description.conditions).map_err(|error| {
+            let origin = scene.source().place("model.friction").to_string();
+            RunError::Model { origin, error: Box::new(error) }
+        })?;
     }
     let need = memory::need(scene, &unknowns.layout())?;
     let quality = mesh.quality();
     let mut remarks = scene.remarks();
-    remarks.extend(setup::resolution_remark(scene, &quality));
+    remarks.extend(setup::mesh_remarks(&mesh));
+    remarks.extend(setup::resolution_remarks(scene, &mesh, &quality));
     let friction = scene.parameters.friction;
     remarks.extend(rotation::remark(&mesh, velocity, &description.conditions, friction));
     remarks.extend(memory::check(scene, &need, available).err().map(|error| error.to_string()));

@@ -8,12 +8,13 @@ use super::available::available;
 use super::exact::check_exact;
 use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Unknowns};
+use super::resolution;
 use crate::form::{Faces, Integrator};
 use crate::measure::{Inlet, MeasureError, Strain};
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
-use crate::mesh::{Mesh, MeshError, Point, gmsh};
+use crate::mesh::{Mesh, MeshError, Point, Slits, gmsh};
 use crate::model::boundary::PolarityCondition;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
@@ -84,18 +85,17 @@ fn check_extent(mesh: Mesh, file: &str) -> Result<Mesh, MeshError> {
 pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError> {
     let built = match &table.file {
         None => table.build(),
-        Some(file) => gmsh::read(Path::new(file)).and_then(|mesh| check_extent(mesh, file)).and_then(|mut mesh| {
-            match table.curved {
-                None => Ok(mesh),
-                Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
-                Some(other) => Err(MeshError::BadKey {
-                    key: "mesh.curved".into(),
-                    value: other.to_string(),
-                    rule: "must be 1, 2 or 3".into(),
-                    hint: "leave it out to keep the geometry of the file".into(),
-                }),
-            }
+        Some(_) if table.curved.is_some_and(|degree| !(1..=3).contains(&degree)) => Err(MeshError::BadKey {
+            key: "mesh.curved".into(),
+            value: table.curved.unwrap_or_default().to_string(),
+            rule: "must be 1, 2 or 3".into(),
+            hint: "leave it out to keep the geometry of the file".into(),
         }),
+        Some(file) => {
+            let slits = if table.slits == Some(true) { Slits::Kept } else { Slits::Refused };
+            gmsh::read_as(Path::new(file), gmsh::Reading { curved: table.curved, slits })
+                .and_then(|mesh| check_extent(mesh, file))
+        }
     };
     let few_tags = built.and_then(|mesh| match mesh.tags.len() {
         count if count > Faces::MAX_TAGS => Err(MeshError::BadKey {
@@ -110,6 +110,10 @@ pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError
         let origin = match &error {
             MeshError::BadKey { key, .. } => source.place(key).to_string(),
             MeshError::Inverted { .. }
+            | MeshError::Folded { .. }
+            | MeshError::Overlap { .. }
+            | MeshError::Pinched { .. }
+            | MeshError::Cut { .. }
             | MeshError::NonManifold { .. }
             | MeshError::Untagged { .. }
             | MeshError::NotOnBoundary { .. }
@@ -301,15 +305,43 @@ impl Setup {
     /// Remarks of the scene, and those that need the mesh.
     pub fn remarks(&self, scene: &Scene) -> Vec<String> {
         let mut remarks = scene.remarks();
-        remarks.extend(resolution_remark(scene, &self.quality));
+        remarks.extend(mesh_remarks(&self.mesh));
+        remarks.extend(resolution_remarks(scene, &self.mesh, &self.quality));
         let (model, friction) = (&self.model, scene.parameters.friction);
         remarks.extend(rotation::remark(&self.mesh, model.velocity(), model.conditions(), friction));
         remarks
     }
 }
 
+/// What the mesh does not resolve.
+pub fn resolution_remarks(scene: &Scene, mesh: &Mesh, quality: &Quality) -> Vec<String> {
+    let of_bodies = scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies));
+    resolution_remark(scene, quality).into_iter().chain(of_bodies).collect()
+}
+
+/// What was left out of the mesh's file, and what its parts mean for the pressure.
+pub fn mesh_remarks(mesh: &Mesh) -> Vec<String> {
+    let mut remarks: Vec<String> = mesh.notes.iter().map(|note| format!("mesh file: {note}")).collect();
+    let count = mesh.parts().count;
+    if count > 1 {
+        remarks.push(format!(
+            "the mesh has {count} parts that share no faces; each has a flow of its own, and where nothing else \
+             fixes its pressure, a \
+             pressure of zero mean"
+        ));
+    }
+    if let Some(&first) = mesh.coincident.first() {
+        let (x, lie) = (mesh.vertices[first], mesh.coincident.len());
+        remarks.push(format!(
+            "{lie} boundary vertices lie on others without being joined, the first at ({:.4}, {:.4})",
+            x.x, x.y
+        ));
+    }
+    remarks
+}
+
 /// A warning when even the smallest cells do not resolve the coherence length.
-pub fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
+fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
     let (h, kappa, degree) = (quality.h_min, scene.parameters.coherence, scene.space.polarity);
     (h / degree as f64 > kappa).then(|| {
         format!(

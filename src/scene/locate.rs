@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::path::join;
 use toml_edit::{Document, Item, Key, TableLike, Value};
 
 /// Line (from 1) of the byte `at`.
@@ -20,8 +21,7 @@ pub(super) fn key_with_accents(text: &str, at: usize) -> Option<&str> {
 pub(super) fn position(document: &Document<&str>, key: &str) -> Option<usize> {
     let mut best = (0, None);
     walk(document.as_item(), &mut Vec::new(), &mut |path, span| {
-        // joined, because a quoted key may itself have dots
-        let rest = key.strip_prefix(&path.join("."));
+        let rest = key.strip_prefix(&join(path));
         let around = rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
         // of equal paths the first wins: the key, not its value
         if around && path.len() > best.0 {

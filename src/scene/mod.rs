@@ -11,6 +11,7 @@ mod locate;
 pub mod maps;
 pub mod output;
 pub mod particles;
+pub mod path;
 pub mod presets;
 pub mod renamed;
 mod resolve;

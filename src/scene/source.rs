@@ -9,12 +9,12 @@ use toml_edit::{Document, DocumentMut, Item};
 
 use super::edit;
 use super::error::{Place, SceneError};
-use super::locate;
 use super::particles::ParticlesFile;
 use super::renamed;
 use super::stokes::StokesFile;
 use super::tables::SceneFile;
 use super::translate;
+use super::{locate, path};
 use crate::mesh::generate::Shape;
 use crate::model::names;
 
@@ -68,9 +68,6 @@ pub struct SceneSource {
     notes: Vec<String>,
 }
 
-/// More parts than the path of any key has.
-const DEEPEST: usize = 16;
-
 impl SceneSource {
     /// Reads a file.
     ///
@@ -108,7 +105,8 @@ impl SceneSource {
         Ok(Self { origin: name, folder, original: text.to_owned(), document, set: Vec::new(), notes })
     }
 
-    /// Puts `value` at the dotted `path`, as in `model.peclet`, `boundary.inlet.velocity` or `output.0.every.time`.
+    /// Puts `value` at the dotted `path`, as in `model.peclet`, `boundary.inlet.velocity`, `boundary."my
+    /// wall".velocity` or `output.0.every.time`.
     ///
     /// The value is a TOML value, or else a string without its quotes (`slip`, `1 - y^2`). An empty value removes the
     /// key, which restores its default. The scene is checked as a whole only by [`super::Scene::check`], so that several
@@ -141,31 +139,26 @@ impl SceneSource {
 
     /// [`set`](Self::set) for a text that is to become `T`.
     pub(crate) fn set_in<T: DeserializeOwned>(&mut self, path: &str, value: &str) -> Result<(), SceneError> {
-        let shown: String = path.chars().take(80).chain((path.len() > 80).then_some('…')).collect();
-        let place = Box::new(Place::Set { file: self.origin.clone(), path: shown.clone() });
-        let parts = path.split('.').count();
-        if parts > DEEPEST {
-            let (rule, hint) = (format!("this is a path of {parts} keys"), "no key lies so deep; write model.peclet");
-            let (value, hint) = (value.trim().to_owned(), hint.to_owned());
-            return Err(SceneError::Value { place, key: shown, value, rule, hint });
-        }
         let mut next = self.clone();
+        let refused = |rule, hint| {
+            let shown: String = path.chars().take(200).collect();
+            let place = Box::new(Place::Set { file: self.origin.clone(), path: shown.clone() });
+            SceneError::Value { place, key: shown, value: value.trim().to_owned(), rule, hint }
+        };
         let (now, note) = renamed::path_now(path.trim());
         next.notes.extend(note.filter(|note| !self.notes.contains(note)));
-        let keys = self.by_number(now.split('.').map(str::trim));
-        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
-        edit::set(next.document.as_item_mut(), &keys, value.trim()).map_err(|refusal| SceneError::Value {
-            place,
-            key: path.to_owned(),
-            value: value.trim().to_owned(),
-            rule: refusal.rule,
-            hint: refusal.hint,
-        })?;
+        let keys = self.by_number(path::split(&now).map_err(|(rule, hint)| refused(rule, hint))?);
+        let names: Vec<&str> = keys.iter().map(String::as_str).collect();
+        let found = edit::set(next.document.as_item_mut(), &names, value.trim());
+        if !found.map_err(|refusal| refused(refusal.rule, refusal.hint))? {
+            return self.check_absent::<T>(&keys, path);
+        }
         next.modernise();
-        next.set.push((keys.join("."), path.to_owned()));
+        let joined = path::join(&keys);
+        next.set.push((joined.clone(), path.to_owned()));
         match next.tables::<T>() {
             // a preset may fill in what is taken away
-            Err(found) if related(&found.0, &keys.join(".")) && !(value.trim().is_empty() && self.has("accuracy")) => {
+            Err(found) if related(&found.0, &joined) && !(value.trim().is_empty() && self.has("accuracy")) => {
                 Err(found.1)
             }
             // other keys may still be set; the check reports what remains wrong
@@ -193,10 +186,40 @@ impl SceneSource {
         &self.notes
     }
 
+    /// A key that is to be removed and is not there: one that scenes have is at its default already, another is a
+    /// mistake.
+    fn check_absent<T: DeserializeOwned>(&self, keys: &[String], path: &str) -> Result<(), SceneError> {
+        if let [boundary, tag, ..] = keys
+            && boundary == "boundary"
+        {
+            let table = self.value("boundary").and_then(Item::as_table_like);
+            let tags: Vec<String> = table.iter().flat_map(|t| t.iter()).map(|(name, _)| path::quoted(name)).collect();
+            let tag = path::quoted(tag);
+            if !tags.contains(&tag) {
+                let known: Vec<&str> = tags.iter().map(String::as_str).collect();
+                let place = Box::new(Place::Set { file: self.origin.clone(), path: path.to_owned() });
+                let (suggestion, known) = (names::did_you_mean(&tag, &known), known.join(", "));
+                return Err(SceneError::UnknownKey { place, key: format!("boundary.{tag}"), suggestion, known });
+            }
+        }
+        let mut tried = self.clone();
+        let names: Vec<&str> = keys.iter().map(String::as_str).collect();
+        let joined = path::join(keys);
+        if edit::set(tried.document.as_item_mut(), &names, "0").is_err() {
+            return Ok(());
+        }
+        tried.set.push((joined.clone(), path.to_owned()));
+        match tried.tables::<T>() {
+            Err(found) if matches!(found.1, SceneError::UnknownKey { .. }) && related(&found.0, &joined) => {
+                Err(found.1)
+            }
+            Err(_) | Ok(_) => Ok(()),
+        }
+    }
+
     /// Keys of a path in which bodies may be named: `body.NAME.density` is `body.2.density` for the third `[[body]]` if that has
     /// this name; and so are `bodies`.
-    fn by_number<'k>(&self, keys: impl Iterator<Item = &'k str>) -> Vec<String> {
-        let mut keys: Vec<String> = keys.map(str::to_owned).collect();
+    fn by_number(&self, mut keys: Vec<String>) -> Vec<String> {
         let number = |list: &str, name: &str| {
             let tables = self.value(list)?.as_array_of_tables()?;
             let default = |at: usize| match (list, at) {
@@ -238,7 +261,8 @@ impl SceneSource {
 
     /// An error about a tag that the shape of the mesh does not have says so, whatever else is wrong with its table.
     fn tag_or(&self, found: (String, SceneError)) -> (String, SceneError) {
-        let tag = found.0.strip_prefix("boundary.").and_then(|rest| rest.split('.').next());
+        let keys = path::split(&found.0).unwrap_or_default();
+        let tag = keys.get(1).filter(|_| keys[0] == "boundary");
         let unknown = tag.and_then(|tag| self.unknown_tag(tag));
         unknown.map_or(found.clone(), |error| (found.0, error))
     }
@@ -255,7 +279,7 @@ impl SceneSource {
         }
         let (suggestion, known) = (names::did_you_mean(tag, known), known.join(", "));
         Some(SceneError::UnknownTag {
-            place: self.place(&format!("boundary.{tag}")),
+            place: self.place(&format!("boundary.{}", path::quoted(tag))),
             tag: tag.to_owned(),
             suggestion,
             known,

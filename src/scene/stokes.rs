@@ -10,6 +10,7 @@ use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, Wa
 use super::error::{Place, SceneError};
 use super::output::{Output, OutputTable};
 use super::particles::{MotionTime, MotionTimeTable};
+use super::path::quoted;
 use super::resolve;
 use super::source::SceneSource;
 use super::tables::WallsName;
@@ -180,10 +181,11 @@ pub(super) fn check_tags<'a>(
     given: impl Iterator<Item = &'a String> + Clone,
     tags: &[String],
 ) -> Result<(), SceneError> {
-    let known: Vec<&str> = tags.iter().map(String::as_str).collect();
+    let known: Vec<String> = tags.iter().map(|tag| quoted(tag)).collect();
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
     if let Some(tag) = given.clone().find(|tag| !tags.contains(tag)) {
-        let suggestion = names::did_you_mean(tag, &known);
-        let place: Box<Place> = source.place(&format!("boundary.{tag}"));
+        let suggestion = names::did_you_mean(&quoted(tag), &known);
+        let place: Box<Place> = source.place(&format!("boundary.{}", quoted(tag)));
         return Err(SceneError::UnknownTag { place, tag: tag.clone(), suggestion, known: known.join(", ") });
     }
     let file = source.origin().to_owned();

@@ -4,8 +4,8 @@ use serde::de::DeserializeOwned;
 use toml_edit::Document;
 
 use super::error::SceneError;
-use super::locate;
 use super::source::SceneSource;
+use super::{locate, path};
 use crate::model::names;
 
 /// Keys of studies that must be there and are no tables.
@@ -22,7 +22,7 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let value = text.get(span).unwrap_or("").trim().to_owned();
     if let (true, Some((name, known))) = (message.starts_with("unknown field"), quoted.split_first()) {
-        let key = if inner.last().is_some_and(|last| last == name) { inner.join(".") } else { join(&inner, name) };
+        let key = if inner.last().is_some_and(|last| last == name) { path::join(&inner) } else { join(&inner, name) };
         let (suggestion, known) = (names::did_you_mean(name, known), known.join(", "));
         let place = source.place(&key);
         return (key.clone(), SceneError::UnknownKey { place, key, suggestion, known });
@@ -32,14 +32,11 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
         let hint = match (around.is_empty(), VALUES.contains(name)) {
             (true, true) => format!("add `{name} = …` above the first table"),
             (true, false) => format!("add the table [{name}]"),
-            (false, _) if around.len() == 2 && around[0] == "boundary" => {
-                format!("add `{name} = …` to [boundary.{0}], or correct `{0}`, if the mesh has no such tag", around[1])
-            }
-            (false, _) => format!("add `{name} = …` to [{}]", around.join(".")),
+            (false, _) => format!("add `{name} = …` to [{}]{}", path::join(&around), other_tags(source, &around)),
         };
         return (key.clone(), SceneError::Missing { place: source.place(&key), key, hint });
     }
-    let key = inner.join(".");
+    let key = path::join(&inner);
     let (rule, hint) = match (message.starts_with("unknown variant"), quoted.split_first()) {
         (true, Some((name, known))) => {
             let (suggestion, known) = (names::did_you_mean(name, known), known.join(", "));
@@ -104,8 +101,26 @@ fn keys_of<T: DeserializeOwned>(table: &str) -> Vec<String> {
     if quoted.next().as_deref() == Some(NONE) { quoted.collect() } else { Vec::new() }
 }
 
+/// The scene's other boundary tags, where a misspelt one may have made a new table.
+fn other_tags(source: &SceneSource, around: &[String]) -> String {
+    let [boundary, tag] = around else { return String::new() };
+    let table = source.value(boundary).and_then(toml_edit::Item::as_table_like).filter(|_| boundary == "boundary");
+    let others: Vec<String> = table
+        .iter()
+        .flat_map(|table| table.iter())
+        .map(|(name, _)| name)
+        .filter(|name| name != tag)
+        .map(path::quoted)
+        .collect();
+    if others.is_empty() {
+        return String::new();
+    }
+    let names: Vec<&str> = others.iter().map(String::as_str).collect();
+    format!("; the other tags of the scene are {}{}", names.join(", "), names::did_you_mean(&path::quoted(tag), &names))
+}
+
 fn join(path: &[String], name: &str) -> String {
-    path.iter().map(String::as_str).chain([name]).collect::<Vec<_>>().join(".")
+    path::join(&path.iter().map(String::as_str).chain([name]).collect::<Vec<_>>())
 }
 
 fn example(message: &str) -> &'static str {

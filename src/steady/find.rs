@@ -9,6 +9,7 @@ use crate::model::parameters::Parameters;
 use crate::model::{Residuals, State};
 use crate::time::equations::Trial;
 use crate::time::memory::Memory;
+use crate::time::pace::Smallest;
 use crate::time::{CouplingKind, March, MarchError, MarchSettings, Phases, Sheet, StepReport};
 
 /// Which steady state is wanted.
@@ -343,7 +344,8 @@ impl Finder<'_, '_> {
         if let Some(omega) = mode.map(|m| m.value.im.abs()).filter(|omega| *omega > 0.0) {
             let step = std::f64::consts::TAU / omega / STEPS_PER_PERIOD;
             settings.control.step = settings.control.step.min(step);
-            settings.control.step_min = settings.control.step_min.min(1e-6 * step);
+            let step_min = settings.control.step_min.value().min(1e-6 * step);
+            settings.control.step_min = Smallest::Given(step_min);
         }
         let end = self.settings.march;
         if end <= 0.0 {

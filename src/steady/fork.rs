@@ -3,7 +3,7 @@
 use super::arclength::{Direction, correct};
 use super::branch::{Point, Special, Station, Walk};
 use super::pseudo::Stall;
-use super::spectrum::{Mode, Spectrum};
+use super::spectrum::{Mode, Spectrum, Stability};
 use crate::solve::root;
 
 /// A critical eigenvalue is located to this real part.
@@ -158,8 +158,8 @@ impl Walk<'_, '_> {
     }
 }
 
-/// The mode of number `rank`, from 1, in the order of growth rates, of a pair each half counted: between two states of which `rank` is
-/// the larger unstable dimension, its growth rate changes sign.
+/// The mode of number `rank`, from 1, in the order of growth rates, of a pair each half counted: between two states of
+/// which `rank` is the larger unstable dimension, its growth rate changes sign.
 pub(super) fn critical(spectrum: &Spectrum, rank: usize) -> Option<&Mode> {
     let mut count = 0;
     spectrum.modes.iter().find(|mode| {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::control::{Control, ControlSettings};
 use super::coupling::{CouplingKind, CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
 use super::memory::{Memory, Origin};
+use super::pace::Smallest;
 use super::schedule::trim;
 use super::sheet::{Kind, Sheet};
 use super::{Phases, abdf, bdf};
@@ -58,11 +59,10 @@ pub struct StepReport {
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum MarchError {
     #[error(
-        "step {step} from t = {t} failed and Δt would fall below {step_min:.1e}, which is `time.step_min` or, without it, a \
-         millionth of `time.step`: {}; hint: {hint}",
+        "step {step} from t = {t} failed and Δt would fall below {step_min}: {}; hint: {hint}",
         without_hint(cause)
     )]
-    StepTooSmall { step: usize, t: f64, step_min: f64, cause: Box<StepFailure>, hint: String },
+    StepTooSmall { step: usize, t: f64, step_min: Smallest, cause: Box<StepFailure>, hint: String },
     #[error("stopped from outside during step {step} from t = {t}")]
     Interrupted { step: usize, t: f64 },
     #[error("step {step} from t = {t} failed: {cause}")]
@@ -76,6 +76,7 @@ fn hint(cause: &StepFailure, kind: CouplingKind) -> String {
         StepFailure::Density(_) => "a `source.density` may take no more than there is; else take a finer mesh there",
         StepFailure::Momentum(MomentumError::Vacuum) => "give a friction, or keep the density away from 0",
         StepFailure::Momentum(MomentumError::Weighted(SolveError::Inaccurate { hint, .. })) => hint.as_str(),
+        StepFailure::Bodies(_) => "take a smaller `time.step`, or milder forces on bodies",
         StepFailure::Slow { .. }
         | StepFailure::Diverged { .. }
         | StepFailure::Polarity(_)
@@ -382,7 +383,7 @@ impl<'m> March<'m> {
         *rejected += 1;
         self.counts.rejected += 1;
         let cap = 0.5 * dt;
-        if cap < self.settings.control.step_min {
+        if cap < self.settings.control.step_min.value() {
             let step_min = self.settings.control.step_min;
             let hint = hint(&cause, self.settings.coupling.kind);
             let cause = Box::new(cause);

@@ -291,7 +291,7 @@ fn straight_slip_walls_hold_tissue_without_friction() {
     };
     assert!(matches!(
         Incompressible::new(&mesh, &describe(&mesh, parameters, channel)).unwrap_err(),
-        MomentumError::Unheld
+        MomentumError::Unheld { .. }
     ));
 }
 

@@ -327,3 +327,79 @@ fn a_density_may_start_from_a_file() {
     assert_eq!(read.initial_density, Some(InitialDensity::File(folder.path().join("checkpoint.bin"))));
     same(&read, &scene(&read.resolved_toml()));
 }
+
+fn set_refused(path: &str, value: &str) -> String {
+    let mut source = SceneSource::parse(STRIP, Path::new("strip.toml")).unwrap();
+    let before = source.text();
+    let text = source.set(path, value).expect_err("accepted").to_string();
+    assert_eq!(source.text(), before, "a refused override changes nothing");
+    text
+}
+
+#[test]
+fn what_is_removed_must_be_a_key_of_scenes() {
+    let cases = [
+        ("model.pecle", &["`model.pecle`", "did you mean `peclet`?"][..]),
+        ("time.stopp.residual", &["`time.stopp`", "did you mean `stop`?"]),
+        ("tilte", &["`tilte`", "did you mean `title`?"]),
+        ("boundary.inlt.velocity", &["boundary.inlt", "did you mean `inlet`?"]),
+        ("boundary.\"my wall\"", &["boundary.\"my wall\"", "inlet, outlet"]),
+        ("boundary.inlet.velocty", &["velocty", "did you mean `velocity`?"]),
+        ("output.9", &["output.9", "no element"]),
+        ("nonsense.of.any.depth", &["nonsense"]),
+    ];
+    for (path, words) in cases {
+        let text = set_refused(path, "");
+        words.iter().for_each(|word| assert!(text.contains(word), "`{word}` is not in {text}"));
+    }
+    // what scenes know and this one leaves out is at its default already
+    let same = with(&[
+        ("time.max_steps", ""),
+        ("mesh.stretch", ""),
+        ("time.stop.energy_rate", ""),
+        ("boundary.inlet.density", ""),
+    ]);
+    assert_eq!(same.resolved_toml(), scene(STRIP).resolved_toml());
+}
+
+#[test]
+fn keys_in_quotes_are_one_key() {
+    let text = STRIP.replace("[boundary.walls]", "[boundary.\"a.b \\\"c\\\"\"]");
+    let mut source = SceneSource::parse(&text, Path::new("strip.toml")).unwrap();
+    source.set("boundary.\"a.b \\\"c\\\"\".velocity", "traction").unwrap();
+    source.set("boundary . 'a.b \"c\"' . polarity", "{ dirichlet = [1, 0] }").unwrap();
+    let scene = Scene::check(source).unwrap();
+    let conditions = &scene.boundary["a.b \"c\""];
+    assert!(conditions.velocity.fixes_pressure());
+    assert!(matches!(conditions.polarity, PolarityCondition::Dirichlet(_)));
+    assert_eq!(scene.boundary.len(), 4);
+    let wrong = scene.check_tags(&tags(&["inlet", "outlet", "disc", "a.b c"])).unwrap_err().to_string();
+    assert!(
+        wrong.contains("[boundary.\"a.b \\\"c\\\"\"] names no part") && wrong.contains("did you mean `\"a.b c\"`?"),
+        "{wrong}"
+    );
+    assert!(wrong.contains("with `boundary . 'a.b \"c\"' . polarity` set"), "{wrong}");
+}
+
+/// A misspelt tag makes a table of its own, which lacks a condition: the others are named.
+#[test]
+fn a_new_tag_by_mistake_is_compared_with_the_others() {
+    let mut source = SceneSource::parse(STRIP, Path::new("strip.toml")).unwrap();
+    source.set("boundary.inlt.velocity", "slip").unwrap();
+    let text = Scene::check(source).unwrap_err().to_string();
+    let words = ["`boundary.inlt.polarity` is missing", "the other tags of the scene are", "did you mean `inlet`?"];
+    words.iter().for_each(|word| assert!(text.contains(word), "`{word}` is not in {text}"));
+}
+
+#[test]
+fn paths_that_no_scene_has_are_refused_at_once() {
+    let begin = std::time::Instant::now();
+    for path in ["a.".repeat(5000) + "a", "boundary.".repeat(100_000) + "x", "\"".repeat(5001)] {
+        let text = set_refused(&path, "1");
+        assert!(text.len() < 2000 && text.contains("hint"), "{text}");
+    }
+    assert!(begin.elapsed().as_secs_f64() < 2.0);
+    for path in ["", ".", "a.", "model..peclet", "boundary.\"wall.velocity", "boundary.\"a\"b.velocity"] {
+        set_refused(path, "1");
+    }
+}

@@ -44,6 +44,7 @@ fn disc(radius: f64, at: [f64; 2], hold: Hold) -> Body {
         friction: 0.0,
         start: Pose { position: Point::from(at), angle: 0.0 },
         start_twist: Twist::ZERO,
+        key: String::new(),
     }
 }
 

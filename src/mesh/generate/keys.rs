@@ -112,12 +112,13 @@ impl MeshScene {
     }
 
     /// Every optional key with its value as text, `None` where it is not given.
-    fn given(&self) -> [(&'static str, Option<String>); 18] {
+    fn given(&self) -> [(&'static str, Option<String>); 19] {
         fn text<T: std::fmt::Debug>(value: &Option<T>) -> Option<String> {
             value.as_ref().map(|v| format!("{v:?}"))
         }
         [
             ("file", text(&self.file)),
+            ("slits", text(&self.slits)),
             ("n", text(&self.n)),
             ("distortion", text(&self.distortion)),
             ("seed", text(&self.seed)),

@@ -35,8 +35,9 @@ pub enum ExpressionError {
     NotFinite { given: String, text: String, value: f64, x: f64, y: f64, t: f64 },
     #[error("{given}`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a density must not be negative")]
     Negative { given: String, text: String, value: f64, x: f64, y: f64, t: f64 },
-    #[error("the {what} of the body `{body}`: {error}")]
-    OfBody { body: String, what: &'static str, error: Box<ExpressionError> },
+    /// `place` is [`crate::body::Body::formula`].
+    #[error("{place}: {error}")]
+    OfBody { place: String, error: Box<ExpressionError> },
 }
 
 impl ExpressionError {

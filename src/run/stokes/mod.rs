@@ -12,12 +12,13 @@ use serde::Serialize;
 use super::available::available;
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan};
-use super::{Options, RunError, maps, memory, setup};
+use super::{Options, RunError, maps, memory, resolution, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;
-use crate::model::frames::{Frames, WallPoints};
-use crate::model::momentum::MomentumError;
+use crate::model::closed::ClosedParts;
+use crate::model::frames::Frames;
+use crate::model::momentum::check_held;
 use crate::model::{Term, rotation};
 use crate::scene::StokesScene;
 use crate::scene::bodies::Bodies;
@@ -59,14 +60,14 @@ fn sizes(scene: &StokesScene) -> Result<Sizes, RunError> {
     let conditions = scene.conditions(&mesh);
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.degrees[0], 2);
     let pressure = Space::new(&mesh, Continuity::Continuous, scene.degrees[1], 1);
-    let held = || Frames::new(&velocity, &conditions, WallPoints::Nodes).hold_rigid_motions(&velocity);
-    if scene.friction == 0.0 && !held() {
-        let origin = scene.source().place("model.friction").to_string();
-        return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
+    if scene.friction == 0.0 {
+        check_held(&velocity, &conditions).map_err(|error| {
+            let origin = scene.source().place("model.friction").to_string();
+            RunError::Model { origin, error: Box::new(error) }
+        })?;
     }
     let frames = Frames::new(&velocity, &conditions, scene.slip.points());
-    let closed = scene.pressure_is_free();
-    let bytes = memory::of_flow(&velocity, &pressure, &frames, closed);
+    let bytes = memory::of_flow(&velocity, &pressure, &frames, &ClosedParts::new(&pressure, &conditions));
     let (system, pressure) = (frames.free + pressure.dof_count(), pressure.dof_count());
     Ok(Sizes { mesh, velocity, pressure, system, bytes })
 }
@@ -107,6 +108,7 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
 
 fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
     let mut remarks = scene.source().notes().to_vec();
+    remarks.extend(setup::mesh_remarks(mesh));
     let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
     remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction));
     if scene.pressure_is_free() {
@@ -116,6 +118,7 @@ fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
                 .to_owned(),
         );
     }
+    remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
     remarks
 }
 
@@ -233,8 +236,10 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
     let none = Vec::new();
     let plan = Plan {
         title: scene.title.as_deref(),
+        origin: scene.source().origin(),
         text,
-        time: scene.time,
+        end: scene.time.end,
+        max_steps: scene.time.max_steps,
         outputs: &scene.outputs,
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,

@@ -14,6 +14,7 @@ use std::fmt::Display;
 use std::path::PathBuf;
 
 use super::error::SceneError;
+use super::path::quoted;
 use super::presets;
 use super::tables::{CouplingName, DensityScheme, SceneFile, SpaceTable, TimeStart, WallsName};
 use super::{
@@ -55,7 +56,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
     let space = checker.space(&mut file.space, parameters.kind())?;
-    checker.turning(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.curved_where_it_turns(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
@@ -203,7 +204,7 @@ impl Checker<'_> {
 
     /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities have only in cells of at
     /// most their own degree.
-    fn turning<'a>(
+    fn curved_where_it_turns<'a>(
         &self,
         mesh: &mut MeshScene,
         degree: usize,
@@ -215,7 +216,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A mesh from a file takes `curved`, and the place of the disc for measures and cuts; nothing else.
+    /// A mesh from a file takes `curved` and `slits`, and the place of the disc for measures and cuts; nothing else.
     fn keys_beside_a_file(&self, mesh: &MeshScene) -> Result<(), SceneError> {
         let given = [
             ("n", mesh.n.is_some()),
@@ -234,7 +235,7 @@ impl Checker<'_> {
             ("symmetric", mesh.symmetric.is_some()),
         ];
         if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
-            let hint = "beside `file`, only `curved`, `radius` and `centre` (of the disc) have a meaning";
+            let hint = "beside `file`, only `curved`, `slits`, `radius` and `centre` (of the disc) have a meaning";
             return Err(self.error(&format!("mesh.{key}"), "(given)", "does not apply to a mesh from a file", hint));
         }
         mesh.radius
@@ -333,14 +334,20 @@ impl Checker<'_> {
         for (tag, table) in &mut file.boundary {
             let conditions = table
                 .check(p.kind(), &p.symbols(), exact)
-                .map_err(|error| self.model(&format!("boundary.{tag}"), error))?
-                .given_at(&|key| self.given(&format!("boundary.{tag}.{key}")));
+                .map_err(|error| self.model(&format!("boundary.{}", quoted(tag)), error))?
+                .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
             let from_exact = sources.boundary().is_some();
             let given =
                 matches!(&conditions.velocity, VelocityCondition::Traction(f) if !f.iter().all(Expression::is_zero));
             let rule = "the traction is that of the exact fields, so none can be given";
             let hint = "write velocity = \"traction\", or set exact.boundary = \"scene\"";
-            self.require(!(from_exact && given), &format!("boundary.{tag}.velocity"), &table.velocity, rule, hint)?;
+            self.require(
+                !(from_exact && given),
+                &format!("boundary.{}.velocity", quoted(tag)),
+                &table.velocity,
+                rule,
+                hint,
+            )?;
             *table = table.resolved();
             checked.insert(tag.clone(), conditions);
         }
@@ -359,12 +366,9 @@ impl Checker<'_> {
         let table = &mut file.time;
         let step = self.positive("time.step", table.step, "the first and largest step, such as 0.1")?;
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
-        // of the smallest steps a millionth is no number
-        let step_min = *table.step_min.get_or_insert((1e-6 * step).max(f64::MIN_POSITIVE.min(step)));
-        let step_min = self.positive("time.step_min", step_min, "without it, a millionth of `step` is taken")?;
-        let rule = format!("must not be below time.step_min = {}", shown(step_min));
-        self.require(step >= step_min, "time.step", shown(step), &rule, "raise `step` or lower `step_min`")?;
         self.step_counts(step, end)?;
+        let step_min = self.step_min(step, table.step_min)?;
+        table.step_min = Some(step_min.value());
         let rule = format!("must not be longer than the run, time.end = {end}");
         self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
         let none = "leave it out for no limit";
@@ -463,7 +467,7 @@ impl Checker<'_> {
         let hint = "take `t` out of the formula, or the table [steady] (the flag --steady) away";
         for (tag, conditions) in boundary {
             for (key, moving) in conditions.depend_on_time() {
-                self.require(!moving, &format!("boundary.{tag}.{key}"), "a formula of t", rule, hint)?;
+                self.require(!moving, &format!("boundary.{}.{key}", quoted(tag)), "a formula of t", rule, hint)?;
             }
         }
         for (key, moving) in sources.depend_on_time() {

@@ -30,8 +30,8 @@ pub struct Synthesis {
 /// Draws without a hit after which a view counts as outside of the domain.
 const PATIENCE: usize = 100_000;
 
-/// Cells at places that are uniform in the domain and new in every frame, each with the velocity of the run there plus normal
-/// noise, written as `x,y,t,vx,vy` in disc radii about the disc's centre, to six digits.
+/// Cells at places that are uniform in the domain and new in every frame, each with the velocity of the run there plus
+/// normal noise, written as `x,y,t,vx,vy` in disc radii about the disc's centre, to six digits.
 ///
 /// The places do not depend on noise and trend.
 ///
