@@ -147,7 +147,8 @@ impl SceneSource {
         };
         let (now, note) = renamed::path_now(path.trim());
         next.notes.extend(note.filter(|note| !self.notes.contains(note)));
-        let keys = self.by_number(path::split(&now).map_err(|(rule, hint)| refused(rule, hint))?);
+        let keys = path::split(&now).and_then(|keys| self.by_number(keys));
+        let keys = keys.map_err(|(rule, hint)| refused(rule, hint))?;
         let names: Vec<&str> = keys.iter().map(String::as_str).collect();
         let found = edit::set(next.document.as_item_mut(), &names, value.trim());
         if !found.map_err(|refusal| refused(refusal.rule, refusal.hint))? {
@@ -219,26 +220,39 @@ impl SceneSource {
 
     /// Keys of a path in which bodies may be named: `body.NAME.density` is `body.2.density` for the third `[[body]]` if that has
     /// this name; and so are `bodies`.
-    fn by_number(&self, mut keys: Vec<String>) -> Vec<String> {
-        let number = |list: &str, name: &str| {
-            let tables = self.value(list)?.as_array_of_tables()?;
-            let default = |at: usize| match (list, at) {
-                ("body", at) => format!("body-{}", at + 1),
-                (_, 0) => "disc".to_owned(),
-                (_, at) => format!("disc{}", at + 1),
-            };
-            let named = |(at, table): (usize, &toml_edit::Table)| {
-                table.get("name").and_then(Item::as_str).map_or_else(|| default(at), str::to_owned) == name
-            };
-            tables.iter().enumerate().position(named)
-        };
+    ///
+    /// # Errors
+    /// Rule and hint, where the list has nothing of that name.
+    fn by_number(&self, mut keys: Vec<String>) -> Result<Vec<String>, (String, String)> {
         if let [list, name, ..] = &mut keys[..]
             && matches!(list.as_str(), "body" | "bodies")
-            && let Some(at) = number(list, name)
+            && let Some(known) = self.names_of_bodies(list)
         {
-            *name = at.to_string();
+            match known.iter().position(|other| other == name) {
+                Some(at) => *name = at.to_string(),
+                None if name.parse::<usize>().is_ok() => {}
+                None => {
+                    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                    let rule = format!("no [[{list}]] has the name `{name}`{}", names::did_you_mean(name, &known));
+                    return Err((rule, format!("their names are {}; or give a number from 0", known.join(", "))));
+                }
+            }
         }
-        keys
+        Ok(keys)
+    }
+
+    /// Names of the tables `[[body]]` or `[[bodies]]`, given or by default.
+    fn names_of_bodies(&self, list: &str) -> Option<Vec<String>> {
+        let tables = self.value(list)?.as_array_of_tables()?;
+        let default = |at: usize| match (list, at) {
+            ("body", at) => format!("body-{}", at + 1),
+            (_, 0) => "disc".to_owned(),
+            (_, at) => format!("disc{}", at + 1),
+        };
+        let name = |(at, table): (usize, &toml_edit::Table)| {
+            table.get("name").and_then(Item::as_str).map_or_else(|| default(at), str::to_owned)
+        };
+        Some(tables.iter().enumerate().map(name).collect())
     }
 
     /// Puts a value under a key, dots and all, into a top-level table, which is made where it is missing.

@@ -205,6 +205,18 @@ fn unknown_tags_are_told_whatever_their_tables_lack() {
 }
 
 #[test]
+fn bodies_are_known_by_their_names() {
+    let text = include_str!("../../studies/bodies/gluey-discs.toml");
+    let mut source = SceneSource::parse(text, Path::new("discs.toml")).unwrap();
+    let message = source.set("body.wating.density", "2").unwrap_err().to_string();
+    for part in ["no [[body]] has the name `wating`", "did you mean `waiting`?", "their names are flying, waiting"] {
+        assert!(message.contains(part), "`{part}` is not in: {message}");
+    }
+    source.set("body.waiting.density", "2").unwrap();
+    source.set("body.0.density", "2").unwrap();
+}
+
+#[test]
 fn paths_of_thousands_of_keys_are_refused_at_once() {
     let begin = std::time::Instant::now();
     let message = said(&vec!["a"; 5000].join("."), "1");
