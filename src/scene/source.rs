@@ -267,10 +267,11 @@ impl SceneSource {
     /// The tables, with the overrides; an error comes with the key that it concerns.
     pub(crate) fn tables<T: DeserializeOwned>(&self) -> Result<T, Box<(String, SceneError)>> {
         let text = self.document.to_string();
-        toml_edit::de::from_str::<T>(&text).map_err(|error| {
+        let tables = toml_edit::de::from_str::<T>(&text).map_err(|error| {
             let found = translate::translate(self, &text, &error);
             Box::new(self.tag_or(translate::elsewhere::<T>(found)))
-        })
+        })?;
+        translate::too_long::<T>(self, &text).map_or(Ok(tables), |found| Err(Box::new(found)))
     }
 
     /// An error about a tag that the shape of the mesh does not have says so, whatever else is wrong with its table.

@@ -92,6 +92,20 @@ pub(super) fn elsewhere<T: DeserializeOwned>(found: (String, SceneError)) -> (St
     (path, SceneError::UnknownKey { place, key, suggestion, known })
 }
 
+/// A list with more elements than its key takes, which the tables read without a word.
+pub(super) fn too_long<T: DeserializeOwned>(source: &SceneSource, text: &str) -> Option<(String, SceneError)> {
+    let table: toml::Table = text.parse().ok()?;
+    let message = toml::Value::Table(table).try_into::<T>().err()?.to_string();
+    if !message.contains("fewer elements") {
+        return None;
+    }
+    let found = message.split_whitespace().find_map(|word| word.trim_end_matches(',').parse::<usize>().ok())?;
+    let key = message.split('`').nth(1).unwrap_or_default().to_owned();
+    let (value, rule) = (format!("(a list of {found})"), "the list is too long".to_owned());
+    let hint = "take away what is beyond the first elements: a vector has two, a box two corners".to_owned();
+    Some((key.clone(), SceneError::Value { place: source.place(&key), key, value, rule, hint }))
+}
+
 /// Keys of a table of the file `T`; none where it has no such table.
 fn keys_of<T: DeserializeOwned>(table: &str) -> Vec<String> {
     const NONE: &str = "no-such-key";
@@ -132,6 +146,14 @@ fn example(message: &str) -> &'static str {
         "write a number such as 0.1, without quotes"
     } else if message.contains("expected usize") || message.contains("expected u64") {
         "write a whole number such as 10, without quotes"
+    } else if message.contains("array of length 2") {
+        "write a list of two, as in [0.0, 1.0]"
+    } else if message.contains("expected struct") || message.contains("expected a map") {
+        "write a table: braces around, as in { key = value }, or a section [table] of its own"
+    } else if message.contains("wanted string or table") {
+        "write one of the names, in quotes"
+    } else if message.contains("expected a string") {
+        "write a text, in quotes"
     } else {
         "studies/strip/strip.toml shows the form"
     }

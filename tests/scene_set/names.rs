@@ -216,6 +216,25 @@ fn bodies_are_known_by_their_names() {
     source.set("body.0.density", "2").unwrap();
 }
 
+/// Wrong kinds of values, and what is said of each.
+#[test]
+fn values_of_the_wrong_kind_are_told() {
+    for (path, value, parts) in [
+        ("mesh.length", "[0, 1, 2]", ["`mesh.length` = (a list of 3)", "the list is too long"]),
+        ("boundary.inlet.velocity", "{ dirichlet = [1, 0, 0] }", ["a list of 3", "too long"]),
+        ("mesh.length", "5", ["`mesh.length` = 5", "write a list of two"]),
+        ("model.peclet", "[1, 2]", ["`model.peclet` = [1, 2]", "expected a number"]),
+        ("model.kind", "3", ["`model.kind` = 3", "write a text, in quotes"]),
+        ("time.stop", "1e-6", ["`time.stop`", "write a table: braces around"]),
+        ("time.scheme", "2", ["`time.scheme` = 2", "write one of the names, in quotes"]),
+        ("output.1.measures", "overshoot", ["`output.1.measures`", "write a list"]),
+        ("model.peclet", "-inf", ["`model.peclet` = -inf", "must be greater than 0"]),
+        ("time.step", "nan", ["`time.step` = NaN", "must be finite"]),
+    ] {
+        says(path, value, &parts);
+    }
+}
+
 #[test]
 fn paths_of_thousands_of_keys_are_refused_at_once() {
     let begin = std::time::Instant::now();
