@@ -193,7 +193,8 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Plot(args) => tell(cli, args.execute()?),
         Command::Report(args) => tell(cli, args.execute()?),
         Command::Tradeoff { study, sets, out, repeat } => {
-            let (pairs, out, repeat) = (sets.pairs()?, study_folder(study, out.as_deref()), usize::from(*repeat));
+            let (pairs, out, repeat) =
+                (pairs_of_study(cli, study, sets)?, study_folder(study, out.as_deref()), usize::from(*repeat));
             signals::catch("keeping the settings that are finished")?;
             command::tradeoff::tradeoff(study, &pairs, &out, repeat, cli.verbosity(), &INTERRUPT)
         }
@@ -249,6 +250,15 @@ impl Sets {
     }
 }
 
+/// The overrides of a study; says which words of its file, its scene and the overrides have another name today.
+fn pairs_of_study(cli: &Cli, file: &Path, sets: &Sets) -> Result<Vec<(String, String)>, Failure> {
+    let pairs = sets.pairs()?;
+    if cli.verbosity() > Verbosity::Quiet {
+        study::renamed_words(file, &pairs).iter().for_each(|note| say::note(&format!("note: {note}")));
+    }
+    Ok(pairs)
+}
+
 fn tell(cli: &Cli, said: Vec<String>) -> Result<ExitCode, Failure> {
     if cli.verbosity() > Verbosity::Quiet {
         say::tell(&said.join("\n"));
@@ -293,7 +303,7 @@ fn check_study(kind: study::check::Kind, args: &SceneArgs, json: bool) -> Result
 }
 
 fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
-    let study = OrderStudy::read(file, &sets.pairs()?)?;
+    let study = OrderStudy::read(file, &pairs_of_study(cli, file, sets)?)?;
     let out = study_folder(file, out);
     signals::catch("writing the tables of what is complete")?;
     let outcomes = study::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
@@ -324,7 +334,7 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
 }
 
 fn branch(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
-    let study = BranchStudy::read(file, &sets.pairs()?)?;
+    let study = BranchStudy::read(file, &pairs_of_study(cli, file, sets)?)?;
     let out = study_folder(file, out);
     signals::catch("writing the table of what is complete")?;
     let diagram = study::branch::run(&study, &out, cli.verbosity(), &INTERRUPT)?;

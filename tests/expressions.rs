@@ -4,7 +4,7 @@ use monolayer::mesh::Point;
 use monolayer::model::Expression;
 
 fn parse(text: &str) -> Expression {
-    Expression::parse(text, &[("peclet", 2.0), ("slip", -0.5)]).unwrap()
+    Expression::parse(text, &[("peclet", 2.0), ("alignment", -0.5)]).unwrap()
 }
 
 fn at(text: &str, x: f64, y: f64, t: f64) -> f64 {
@@ -12,7 +12,7 @@ fn at(text: &str, x: f64, y: f64, t: f64) -> f64 {
 }
 
 fn refused(text: &str) -> String {
-    Expression::parse(text, &[("peclet", 2.0), ("slip", -0.5)]).unwrap_err().to_string()
+    Expression::parse(text, &[("peclet", 2.0), ("alignment", -0.5)]).unwrap_err().to_string()
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn values_follow_the_usual_precedence() {
         ("-3*2 + 1", -5.0),
         ("1e-3*2.5E2", 0.25),
         (".5 + 1.", 1.5),
-        ("peclet*slip", -1.0),
+        ("peclet*alignment", -1.0),
         ("max(1, min(2, 3)) + 4", 6.0),
         ("if(1 < 2, if(0, 1, 5), 7)", 5.0),
         ("heaviside(0) + sign(0) + sign(-3)", 0.0),
@@ -55,7 +55,7 @@ fn values_follow_the_usual_precedence() {
 #[test]
 fn what_a_formula_depends_on() {
     assert!(parse("peclet + pi").is_constant());
-    assert!(parse("0*slip").is_zero());
+    assert!(parse("0*alignment").is_zero());
     assert!(!parse("x").is_constant());
     assert!(parse("x*cos(t)").depends_on_time());
     assert!(!parse("x*y").depends_on_time());
@@ -103,7 +103,7 @@ fn powers_of_zero_and_of_negative_numbers_have_derivatives() {
 #[test]
 fn unknown_names_come_with_those_that_exist() {
     let message = refused("1 - pecle*y");
-    for part in ["`1 - pecle*y`", "`pecle`", "did you mean `peclet`?", "x, y, t, peclet, slip, pi"] {
+    for part in ["`1 - pecle*y`", "`pecle`", "did you mean `peclet`?", "x, y, t, peclet, alignment, pi"] {
         assert!(message.contains(part), "{message}");
     }
     let message = refused("sine(x)");
@@ -139,7 +139,7 @@ fn wrong_syntax_is_placed() {
 
 #[test]
 fn values_that_are_not_finite_are_refused() {
-    for text in ["1/0", "sqrt(-1)", "ln(0*slip)", "min(1, sqrt(-1))", "max(sqrt(-1), 1)", "sqrt(-1) < 1"] {
+    for text in ["1/0", "sqrt(-1)", "ln(0*alignment)", "min(1, sqrt(-1))", "max(sqrt(-1), 1)", "sqrt(-1) < 1"] {
         let message = refused(text);
         assert!(message.contains("must be finite"), "{text}: {message}");
     }

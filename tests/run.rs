@@ -53,10 +53,10 @@ kind = "anderson"
 depth = 4
 
 [[output]]
-fields = ["velocity", "pressure", "polarity", "molecular-field", "stream-function", "tissue-velocity"]
+fields = ["velocity", "pressure", "polarity", "molecular_field", "stream_function", "tissue_velocity"]
 every = { time = 0.25 }
 [[output]]
-measures = ["overshoot", "asymmetry", "free-energy"]
+measures = ["overshoot", "asymmetry", "free_energy"]
 every = { steps = 3 }
 [[output]]
 cuts = ["axis-1", "axis-3", { name = "oblique", from = [-3.0, -2.0], to = [5.0, 2.0], points = 40 }]
@@ -421,7 +421,7 @@ fn a_resumed_run_may_measure_more_and_write_other_fields() {
     let root = tempfile::tempdir().unwrap();
     let out = folder(&root, "out");
     let less =
-        [("output.1.measures", "[\"free-energy\"]"), ("output.0.fields", "[\"velocity\"]"), ("time.max_steps", "4")];
+        [("output.1.measures", "[\"free_energy\"]"), ("output.0.fields", "[\"velocity\"]"), ("time.max_steps", "4")];
     run_in(&out, &scene_of(&settling(), &less), false).unwrap();
     run_in(&out, &scene_of(&settling(), &[("time.stop.residual", "1e-12")]), true).unwrap();
     let mut reader = csv::Reader::from_path(out.join("history.csv")).unwrap();
@@ -639,7 +639,9 @@ end = 0.5
 fn a_failed_step_has_one_hint() {
     let inaccurate = SolveError::Inaccurate { system: "Newton".into(), residual: 1e-3, hint: "a smaller step".into() };
     let cause = Box::new(StepFailure::from(inaccurate));
-    let error = MarchError::StepTooSmall { step: 1, t: 0.0, step_min: 1e-6, cause, hint: "a finer mesh" }.to_string();
+    let step_min = monolayer::time::ControlSettings::new(1.0, 1e-6).step_min;
+    let error =
+        MarchError::StepTooSmall { step: 1, t: 0.0, step_min, cause, hint: "a finer mesh".to_owned() }.to_string();
     assert!(error.contains("with relative residual 1.0e-3 only; hint: a finer mesh"), "{error}");
     assert_eq!(error.matches("hint: ").count(), 1, "{error}");
 }

@@ -146,7 +146,7 @@ name = "good"
     assert_eq!(table.column("status"), ["finished", "refused", "refused", "refused", "refused"]);
     assert!(table.column("reason")[4].contains("friction"), "{:?}", table.column("reason"));
 
-    let root = with_study(&study.replace("model.beta\" = [0.5]", "model.slip\" = [0.5]"));
+    let root = with_study(&study.replace("model.beta\" = [0.5]", "model.alignment\" = [0.5]"));
     let output = program(root.path(), &base);
     assert_eq!(output.status.code(), Some(1));
     let table = results(&root);
@@ -211,10 +211,10 @@ fn an_interrupted_sweep_keeps_its_rows() {
 fn overrides_reach_every_run() {
     let root = with_study(STUDY);
     // they win over `set`, and the study's own keys can be set, too
-    let sets = ["--set", "time.step=0.25", "--set", "vary={ \"model.slip\" = [0, 1] }"];
+    let sets = ["--set", "time.step=0.25", "--set", "vary={ \"model.alignment\" = [0, 1] }"];
     succeeds(root.path(), &[&["study", "tiny.toml", "-q", "--out", "out"], &sets[..]].concat());
     let table = results(&root);
-    assert_eq!((table.column("steps"), table.column("model.slip")), (vec!["1", "1"], vec!["0", "1"]));
+    assert_eq!((table.column("steps"), table.column("model.alignment")), (vec!["1", "1"], vec!["0", "1"]));
     // what is left repeats it, from any folder
     std::fs::create_dir(root.path().join("elsewhere")).unwrap();
     std::fs::rename(root.path().join("out/study.toml"), root.path().join("elsewhere/study.toml")).unwrap();
@@ -310,10 +310,10 @@ fn wrong_cases_are_explained() {
 
 #[test]
 fn overrides_that_the_study_undoes_are_refused() {
-    let root = with_study(&format!("{STUDY}[[case]]\nname = \"a\"\nset = {{ \"model.slip\" = 0.5 }}\n"));
+    let root = with_study(&format!("{STUDY}[[case]]\nname = \"a\"\nset = {{ \"model.alignment\" = 0.5 }}\n"));
     let set = |set: &str, parts: &[&str]| refused_in(&root, &["study", "tiny.toml", "--set", set], parts);
     set("model.peclet=3", &["square.toml with `model.peclet` set: `model.peclet` = 3", "`vary` of the study sets it"]);
-    set("model.slip=0", &["`model.slip` = 0", "case `a` of the study sets it"]);
+    set("model.alignment=0", &["`model.alignment` = 0", "case `a` of the study sets it"]);
     set("vari={}", &["(did you mean `vary`?)", "of the study title, scene, set, vary, case"]);
 }
 
@@ -412,13 +412,13 @@ fn shards_make_the_table_of_the_whole() {
 fn ranges_pairs_and_seeds_are_rows() {
     let study = r#"scene = "square.toml"
 set = { "mesh.n" = 2, "time.step" = 0.25 }
-vary = { "model.slip" = { linspace = [-1, 1, 3] } }
+vary = { "model.alignment" = { linspace = [-1, 1, 3] } }
 together = [{ "model.peclet" = { logspace = [0.01, 1.0, 3] }, "model.beta" = [0.1, 0.2, 0.3] }]
 "#;
     let root = with_study(&study.replace("\"mesh.n\"", "\"model.friction\" = \"\", \"mesh.n\""));
     succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out", "--set", "time.end=0.25"]);
     let table = results(&root);
-    assert_eq!(table.column("model.slip"), ["-1", "-1", "-1", "0", "0", "0", "1", "1", "1"]);
+    assert_eq!(table.column("model.alignment"), ["-1", "-1", "-1", "0", "0", "0", "1", "1", "1"]);
     assert_eq!(table.column("model.peclet")[..4], ["0.01", "0.1", "1", "0.01"]);
     assert_eq!(table.column("model.beta")[..4], ["0.1", "0.2", "0.3", "0.1"]);
     let seeds = "scene = \"square.toml\"\nset = { \"mesh.n\" = 2, \"time.step\" = 0.25, \"time.end\" = 0.25, \
@@ -442,7 +442,10 @@ fn wrong_ranges_pairs_names_and_plots_are_explained() {
         let line = format!("tiny.toml, line {}", STUDY.lines().count() + 1);
         refused_in(&root, &["study", "tiny.toml"], &[&[line.as_str()], parts].concat());
     };
-    with("together = [{ \"model.beta\" = [0.1, 0.2], \"model.slip\" = [1] }]", &["as many values as `model.beta`, 2"]);
+    with(
+        "together = [{ \"model.beta\" = [0.1, 0.2], \"model.alignment\" = [1] }]",
+        &["as many values as `model.beta`, 2"],
+    );
     with("together = [{ \"model.peclet\" = [0.1] }]", &["the key varies already"]);
     with("seeds = []", &["`seeds` = []", "one seed or more"]);
     with("seeds = -1", &["`seeds`", "must not be negative"]);
@@ -456,7 +459,7 @@ fn wrong_ranges_pairs_names_and_plots_are_explained() {
 #[test]
 fn a_plot_and_a_typed_table_lie_beside_the_text() {
     let plot = "plot = [{ x = \"model.peclet\", y = \"iterations\", log = \"x\" }]\nmeasures = [\"free_energy\"]\nduration = \"2 s\"\n";
-    let energy = ", \"output\" = [{ measures = [\"free-energy\", \"energy-budget\"] }] }";
+    let energy = ", \"output\" = [{ measures = [\"free_energy\", \"energy_budget\"] }] }";
     let root = with_study(&format!("{}{plot}", STUDY.replacen(" }", energy, 1)));
     let output = succeeds(root.path(), &["study", "tiny.toml", "--out", "out"]);
     assert!(error_of(&output).contains("4 runs, about 2 s on 2 cores"), "{}", error_of(&output));

@@ -479,7 +479,7 @@ fn blame_penalty(slip: SlipTreatment, mut error: SolveError) -> SolveError {
     if let (SlipTreatment::Penalty { epsilon }, SolveError::Inaccurate { hint, .. }) = (slip, &mut error) {
         *hint = format!(
             "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
-             take `space.slip = \"rotated\"`"
+             take `space.walls = \"rotated\"`"
         );
     }
     error

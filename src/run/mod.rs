@@ -60,11 +60,11 @@ pub enum RunError {
     Scene(#[from] Box<SceneError>),
     #[error("{origin}: {error}")]
     Mesh { origin: String, error: Box<MeshError> },
-    #[error("{origin}: {error}")]
+    #[error("{}", located(origin, error))]
     Model { origin: String, error: Box<MomentumError> },
     #[error("{origin}: the start cannot be solved for: {error}")]
     Begin { origin: String, error: Box<StepFailure> },
-    #[error("{origin}: {error}")]
+    #[error("{}", located(origin, error))]
     Formula { origin: String, error: Box<ExpressionError> },
     #[error("{origin}: {error}")]
     Contact { origin: String, error: Box<ContactError> },
@@ -106,6 +106,14 @@ pub enum RunError {
     BadMemory { value: String },
     #[error("{file}: {what}; hint: {hint}")]
     Start { file: String, what: String, hint: String },
+}
+
+/// An error behind its place; one that begins with the file itself has it once.
+fn located(origin: &str, error: &dyn std::fmt::Display) -> String {
+    let text = error.to_string();
+    let file = origin.split(", line ").next().unwrap_or(origin);
+    let rest = text.strip_prefix(file).and_then(|rest| rest.strip_prefix(": "));
+    format!("{origin}: {}", rest.unwrap_or(&text))
 }
 
 impl RunError {

@@ -96,7 +96,7 @@ fn written(scene: &ParticlesScene) -> f64 {
 
 /// What is worth knowing before the run and no error.
 fn remarks(scene: &ParticlesScene) -> Vec<String> {
-    let mut remarks = Vec::new();
+    let mut remarks = scene.source().notes().to_vec();
     let steps = scene.time.end / scene.time.pace.step;
     if steps > 1e6 && scene.time.max_steps.is_none() {
         remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.pace.step, scene.time.end));

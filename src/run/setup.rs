@@ -503,7 +503,7 @@ fn exact_density(scene: &Scene) -> &Expression {
 /// The first key in which two resolved scenes differ, of those that define the problem.
 pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     let read = |text: &str| -> toml::Table {
-        let mut table: toml::Table = text.parse().unwrap_or_default();
+        let mut table = crate::scene::renamed::table(text).unwrap_or_default();
         for key in ["output", "title", "accuracy", "coupling", "steady", "strain"] {
             table.remove(key);
         }

@@ -13,6 +13,7 @@ pub mod output;
 pub mod particles;
 pub mod path;
 pub mod presets;
+pub mod renamed;
 mod resolve;
 mod source;
 pub mod start;
@@ -285,7 +286,7 @@ impl Scene {
 
     /// What is worth knowing before the run and no error.
     pub fn remarks(&self) -> Vec<String> {
-        let mut remarks = Vec::new();
+        let mut remarks = self.source.notes().to_vec();
         let steps = self.time.end / self.time.control.step;
         if steps > 1e6 && self.time.max_steps.is_none() {
             remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", self.time.control.step, self.time.end));

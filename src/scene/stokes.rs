@@ -13,7 +13,7 @@ use super::particles::{MotionTime, MotionTimeTable};
 use super::path::quoted;
 use super::resolve;
 use super::source::SceneSource;
-use super::tables::SlipName;
+use super::tables::WallsName;
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::NamedCondition;
@@ -89,14 +89,15 @@ pub struct StokesModel {
 pub struct StokesSpace {
     /// Velocity k+1, pressure k; 1 to 3 (default 1).
     pub k: usize,
-    pub slip: SlipName,
+    /// How slip walls are imposed: `"rotated"` (default) or `"penalty"`.
+    pub walls: WallsName,
     /// `ε_r` of slip by penalty (default 1e-8).
     pub penalty: f64,
 }
 
 impl Default for StokesSpace {
     fn default() -> Self {
-        Self { k: 1, slip: SlipName::Rotated, penalty: 1e-8 }
+        Self { k: 1, walls: WallsName::Rotated, penalty: 1e-8 }
     }
 }
 

@@ -35,6 +35,7 @@ use crate::scene::{Place, SceneError};
 pub use branch_file::BranchStudy;
 pub use file::{OrderStudy, Variant};
 pub use order::{Level, Outcome, run};
+pub use source::renamed_words;
 pub use sweep_file::{Case, SweepStudy};
 pub use tradeoff_file::TradeoffStudy;
 

@@ -14,6 +14,7 @@ use super::{Phases, abdf, bdf};
 use crate::model::expression::ExpressionError;
 use crate::model::momentum::MomentumError;
 use crate::model::{Residuals, State, Volume};
+use crate::solve::SolveError;
 use crate::space::Field;
 
 /// How time is discretised.
@@ -61,7 +62,7 @@ pub enum MarchError {
         "step {step} from t = {t} failed and Δt would fall below {step_min}: {}; hint: {hint}",
         without_hint(cause)
     )]
-    StepTooSmall { step: usize, t: f64, step_min: Smallest, cause: Box<StepFailure>, hint: &'static str },
+    StepTooSmall { step: usize, t: f64, step_min: Smallest, cause: Box<StepFailure>, hint: String },
     #[error("stopped from outside during step {step} from t = {t}")]
     Interrupted { step: usize, t: f64 },
     #[error("step {step} from t = {t} failed: {cause}")]
@@ -69,11 +70,12 @@ pub enum MarchError {
 }
 
 /// What to do where no step is small enough.
-fn hint(cause: &StepFailure, kind: CouplingKind) -> &'static str {
-    match cause {
+fn hint(cause: &StepFailure, kind: CouplingKind) -> String {
+    let hint = match cause {
         // fluxes leave no mean negative
         StepFailure::Density(_) => "a `source.density` may take no more than there is; else take a finer mesh there",
         StepFailure::Momentum(MomentumError::Vacuum) => "give a friction, or keep the density away from 0",
+        StepFailure::Momentum(MomentumError::Weighted(SolveError::Inaccurate { hint, .. })) => hint.as_str(),
         StepFailure::Bodies(_) => "take a smaller `time.step`, or milder forces on bodies",
         StepFailure::Slow { .. }
         | StepFailure::Diverged { .. }
@@ -81,7 +83,8 @@ fn hint(cause: &StepFailure, kind: CouplingKind) -> &'static str {
         | StepFailure::Momentum(_)
         | StepFailure::Formula(_)
         | StepFailure::Interrupted => kind.hint(),
-    }
+    };
+    hint.to_owned()
 }
 
 /// What went wrong, where another hint follows.

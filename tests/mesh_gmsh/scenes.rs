@@ -21,7 +21,7 @@ fn scene_text(tags: &[&str]) -> String {
          \"bdf2\"\nstep = 0.1\nend = 0.2\n\
         [[output]]\nfields = [\"velocity\", \"pressure\", \"stream-function\"]\nmaps = [{ of = \"speed\" }]\nevery = \
          { time = 0.1 }\n\
-        [[output]]\nmeasures = [\"free-energy\"]\nevery = { steps = 1 }\n"
+        [[output]]\nmeasures = [\"free_energy\"]\nevery = { steps = 1 }\n"
         .to_owned();
     for tag in tags {
         let key = monolayer::scene::path::quoted(tag);

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use super::error::SceneError;
 use super::path::quoted;
 use super::presets;
-use super::tables::{CouplingName, DensityScheme, SceneFile, SlipName, SpaceTable, TimeStart};
+use super::tables::{CouplingName, DensityScheme, SceneFile, SpaceTable, TimeStart, WallsName};
 use super::{
     ControlSettings, CouplingSettings, Scene, SceneKind, SceneSource, SlipTreatment, Sources, Space, SteadySettings,
     Time,
@@ -142,13 +142,19 @@ impl Checker<'_> {
         self.pair(key, formulas, &p.symbols())
     }
 
+    /// How messages about the formula under `key` begin while it is used.
+    fn given(&self, key: &str) -> String {
+        format!("{}: `{key}`: ", self.source.origin())
+    }
+
     fn pair(
         &self,
         key: &str,
         formulas: &VectorFormula,
         symbols: &[(&str, f64)],
     ) -> Result<[Expression; 2], SceneError> {
-        let parsed = parse_vector(formulas, symbols);
+        let given = self.given(key);
+        let parsed = parse_vector(formulas, symbols).map(|pair| pair.map(|formula| formula.given_at(&given)));
         parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
@@ -156,7 +162,8 @@ impl Checker<'_> {
     }
 
     fn formula(&self, key: &str, formula: &Formula, p: &Parameters) -> Result<Expression, SceneError> {
-        formula.parse(&p.symbols()).map_err(|error| {
+        let parsed = formula.parse(&p.symbols()).map(|parsed| parsed.given_at(&self.given(key)));
+        parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
         })
@@ -250,9 +257,9 @@ impl Checker<'_> {
         };
         self.degree("polarity", polarity, 1)?;
         let epsilon = self.penalty(table.penalty)?;
-        let slip = match table.slip {
-            SlipName::Rotated => SlipTreatment::Rotated,
-            SlipName::Penalty => SlipTreatment::Penalty { epsilon },
+        let slip = match table.walls {
+            WallsName::Rotated => SlipTreatment::Rotated,
+            WallsName::Penalty => SlipTreatment::Penalty { epsilon },
         };
         Ok(Space { velocity, pressure, density, polarity, slip })
     }
@@ -322,7 +329,8 @@ impl Checker<'_> {
         for (tag, table) in &mut file.boundary {
             let conditions = table
                 .check(p.kind(), &p.symbols(), exact)
-                .map_err(|error| self.model(&format!("boundary.{}", quoted(tag)), error))?;
+                .map_err(|error| self.model(&format!("boundary.{}", quoted(tag)), error))?
+                .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
             let from_exact = sources.boundary().is_some();
             let given =
                 matches!(&conditions.velocity, VelocityCondition::Traction(f) if !f.iter().all(Expression::is_zero));
@@ -353,6 +361,7 @@ impl Checker<'_> {
         let table = &mut file.time;
         let step = self.positive("time.step", table.step, "the first and largest step, such as 0.1")?;
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
+        self.step_counts(step, end)?;
         let step_min = self.step_min(step, table.step_min)?;
         table.step_min = Some(step_min.value());
         let rule = format!("must not be longer than the run, time.end = {end}");
@@ -411,6 +420,13 @@ impl Checker<'_> {
             stop_energy_rate,
             rests_from: 0.0,
         })
+    }
+
+    /// A step that the clock does not see at the end would never get there.
+    fn step_counts(&self, step: f64, end: f64) -> Result<(), SceneError> {
+        let rule = format!("is lost beside time.end = {}: t + step would be t", shown(end));
+        let hint = "numbers have 16 digits: raise `step` or lower `end`";
+        self.require(end + 0.5 * step > end, "time.step", shown(step), &rule, hint)
     }
 
     fn density_implicit(&self, scheme: &mut Option<DensityScheme>, kind: ModelKind) -> Result<bool, SceneError> {
