@@ -79,7 +79,6 @@ impl Writer {
         scene: &Scene,
         setup: &Setup,
         out: &Path,
-        march: &March,
         resumed: Option<Resumed>,
     ) -> Result<Self, RunError> {
         let last_time = resumed.map(|resumed| resumed.last_time());
