@@ -41,7 +41,7 @@ fn a_comparison_is_shown_with_its_numbers_and_pictures() {
         "bins with cells",
         "14 × 10",
         "alt=\"cells &amp; run: measured\"",
-        "alt=\"cells &amp; run: data less run\"",
+        "alt=\"cells &amp; run: measured less run\"",
         "Settings (study.toml)",
     ] {
         assert!(page.contains(part), "{part}");
@@ -55,7 +55,7 @@ fn a_comparison_is_shown_with_its_numbers_and_pictures() {
     let summary = std::fs::read_to_string(root.path().join("cmp/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let relative = summary["measures"]["relative"]["value"].as_f64().unwrap();
-    assert!(page.contains(&format!("{relative:.4}")[..5]), "{relative}");
+    assert!(page.contains(&relative.to_string()[..5]), "{relative}");
 
     // sections beside those of a run
     let run = results().join("one");
