@@ -5,7 +5,7 @@ use crate::model::State;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::Incompressible;
 use crate::solve::dot;
-use crate::time::{Kind, March};
+use crate::time::{Kind, March, Sheet};
 
 /// `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
 ///

@@ -199,7 +199,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     let resumed = kept.as_ref().map(|_| Resumed::at(&options.out, march.counts.steps, march.t));
     let _stake = stake::Stake::new();
     folder::write_scene(&options.out, &scene.resolved_toml(), known.as_deref())?;
-    let mut writer = Writer::new(scene, &setup, &options.out, &march, resumed)?;
+    let mut writer = Writer::new(scene, &setup, &options.out, resumed)?;
     let mut progress = Progress::new(options.verbosity, march.t);
     for remark in setup.remarks(scene) {
         progress.say(&format!("note: {remark}"));

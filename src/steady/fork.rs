@@ -3,7 +3,7 @@
 use super::arclength::{Direction, correct};
 use super::branch::{Point, Special, Station, Walk};
 use super::pseudo::Stall;
-use super::spectrum::{Mode, Spectrum};
+use super::spectrum::{Mode, Spectrum, Stability};
 use crate::solve::root;
 
 /// A critical eigenvalue is located to this real part.

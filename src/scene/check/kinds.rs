@@ -168,7 +168,7 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let table = &file.space;
     let mut space = SpaceTable { k: table.k, degree: DegreeTable::default(), slip: table.slip, penalty: table.penalty };
     let space = checker.space(&mut space, ModelKind::Incompressible)?;
-    checker.turning(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.bend_to_turn(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;
     let boundary = checker.flow_boundary(&mut file, &symbols)?;
     let force = file.source.as_ref().map(|table| checker.pair("source.force", &table.force, &symbols)).transpose()?;

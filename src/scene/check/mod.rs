@@ -55,7 +55,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
     let space = checker.space(&mut file.space, parameters.kind())?;
-    checker.turning(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.bend_to_turn(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
@@ -196,7 +196,7 @@ impl Checker<'_> {
 
     /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities have only in cells of at
     /// most their own degree.
-    fn turning<'a>(
+    fn bend_to_turn<'a>(
         &self,
         mesh: &mut MeshScene,
         degree: usize,
