@@ -69,6 +69,7 @@ fn body(shape: Shape, position: Point, force: [f64; 2]) -> Body {
         friction: 0.0,
         start: Pose { position, angle: 0.0 },
         start_twist: Twist::ZERO,
+        key: String::new(),
     }
 }
 

@@ -24,12 +24,19 @@ pub enum ShapeError {
     NotConvex { index: usize, x: f64, y: f64 },
     #[error("the polygon winds round more than once; hint: list the corners in their order around the body")]
     Winding,
-    #[error("the polygon is a sliver: its width is {width:.1e} of its length; hint: use a capsule for a thin rod")]
-    Sliver { width: f64 },
+    #[error(
+        "the {shape} is a sliver: its width is {width:.1e} of its length, and {least:.0e} is the least; \
+         hint: {hint}",
+        least = NARROWEST
+    )]
+    Sliver { shape: &'static str, width: f64, hint: &'static str },
 }
 
 /// The narrowest shape, width over length, that distances and cuts are computed for.
 const NARROWEST: f64 = 1e-6;
+
+const THICKER: &str =
+    "make it thicker: what is thinner than the gaps around it, or than a cell of a mesh, changes nothing";
 
 impl Shape {
     /// The shape if it is one: sizes positive and finite, polygons convex, made counterclockwise and moved so that the centre of area is
@@ -49,7 +56,7 @@ impl Shape {
                 positive("semi_axes[1]", b)?;
                 let width = a.min(b) / a.max(b);
                 if width < NARROWEST {
-                    return Err(ShapeError::Sliver { width });
+                    return Err(ShapeError::Sliver { shape: "ellipse", width, hint: THICKER });
                 }
             }
             Shape::Capsule { half_length, radius } => {
@@ -59,7 +66,7 @@ impl Shape {
                 }
                 let width = radius / (half_length + radius);
                 if width < NARROWEST {
-                    return Err(ShapeError::Sliver { width });
+                    return Err(ShapeError::Sliver { shape: "capsule", width, hint: THICKER });
                 }
             }
             Shape::Polygon { vertices } => return Shape::polygon(vertices).map(|(shape, _)| shape),
@@ -149,7 +156,14 @@ fn check_width(vertices: &[Point]) -> Result<(), ShapeError> {
     let normals = || edges(vertices).map(|(p, q)| (q - p).normalize());
     let width = normals().map(|e| spread(Point::new(-e.y, e.x))).fold(f64::INFINITY, f64::min);
     let length = normals().map(spread).fold(0.0, f64::max);
-    if width < NARROWEST * length { Err(ShapeError::Sliver { width: width / length }) } else { Ok(()) }
+    if width >= NARROWEST * length {
+        return Ok(());
+    }
+    Err(ShapeError::Sliver {
+        shape: "polygon",
+        width: width / length,
+        hint: "a capsule is a rod with round ends; make it thicker",
+    })
 }
 
 /// Distance from the disc about the origin; `fallback` is the gradient at its centre.

@@ -149,22 +149,21 @@ pub(super) fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, Ex
     if value.is_finite() {
         return Ok(value);
     }
-    let (text, at) = (formula.text().to_string(), pose.position);
-    Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t })
+    Err(formula.not_finite(value, pose.position, t))
 }
 
 /// Tells of which body a formula is.
 pub(super) fn of<T>(body: &Body, what: &'static str, result: Result<T, ExpressionError>) -> Result<T, ExpressionError> {
-    result.map_err(|error| ExpressionError::OfBody { body: body.name.clone(), what, error: Box::new(error) })
+    result.map_err(|error| ExpressionError::OfBody { place: body.formula(what), error: Box::new(error) })
 }
 
 /// Where a body is at time t if it follows a path, and where it starts otherwise.
 pub(super) fn start(body: &Body, t: f64) -> Result<Pose, ExpressionError> {
     match &body.hold {
-        Hold::Path { position: [x, y], angle } => Ok(Pose {
-            position: Point::new(value(x, &body.start, t)?, value(y, &body.start, t)?),
-            angle: value(angle, &body.start, t)?,
-        }),
+        Hold::Path { position: [x, y], angle } => {
+            let [x, y, angle] = [x, y, angle].map(|f| of(body, "motion.path", value(f, &body.start, t)));
+            Ok(Pose { position: Point::new(x?, y?), angle: angle? })
+        }
         Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => Ok(body.start),
     }
 }

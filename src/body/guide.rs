@@ -35,11 +35,6 @@ impl Guide {
         self.bodies.iter().map(|body| start(body, t)).collect()
     }
 
-    /// Whether nothing ever moves.
-    pub fn is_at_rest(&self) -> bool {
-        self.bodies.iter().all(|body| matches!(body.hold, Hold::Fixed))
-    }
-
     /// External forces and torques.
     ///
     /// # Errors

@@ -58,11 +58,11 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// The motions of bodies; hosts of `old` are kept where they serve as well as others.
+    /// The motions of bodies.
     ///
     /// # Errors
     /// Nodes that have no components of their own.
-    pub fn new(immersion: &Immersion, frames: &Frames, old: Option<&Kernel>) -> Result<Self, BodyError> {
+    pub fn new(immersion: &Immersion, frames: &Frames) -> Result<Self, BodyError> {
         let patches = (0..immersion.parts.len()).flat_map(|body| patches(immersion, body)).collect();
         let mut kernel = Self { fields: Vec::new(), hosts: Vec::new(), patches, clusters: Vec::new() };
         let owners = kernel.owners();
@@ -70,7 +70,7 @@ impl Kernel {
             let cluster = kernel.cluster(immersion, frames, patches, &owners)?;
             let fields: Vec<Sparse> =
                 cluster.free_motions().iter().map(|c| kernel.field(immersion, frames, &cluster.patches, c)).collect();
-            let hosts = kernel.hosts_of(immersion, frames, &cluster.patches, &fields, old);
+            let hosts = kernel.hosts_of(immersion, frames, &cluster.patches, &fields);
             kernel.fields.extend(fields);
             kernel.hosts.extend(hosts);
             kernel.clusters.push(cluster);
@@ -158,14 +158,7 @@ impl Kernel {
     }
 
     /// Free unknowns on which the fields are independent, by elimination with the largest pivots, from cells that the bodies fill well.
-    fn hosts_of(
-        &self,
-        immersion: &Immersion,
-        frames: &Frames,
-        patches: &[usize],
-        fields: &[Sparse],
-        old: Option<&Kernel>,
-    ) -> Vec<usize> {
+    fn hosts_of(&self, immersion: &Immersion, frames: &Frames, patches: &[usize], fields: &[Sparse]) -> Vec<usize> {
         let mut candidates = BTreeSet::new();
         for patch in patches.iter().map(|&patch| &self.patches[patch]) {
             let area = |cell: &usize| immersion.parts[patch.body][cell].area;
@@ -180,15 +173,7 @@ impl Kernel {
             fields.iter().map(at).collect()
         };
         let rows: Vec<(usize, Vec<f64>)> = candidates.iter().map(|&u| (u, values(u))).collect();
-        let (fresh, pivot) = eliminate(rows, fields.len());
-        let kept: Vec<(usize, Vec<f64>)> = old
-            .iter()
-            .flat_map(|kernel| &kernel.hosts)
-            .filter(|u| candidates.contains(u))
-            .map(|&u| (u, values(u)))
-            .collect();
-        let (kept, kept_pivot) = eliminate(kept, fields.len());
-        if kept.len() == fields.len() && kept_pivot > 0.3 * pivot { kept } else { fresh }
+        eliminate(rows, fields.len())
     }
 
     /// A field that is rigid on the patches and follows the prescribed velocities `v_D` of nodes there, by free unknown.
@@ -298,9 +283,9 @@ fn prescribed_directions(frames: &Frames, node: usize) -> Option<Vec<Point>> {
     })
 }
 
-/// The rows of a Gauss elimination with the largest pivots, and the smallest of these.
-fn eliminate(mut rows: Vec<(usize, Vec<f64>)>, columns: usize) -> (Vec<usize>, f64) {
-    let (mut taken, mut smallest) = (Vec::new(), f64::INFINITY);
+/// The rows of a Gauss elimination with the largest pivots.
+fn eliminate(mut rows: Vec<(usize, Vec<f64>)>, columns: usize) -> Vec<usize> {
+    let mut taken = Vec::new();
     for _ in 0..columns.min(rows.len()) {
         let (mut best, mut at) = (0.0, (0, 0));
         for (i, (_, row)) in rows.iter().enumerate() {
@@ -311,9 +296,8 @@ fn eliminate(mut rows: Vec<(usize, Vec<f64>)>, columns: usize) -> (Vec<usize>, f
             }
         }
         if best == 0.0 {
-            return (taken, 0.0);
+            break;
         }
-        smallest = smallest.min(best);
         let (unknown, pivot) = rows.swap_remove(at.0);
         for (_, row) in &mut rows {
             let factor = row[at.1] / pivot[at.1];
@@ -322,5 +306,5 @@ fn eliminate(mut rows: Vec<(usize, Vec<f64>)>, columns: usize) -> (Vec<usize>, f
         }
         taken.push(unknown);
     }
-    (taken, smallest)
+    taken
 }

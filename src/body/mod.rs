@@ -12,6 +12,7 @@ pub mod motion;
 pub mod outline;
 pub mod penalty;
 pub mod shape;
+pub mod stiffness;
 
 use crate::mesh::Point;
 use crate::model::Expression;
@@ -90,6 +91,8 @@ pub enum Hold {
 pub struct Body {
     /// What tables and messages call it.
     pub name: String,
+    /// Its table in the scene, such as `body.0`, for messages; may be empty.
+    pub key: String,
     pub shape: Shape,
     pub hold: Hold,
     /// Mass per area; inertia counts in `particles` only.
@@ -110,6 +113,14 @@ impl Body {
     /// Mass `m`.
     pub fn mass(&self) -> f64 {
         self.density * self.shape.area()
+    }
+
+    /// One of its formulas, as messages name it.
+    pub fn formula(&self, name: &str) -> String {
+        match self.key.is_empty() {
+            true => format!("the {name} of the body `{}`", self.name),
+            false => format!("the {name} of the body `{}` (`{}.{name}`)", self.name, self.key),
+        }
     }
 
     /// Moment of inertia about the centre.

@@ -61,6 +61,17 @@ impl Shape {
             Shape::Polygon { vertices } => vertices.iter().map(|v| v.norm()).fold(0.0, f64::max),
         }
     }
+
+    /// Radius of the largest disc about the centre that lies within the shape: half of the thickness.
+    pub fn inradius(&self) -> f64 {
+        match self {
+            Shape::Disc { radius } | Shape::Capsule { radius, .. } => *radius,
+            Shape::Ellipse { semi_axes: [a, b] } => a.min(*b),
+            Shape::Polygon { vertices } => {
+                edges(vertices).map(|(p, q)| p.perp(&q) / (q - p).norm()).fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
 }
 
 /// The edges of a polygon.

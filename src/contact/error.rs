@@ -8,7 +8,8 @@ pub enum ContactError {
     )]
     Step { dt: f64 },
     #[error(
-        "the {what} of body \"{body}\" is {value}{at}: it must be finite; hint: look at the formulas of its force and torque"
+        "the {what} of body \"{body}\" is {value}{at}: it must be finite; hint: a formula must be finite wherever it \
+         is used"
     )]
     NotFinite { body: String, what: &'static str, value: f64, at: String },
     #[error(
@@ -21,9 +22,25 @@ pub enum ContactError {
     Overlap { first: String, second: String, depth: f64 },
     #[error(
         "the bodies cannot move without overlap, \"{first}\" and {second} least of all (missed by {miss:.1e} after {iterations} iterations); hint: \
-         a body may be caught between moving obstacles or walls; or take a smaller step"
+         {hint}"
     )]
-    Caught { first: String, second: String, miss: f64, iterations: usize },
+    Caught { first: String, second: String, miss: f64, iterations: usize, hint: String },
+    #[error(
+        "\"{first}\" and {second} move by {travel:.2e} past each other in one step of {dt:.2e}, and could pass \
+         through each other: no more than {limit:.2e} is followed; hint: take a smaller step"
+    )]
+    TooFar { first: String, second: String, travel: f64, limit: f64, dt: f64 },
     #[error("`{key}` = {value}: {rule}; hint: {hint}")]
     Setting { key: &'static str, value: f64, rule: &'static str, hint: &'static str },
+}
+
+impl ContactError {
+    /// Whether a shorter step can be what this one could not.
+    pub fn is_cured_by_a_smaller_step(&self) -> bool {
+        match self {
+            Self::TooFar { .. } => true,
+            Self::Step { .. } | Self::NotFinite { .. } | Self::Inertia { .. } | Self::Coincident { .. } => false,
+            Self::Overlap { .. } | Self::Caught { .. } | Self::Setting { .. } => false,
+        }
+    }
 }

@@ -23,11 +23,6 @@ pub struct Touch {
 }
 
 impl Touch {
-    /// The same touch with the roles exchanged.
-    pub fn exchanged(self) -> Self {
-        Self { normal: -self.normal, on_first: self.on_second, on_second: self.on_first, ..self }
-    }
-
     /// Midway between the nearest points.
     pub fn point(&self) -> Point {
         0.5 * (self.on_first + self.on_second)

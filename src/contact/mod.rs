@@ -9,6 +9,7 @@
 mod bonds;
 mod error;
 pub mod gap;
+mod leaps;
 mod newton;
 pub mod pairs;
 pub mod particles;

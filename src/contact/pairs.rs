@@ -14,7 +14,7 @@ type Item = GeomWithData<Rectangle<[f64; 2]>, usize>;
 pub struct Range {
     pub centre: Point,
     pub half: f64,
-    /// Whether it moves by itself or is moved; two that are not never meet.
+    /// Whether forces and contact move it; two that are not never push each other.
     pub moves: bool,
 }
 
@@ -40,7 +40,16 @@ fn reaches(range: &Range, centre: Point, radius: f64) -> bool {
 }
 
 /// Pairs whose ranges meet, in ascending order: every body with its partners of higher index, then with walls.
-pub fn find(ranges: &[Range], walls: &[Wall]) -> Vec<(usize, Partner)> {
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Pairs {
+    /// Of which one at least moves.
+    pub pushed: Vec<(usize, Partner)>,
+    /// That nothing parts: the motion of both is given.
+    pub given: Vec<(usize, Partner)>,
+}
+
+/// Finds the pairs.
+pub fn find(ranges: &[Range], walls: &[Wall]) -> Pairs {
     let n = ranges.len();
     let bodies = ranges.iter().enumerate().map(|(index, range)| {
         let (low, high) = range.corners();
@@ -56,22 +65,30 @@ pub fn find(ranges: &[Range], walls: &[Wall]) -> Vec<(usize, Partner)> {
             Wall::Segment(_) | Wall::Disc { .. } => None,
         })
         .collect();
-    let mut pairs = Vec::new();
+    let mut pairs = Pairs::default();
+    let mut found = Vec::new();
     for (i, range) in ranges.iter().enumerate() {
         let (low, high) = range.corners();
-        let start = pairs.len();
+        found.clear();
         for item in tree.locate_in_envelope_intersecting(AABB::from_corners(low, high)) {
             if item.data >= n {
-                if range.moves {
-                    pairs.push((i, Partner::Wall(item.data - n)));
-                }
-            } else if item.data > i && (range.moves || ranges[item.data].moves) {
-                pairs.push((i, Partner::Body(item.data)));
+                found.push(Partner::Wall(item.data - n));
+            } else if item.data > i {
+                found.push(Partner::Body(item.data));
             }
         }
-        let near = hollows.iter().filter(|(_, centre, radius)| range.moves && reaches(range, *centre, *radius));
-        pairs.extend(near.map(|(index, ..)| (i, Partner::Wall(*index))));
-        pairs[start..].sort_unstable();
+        let near = hollows.iter().filter(|(_, centre, radius)| reaches(range, *centre, *radius));
+        found.extend(near.map(|(index, ..)| Partner::Wall(*index)));
+        found.sort_unstable();
+        for partner in &found {
+            let pushed = range.moves
+                || match *partner {
+                    Partner::Body(other) => ranges[other].moves,
+                    Partner::Wall(_) => false,
+                };
+            let list = if pushed { &mut pairs.pushed } else { &mut pairs.given };
+            list.push((i, *partner));
+        }
     }
     pairs
 }

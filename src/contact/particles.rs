@@ -10,6 +10,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Bonds, Contact, ContactError, Effort, Freedom, Metric, Mover, Projected, Solver};
+use crate::body::penalty::Wrench;
+use crate::body::stiffness::{DECAY, Response, Stiffness, Strain, Stride};
 use crate::body::{Pose, Shape, Twist, perpendicular, turned};
 use crate::mesh::Point;
 
@@ -219,6 +221,35 @@ impl Particles {
         Ok(StepReport { time: self.time, contacts, forces, wall_force, gap, kinetic_energy, effort })
     }
 
+    /// How hard a step from `t` is to follow, for bodies whose forces or velocities vary with their place.
+    ///
+    /// # Errors
+    /// As [`Particles::step`].
+    pub fn strain(
+        &self,
+        stiffness: &Stiffness,
+        (t, dt): (f64, f64),
+        tolerance: f64,
+        drive: &dyn Drive,
+    ) -> Result<Option<Strain>, ContactError> {
+        if stiffness.is_idle() {
+            return Ok(None);
+        }
+        let plans: Vec<Plan> =
+            (0..self.bodies.len()).map(|k| self.plan(k, dt, drive)).collect::<Result<_, ContactError>>()?;
+        let movers = self.movers(&plans);
+        let by: Vec<Twist> = movers.iter().zip(&plans).map(|(mover, plan)| mover.whole(&plan.predicted, dt)).collect();
+        let poses: Vec<Pose> = self.bodies.iter().map(|body| body.pose).collect();
+        let bound = match self.dynamics {
+            // undamped swings keep their period to the tolerance
+            Dynamics::Inertial { drag } => tolerance + DECAY * drag * dt / (1.0 + drag * dt),
+            Dynamics::Overdamped { .. } => DECAY,
+        };
+        let stride = Stride { poses: &poses, by: &by, t, dt, tolerance, bound };
+        let Ok(strain) = stiffness.strain(stride, &Mobility { particles: self, dt });
+        Ok(strain)
+    }
+
     /// Plans in which nothing moves.
     fn resting(&self) -> Vec<Plan> {
         let freedom = |b: &Particle| match b.motion {
@@ -253,17 +284,18 @@ impl Particles {
             Motion::Fixed => given(*pose),
             Motion::Held => {
                 let held = drive.twist(k, self.time, pose);
-                finite("prescribed velocity", &[held.velocity.x, held.velocity.y, held.spin])?;
+                finite("motion.held", &[held.velocity.x, held.velocity.y, held.spin])?;
                 given(Pose { position: pose.position + dt * held.velocity, angle: pose.angle + dt * held.spin })
             }
             Motion::Path => {
                 let next = drive.pose(k, self.time + dt, pose);
-                finite("path", &[next.position.x, next.position.y, next.angle])?;
+                finite("motion.path", &[next.position.x, next.position.y, next.angle])?;
                 given(next)
             }
             Motion::Free => {
                 let load = drive.load(k, self.time, pose, twist);
-                finite("force or torque", &load)?;
+                finite("force", &load[..2])?;
+                finite("torque", &load[2..])?;
                 let velocity = self.advance(twist.velocity, Point::new(load[0], load[1]) / *mass, dt);
                 let spin = self.advance(twist.spin, load[2] / inertia, dt);
                 let (mass, inertia) = (self.weight(*mass, dt), self.weight(*inertia, dt));
@@ -271,7 +303,8 @@ impl Particles {
             }
             Motion::Pinned(pivot) => {
                 let load = drive.load(k, self.time, pose, twist);
-                finite("force or torque", &load)?;
+                finite("force", &load[..2])?;
+                finite("torque", &load[2..])?;
                 let arm = -turned(*pivot, pose.angle);
                 let about = inertia + mass * pivot.norm_squared();
                 let torque = load[2] + perpendicular(arm).dot(&Point::new(load[0], load[1]));
@@ -293,6 +326,17 @@ impl Particles {
         }
     }
 
+    /// The velocity that an acceleration gives in a step.
+    fn gained<V>(&self, acceleration: V, dt: f64) -> V
+    where
+        V: std::ops::Mul<f64, Output = V> + std::ops::Div<f64, Output = V>,
+    {
+        match self.dynamics {
+            Dynamics::Inertial { drag } => acceleration * dt / (1.0 + drag * dt),
+            Dynamics::Overdamped { drag } => acceleration / drag,
+        }
+    }
+
     /// The metric of a mass or moment of inertia.
     fn weight(&self, inertia: f64, dt: f64) -> f64 {
         match self.dynamics {
@@ -306,4 +350,32 @@ impl Particles {
 struct Plan {
     predicted: Twist,
     freedom: Freedom,
+}
+
+/// What forces change of the velocities of a step.
+struct Mobility<'a> {
+    particles: &'a Particles,
+    dt: f64,
+}
+
+impl Response for Mobility<'_> {
+    type Error = std::convert::Infallible;
+
+    fn twists(&self, wrenches: &[Wrench]) -> Result<Vec<Twist>, Self::Error> {
+        let Self { particles, dt } = self;
+        let one = |(body, wrench): (&Particle, &Wrench)| match body.motion {
+            Motion::Free => Twist {
+                velocity: particles.gained(wrench.force / body.mass, *dt),
+                spin: particles.gained(wrench.torque / body.inertia, *dt),
+            },
+            Motion::Pinned(pivot) => {
+                let arm = perpendicular(-turned(pivot, body.pose.angle));
+                let about = body.inertia + body.mass * pivot.norm_squared();
+                let spin = particles.gained((wrench.torque + arm.dot(&wrench.force)) / about, *dt);
+                Twist { velocity: spin * arm, spin }
+            }
+            Motion::Fixed | Motion::Held | Motion::Path => Twist::ZERO,
+        };
+        Ok(particles.bodies.iter().zip(wrenches).map(one).collect())
+    }
 }

@@ -112,7 +112,8 @@ pub struct Projected {
     pub poses: Vec<Pose>,
     /// Contact force and torque on each body.
     pub forces: Vec<[f64; 3]>,
-    /// Pairs that are close or touch, in ascending order, with their gaps after the step.
+    /// Pairs that are close or touch, in ascending order, with their gaps after the step; of those whose motion is
+    /// given, all that overlap.
     pub contacts: Vec<Contact>,
     /// Contact force on all walls.
     pub wall_force: Point,
@@ -167,7 +168,7 @@ impl Solver {
     pub fn check(&self, movers: &[Mover]) -> Result<(), ContactError> {
         let ranges: Vec<Range> = movers.iter().map(|m| range(m, 0.0)).collect();
         let mut found = Vec::new();
-        for (body, partner) in pairs::find(&ranges, self.walls.all()) {
+        for (body, partner) in pairs::find(&ranges, self.walls.all()).pushed {
             found.clear();
             self.touches(movers, body, partner, |k| movers[k].pose, 0.0, &mut found);
             for touch in &found {
@@ -191,6 +192,13 @@ impl Solver {
             let mut step = Step::new(self, movers, dt, metric);
             (step.solve()?, step.bonds())
         };
+        for (mover, (pose, twist)) in movers.iter().zip(projected.poses.iter().zip(&projected.twists)) {
+            let values = [pose.position.x, pose.position.y, pose.angle, twist.velocity.x, twist.velocity.y, twist.spin];
+            if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
+                let (body, at) = (mover.name.to_owned(), " after the step".to_owned());
+                return Err(ContactError::NotFinite { body, what: "state", value, at });
+            }
+        }
         self.bonds = bonds;
         Ok(projected)
     }
@@ -332,6 +340,22 @@ impl Mover<'_> {
             Freedom::Given { next } => {
                 Twist { velocity: (next.position - self.pose.position) / dt, spin: (next.angle - self.pose.angle) / dt }
             }
+        }
+    }
+
+    /// How far its centre moves in a step with `twist`, and a bound of how far its turning carries points of its
+    /// boundary beside that.
+    pub(super) fn strides(&self, twist: &Twist, dt: f64) -> (Point, f64) {
+        let round = match self.shape {
+            Shape::Disc { .. } => 0.0,
+            Shape::Ellipse { .. } | Shape::Capsule { .. } | Shape::Polygon { .. } => self.shape.circumradius(),
+        };
+        let after = self.after(twist, dt);
+        let turn = (after.angle - self.pose.angle).abs();
+        match self.freedom {
+            Freedom::Free { .. } | Freedom::Given { .. } => (after.position - self.pose.position, turn * round),
+            // its centre moves on a circle about the pin
+            Freedom::Pinned { pivot, .. } => (Point::zeros(), turn * (round + pivot.norm())),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::bonds::{Bond, Bonds, Key};
 use super::gap::{Touch, along};
-use super::pairs;
+use super::pairs::{self, Pairs};
 use super::projection::{Problem, Projection, Row};
 use super::solver::{Effort, Freedom, Metric, Mover, Projected, Solver, partner_name, range, rounding};
 use super::walls::{equivalent_radius, resistance};
@@ -14,11 +14,14 @@ use crate::mesh::Point;
 const ROUNDS: usize = 150;
 const SEARCHES: usize = 40;
 
+/// Masses that differ by more cannot be told from held bodies.
+const CONTRAST: f64 = 1e12;
+
 /// A touch with its row.
-struct Near {
-    body: usize,
-    partner: Partner,
-    touch: Touch,
+pub(super) struct Near {
+    pub(super) body: usize,
+    pub(super) partner: Partner,
+    pub(super) touch: Touch,
     row: Row,
     /// R of the lubrication.
     resistance: f64,
@@ -29,9 +32,9 @@ struct Near {
 }
 
 pub(super) struct Step<'a> {
-    solver: &'a Solver,
-    movers: &'a [Mover<'a>],
-    dt: f64,
+    pub(super) solver: &'a Solver,
+    pub(super) movers: &'a [Mover<'a>],
+    pub(super) dt: f64,
     /// Force per multiplier.
     unit: f64,
     /// First unknown of each body.
@@ -39,7 +42,7 @@ pub(super) struct Step<'a> {
     metric: Vec<f64>,
     target: Vec<f64>,
     reach: Vec<f64>,
-    near: Vec<Near>,
+    pub(super) near: Vec<Near>,
     solution: Projection,
     effort: Effort,
 }
@@ -93,7 +96,8 @@ impl<'a> Step<'a> {
     pub(super) fn solve(&mut self) -> Result<Projected, ContactError> {
         for _ in 0..SEARCHES {
             let pairs = self.search()?;
-            self.rounds(&pairs)?;
+            self.refuse_leaps(&pairs)?;
+            self.rounds(&pairs.pushed)?;
             let mut enough = true;
             let twists = self.twists();
             for (k, mover) in self.movers.iter().enumerate() {
@@ -103,7 +107,10 @@ impl<'a> Step<'a> {
                 }
             }
             if enough {
-                return Ok(self.projected(&twists));
+                self.near
+                    .iter()
+                    .try_for_each(|near| self.refuse_leap((near.body, near.partner), &near.touch, &twists))?;
+                return Ok(self.projected(&twists, &pairs.given));
             }
         }
         let fastest = (0..self.movers.len()).fold(0, |a, b| if self.reach[b] > self.reach[a] { b } else { a });
@@ -112,17 +119,51 @@ impl<'a> Step<'a> {
 
     fn caught(&self, body: usize, second: String, miss: f64) -> ContactError {
         let first = self.movers[body].name.to_owned();
-        ContactError::Caught { first, second, miss, iterations: self.effort.iterations }
+        ContactError::Caught { first, second, miss, iterations: self.effort.iterations, hint: self.hint() }
+    }
+
+    /// What to do about bodies that cannot move.
+    fn hint(&self) -> String {
+        let near = self.near.iter().flat_map(|near| {
+            let other = match near.partner {
+                Partner::Body(other) => Some(other),
+                Partner::Wall(_) => None,
+            };
+            std::iter::once(near.body).chain(other)
+        });
+        let weights = near.filter_map(|k| match self.movers[k].freedom {
+            Freedom::Free { mass, .. } => Some((mass, k)),
+            Freedom::Pinned { .. } | Freedom::Given { .. } => None,
+        });
+        let mut by_weight: Vec<(f64, usize)> = weights.collect();
+        by_weight.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        if let (Some(light), Some(heavy)) = (by_weight.first(), by_weight.last())
+            && heavy.0 > CONTRAST * light.0
+        {
+            let [light_name, heavy_name] = [light.1, heavy.1].map(|k| self.movers[k].name);
+            return format!(
+                "\"{heavy_name}\" is {:.0e} times as heavy as \"{light_name}\", and contact between them drowns in \
+                 rounding: take densities that differ less, or hold the heavy body",
+                heavy.0 / light.0
+            );
+        }
+        let margin = self.solver.settings.margin;
+        if self.near.iter().any(|near| near.touch.gap < 0.5 * margin) {
+            return format!(
+                "there may be no room for gaps of `contact.margin` = {margin}: take a smaller one, or a smaller step"
+            );
+        }
+        "a body may be caught between moving obstacles or walls; or take a smaller step".into()
     }
 
     /// Pairs within reach, and the rows of their touches.
-    fn search(&mut self) -> Result<Vec<(usize, Partner)>, ContactError> {
+    fn search(&mut self) -> Result<Pairs, ContactError> {
         let margin = self.solver.settings.margin;
         let ranges: Vec<_> = self.movers.iter().zip(&self.reach).map(|(m, reach)| range(m, reach + margin)).collect();
         let pairs = pairs::find(&ranges, self.solver.walls.all());
         let mut found = Vec::new();
         let before = std::mem::take(&mut self.near);
-        for &(body, partner) in &pairs {
+        for &(body, partner) in &pairs.pushed {
             let reach = margin + self.pair_reach(body, partner);
             found.clear();
             self.solver.touches(self.movers, body, partner, |k| self.movers[k].pose, reach, &mut found);
@@ -140,11 +181,11 @@ impl<'a> Step<'a> {
                 self.near.push(near);
             }
         }
-        self.effort.pairs = pairs.len();
+        self.effort.pairs = pairs.pushed.len();
         Ok(pairs)
     }
 
-    fn pair_reach(&self, body: usize, partner: Partner) -> f64 {
+    pub(super) fn pair_reach(&self, body: usize, partner: Partner) -> f64 {
         self.reach[body]
             + match partner {
                 Partner::Body(other) => self.reach[other],
@@ -221,7 +262,7 @@ impl<'a> Step<'a> {
                 let miss = unsolved.excess * near.row.slack;
                 let first = self.movers[near.body].name.to_owned();
                 let second = partner_name(self.movers, near.partner);
-                ContactError::Caught { first, second, miss, iterations: unsolved.iterations }
+                ContactError::Caught { first, second, miss, iterations: unsolved.iterations, hint: self.hint() }
             })?;
             self.effort.iterations += solution.iterations;
             self.effort.factorisations += solution.factorisations;
@@ -339,7 +380,7 @@ impl<'a> Step<'a> {
         }
     }
 
-    fn projected(&self, twists: &[Twist]) -> Projected {
+    fn projected(&self, twists: &[Twist], given: &[(usize, Partner)]) -> Projected {
         let poses = self.poses(twists);
         let mut out = Projected {
             poses,
@@ -378,6 +419,7 @@ impl<'a> Step<'a> {
                 Partner::Wall(_) => out.wall_force += force * near.touch.normal,
             }
         }
+        self.add_overlaps(given, &mut out);
         out
     }
 

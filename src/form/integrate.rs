@@ -261,22 +261,6 @@ impl Integrator {
         blocks
     }
 
-    /// The blocks of [`Integrator::cell_blocks`] of some cells alone, in the order of `cells`.
-    pub fn cell_blocks_of<U: Jet, V: Jet>(
-        &self,
-        form: &Bilinear<U, V>,
-        (trial, test): (&Space, &Space),
-        cells: &[usize],
-    ) -> Vec<f64> {
-        let size = block_size::<V>(test) * block_size::<U>(trial);
-        let mut blocks = vec![0.0; cells.len() * size];
-        blocks.par_chunks_mut(size).zip(cells).for_each_init(
-            || Worker::new::<U, V>(trial, test),
-            |worker, (out, &cell)| worker.add_cell(self, form, cell, out),
-        );
-        blocks
-    }
-
     /// Adds the cell terms to the dense blocks `blocks`.
     pub fn add_cell_blocks<U: Jet, V: Jet>(
         &self,

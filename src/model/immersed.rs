@@ -24,6 +24,7 @@ use balance::{Filled, Source, sparse_dot};
 use border::Bordering;
 use constraints::Constraints;
 
+use super::closed::ClosedParts;
 use super::frames::Frames;
 use super::lagged::{Layout, Structure};
 use crate::body::kernel::{Kernel, Sparse};
@@ -75,6 +76,7 @@ pub(super) struct Ground<'m> {
     pub velocity: &'m Space,
     pub pressure: &'m Space,
     pub frames: &'m Frames,
+    pub closed: &'m ClosedParts,
 }
 
 /// The system of flow and bodies, factorised for one placement of the bodies.
@@ -84,13 +86,12 @@ pub struct Immersed {
     kernel: Kernel,
     /// Friction of the fluid, which is no friction of the bodies.
     friction: f64,
-    closed: bool,
     neighbours: Neighbours,
     /// Of `S A S`.
     factors: Multifrontal,
     /// Powers of two S that bring all diagonal entries near 1, whatever ε; those of pressures bring their pivots there.
     scales: Vec<f64>,
-    /// Blocks of the balance without bodies, of `b(w,ξ)`, and `∫ ξ` in a closed domain, cell after cell.
+    /// Blocks of the balance without bodies, of `b(w,ξ)`, and `∫ ξ` where there are closed parts, cell after cell.
     stiffness: Vec<f64>,
     divergence: Vec<f64>,
     means: Vec<f64>,
@@ -117,23 +118,22 @@ impl Immersed {
     pub(super) fn new(
         ground: Ground,
         blocks: (Vec<f64>, Vec<f64>),
-        means: Option<Vec<f64>>,
+        means: Vec<f64>,
         friction: f64,
         immersion: Immersion,
         rigidity: Rigidity,
     ) -> Result<Self, MomentumError> {
         assert_eq!(rigidity.friction.len(), immersion.parts.len(), "a friction for every body");
         let mesh = &ground.velocity.mesh;
-        let kernel = Kernel::new(&immersion, ground.frames, None)?;
+        let kernel = Kernel::new(&immersion, ground.frames)?;
         let mut around = vec![Vec::new(); ground.velocity.node_count];
         for cell in 0..mesh.cells.len() {
             ground.velocity.cell_nodes(cell).iter().for_each(|&node| around[node as usize].push(cell as u32));
         }
-        let (neighbours, closed) = (blocks::neighbours(mesh), means.is_some());
-        let layout = ground.layout(closed, &neighbours);
+        let neighbours = blocks::neighbours(mesh);
+        let layout = ground.layout(&neighbours);
         let structure = Structure::new("Stokes", &layout)?;
         let (stiffness, divergence) = blocks;
-        let means = means.unwrap_or_default();
         let source = Source { layout, immersion: &immersion, rigidity: &rigidity, friction, hosts: &kernel.hosts };
         let source = Filled { source, stiffness: &stiffness, divergence: &divergence, means: &means };
         let scales = source.scales();
@@ -143,7 +143,6 @@ impl Immersed {
             rigidity,
             kernel,
             friction,
-            closed,
             neighbours,
             factors,
             scales,
@@ -160,20 +159,10 @@ impl Immersed {
         Ok(this)
     }
 
-    pub fn is_closed(&self) -> bool {
-        self.closed
-    }
-
     /// Moves the bodies: integrates and eliminates anew what changed.
-    pub(super) fn move_to(
-        &mut self,
-        ground: Ground,
-        loops: &Integrator,
-        poses: &[Pose],
-        keep: bool,
-    ) -> Result<(), MomentumError> {
+    pub(super) fn move_to(&mut self, ground: Ground, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
         let (immersion, changed) = self.immersion.moved(loops, poses)?;
-        let kernel = Kernel::new(&immersion, ground.frames, keep.then_some(&self.kernel))?;
+        let kernel = Kernel::new(&immersion, ground.frames)?;
         let mut cells: BTreeSet<usize> = changed.into_iter().collect();
         let (old, new): (BTreeSet<_>, BTreeSet<_>) =
             (self.kernel.hosts.iter().copied().collect(), kernel.hosts.iter().copied().collect());
@@ -185,7 +174,7 @@ impl Immersed {
         let mesh = &ground.velocity.mesh;
         let mut element = Element::default();
         if !renewed.is_empty() {
-            let layout = ground.layout(self.closed, &self.neighbours);
+            let layout = ground.layout(&self.neighbours);
             for cell in 0..mesh.cells.len() {
                 layout.unknowns(cell, &mut element);
                 if element.rows.iter().any(|&u| renewed.contains(&(u as usize))) {
@@ -194,10 +183,10 @@ impl Immersed {
             }
         }
         // the pressures of a cell are in the element of their mean too
-        let means = if self.closed { mesh.cells.len() } else { 0 };
-        let cells: Vec<usize> =
-            cells.iter().copied().chain(cells.iter().filter(|_| means > 0).map(|c| c + means)).collect();
-        let layout = ground.layout(self.closed, &self.neighbours);
+        let of_mean = |cell: &usize| ground.closed.cells().binary_search(&(*cell as u32)).ok();
+        let means = cells.iter().filter_map(of_mean).map(|k| mesh.cells.len() + k);
+        let cells: Vec<usize> = cells.iter().copied().chain(means).collect();
+        let layout = ground.layout(&self.neighbours);
         let (immersion, rigidity) = (&self.immersion, &self.rigidity);
         let source = Source { layout, immersion, rigidity, friction: self.friction, hosts: &self.kernel.hosts };
         let filled = Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means };
@@ -208,7 +197,7 @@ impl Immersed {
     }
 
     fn filled<'s>(&'s self, ground: Ground<'s>) -> Filled<'s> {
-        let layout = ground.layout(self.closed, &self.neighbours);
+        let layout = ground.layout(&self.neighbours);
         let source = Source {
             layout,
             immersion: &self.immersion,
@@ -217,19 +206,6 @@ impl Immersed {
             hosts: &self.kernel.hosts,
         };
         Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means }
-    }
-
-    /// Makes the factors anew as a whole.
-    pub(super) fn refactor(&mut self, ground: Ground) -> Result<(), MomentumError> {
-        let layout = ground.layout(self.closed, &self.neighbours);
-        let (immersion, rigidity) = (&self.immersion, &self.rigidity);
-        let source = Source { layout, immersion, rigidity, friction: self.friction, hosts: &self.kernel.hosts };
-        let filled = Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means };
-        let (scales, symbolic) = (&self.scales, self.factors.symbolic().clone());
-        self.factors = Multifrontal::keeping(symbolic, |e, out| filled.fill_scaled(e, scales, out))?;
-        self.share = 1.0;
-        self.couple(ground);
-        Ok(())
     }
 
     /// The borders of the rigid motions.
@@ -350,8 +326,9 @@ impl Immersed {
 }
 
 impl<'m> Ground<'m> {
-    fn layout(self, closed: bool, neighbours: &'m Neighbours) -> Layout<'m> {
-        let (velocity, pressure, frames) = (self.velocity, Some(self.pressure), self.frames);
+    fn layout(self, neighbours: &'m Neighbours) -> Layout<'m> {
+        let Ground { velocity, pressure, frames, closed } = self;
+        let pressure = Some(pressure);
         Layout { velocity, pressure, carried: [None, None], frames, closed, neighbours }
     }
 }

@@ -87,11 +87,6 @@ impl Covered {
         let passive = Passive { parts, whole: whole.clone(), weights };
         Self { passive, cover: cover.clone(), tissue: whole.outside(cover) }
     }
-
-    /// Whether a cell lies inside of a body.
-    pub fn is_body(&self, cell: usize) -> bool {
-        self.passive.parts[cell] == Part::Body
-    }
 }
 
 impl Passive {

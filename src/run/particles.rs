@@ -6,21 +6,26 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::bodies::BodiesReport;
 use super::maps::Source;
+use super::memory::MIB;
 use super::motion::easel::Easel;
-use super::motion::{self, MotionSummary, Mover, Plan, Stride};
+use super::motion::{self, MotionSummary, Mover, Plan, Stride, shortened};
 use super::stokes::{contact_term, head};
-use super::{Options, RunError};
+use super::{Options, RunError, disk};
 use crate::body::penalty::Wrench;
-use crate::body::{Hold, Pose, Shape, Twist};
+use crate::body::stiffness::Stiffness;
+use crate::body::{Hold, Pose, Twist};
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
 use crate::contact::{Contact, ContactError, Settings, Solver};
 use crate::mesh::Point;
 use crate::model::{Expression, Term};
 use crate::output::OutputError;
 use crate::scene::bodies::Bodies;
+use crate::scene::bodies::place::given_overlap;
 use crate::scene::particles::Dynamics;
 use crate::scene::{Field, ParticlesScene};
+use crate::time::pace::{EASY, Pace, Paced, Refusal};
 
 /// What will be computed, and with how much.
 #[derive(Debug, Clone, Serialize)]
@@ -36,18 +41,29 @@ pub struct ParticlesReport {
     pub mass: f64,
     pub walls: usize,
     pub steps: f64,
+    /// How the bodies are and meet.
+    pub body: BodiesReport,
+    /// Estimate of what a run writes.
+    pub disk_mib: f64,
     pub remarks: Vec<String>,
 }
 
-/// Counts what a scene has; computes nothing.
-pub fn report(scene: &ParticlesScene) -> ParticlesReport {
+/// Says what a scene has; moves nothing.
+///
+/// # Errors
+/// All that a run could say before its first step, besides what its folder holds.
+pub fn report(scene: &ParticlesScene) -> Result<ParticlesReport, RunError> {
+    Stepper::new(scene)?;
+    let bytes = written(scene);
+    let mut remarks = remarks(scene);
+    remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
     let bodies = &scene.bodies.bodies;
     let moves = |hold: &Hold| match hold {
         Hold::Free | Hold::Pinned(_) => true,
         Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => false,
     };
     let sizes = || bodies.iter().map(|body| body.shape.circumradius());
-    ParticlesReport {
+    Ok(ParticlesReport {
         title: scene.title.clone(),
         terms: terms(scene),
         bodies: bodies.len(),
@@ -56,32 +72,37 @@ pub fn report(scene: &ParticlesScene) -> ParticlesReport {
         area: bodies.iter().map(|body| body.shape.area()).sum(),
         mass: bodies.iter().map(|body| body.mass()).sum(),
         walls: scene.bodies.walls.len(),
-        steps: (scene.time.end / scene.time.step).ceil(),
-        remarks: remarks(scene),
-    }
+        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        disk_mib: bytes / MIB,
+        body: BodiesReport::new(&scene.bodies),
+        remarks,
+    })
+}
+
+/// Bytes that a run writes.
+fn written(scene: &ParticlesScene) -> f64 {
+    let bodies = scene.bodies.bodies.len();
+    let sizes = disk::Sizes {
+        cells: 0.0,
+        degree: 1,
+        bodies,
+        checkpoint: 12.0 * bodies as f64,
+        columns: motion::asked(&scene.outputs).len(),
+        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        end: scene.time.end,
+    };
+    disk::bytes(&scene.outputs, &sizes)
 }
 
 /// What is worth knowing before the run and no error.
 fn remarks(scene: &ParticlesScene) -> Vec<String> {
-    let mut remarks = Vec::new();
-    let steps = scene.time.end / scene.time.step;
+    let mut remarks = scene.source().notes().to_vec();
+    let steps = scene.time.end / scene.time.pace.step;
     if steps > 1e6 && scene.time.max_steps.is_none() {
-        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.step, scene.time.end));
+        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.pace.step, scene.time.end));
     }
-    let smallest = scene.bodies.bodies.iter().map(|body| radius(&body.shape)).fold(f64::INFINITY, f64::min);
-    let fast = |body: &crate::body::Body| body.start_twist.velocity.norm() * scene.time.step > smallest;
-    if let Some(body) = scene.bodies.bodies.iter().find(|body| fast(body)) {
-        remarks.push(format!(
-            "`{}` moves farther in a step than the smallest body is thick: contacts are found late; take a shorter `time.step`",
-            body.name
-        ));
-    }
+    remarks.extend(given_overlap(&scene.bodies.bodies, &scene.bodies.walls));
     remarks
-}
-
-/// Half of the least thickness.
-fn radius(shape: &Shape) -> f64 {
-    crate::scene::bodies::place::inradius(shape)
 }
 
 /// The terms of the motion, on and off.
@@ -111,7 +132,8 @@ impl fmt::Display for ParticlesReport {
         writeln!(out, "size           {} to {} from centre to edge", self.size[0], self.size[1])?;
         writeln!(out, "area, mass     {:.6}, {:.6} in all", self.area, self.mass)?;
         writeln!(out, "walls          {}", self.walls)?;
-        write!(out, "steps          {:.0}", self.steps)?;
+        writeln!(out, "steps          {:.0}", self.steps)?;
+        write!(out, "disk           about {}", disk::shown(self.disk_mib))?;
         self.remarks.iter().try_for_each(|remark| write!(out, "\n\nnote: {remark}"))
     }
 }
@@ -124,6 +146,7 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
     let begin = Instant::now();
     let text = scene.resolved_toml();
     let saved = motion::prepare(&text, options)?;
+    disk::check(scene.source(), written(scene), &options.out)?;
     let mut stepper = Stepper::new(scene)?;
     if let Some(saved) = &saved {
         stepper.restore(&saved.state, &options.out.join("checkpoint.bin"))?;
@@ -132,8 +155,10 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
     let unknowns = 3 * bodies.bodies.len();
     let plan = Plan {
         title: scene.title.as_deref(),
+        origin: scene.source().origin(),
         text,
-        time: scene.time,
+        end: scene.time.end,
+        max_steps: scene.time.max_steps,
         outputs: &scene.outputs,
         bodies: &bodies.bodies,
         walls: bodies.walls.clone(),
@@ -151,13 +176,15 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
 struct Stepper<'s> {
     scene: &'s ParticlesScene,
     particles: Particles,
+    pace: Pace,
+    stiffness: Stiffness,
     poses: Vec<Pose>,
     twists: Vec<Twist>,
     contacts: Vec<Contact>,
 }
 
 /// What a checkpoint holds.
-type State = (ParticleState, Vec<Contact>);
+type State = (ParticleState, Vec<Contact>, Pace);
 
 impl<'s> Stepper<'s> {
     fn new(scene: &'s ParticlesScene) -> Result<Self, RunError> {
@@ -186,7 +213,17 @@ impl<'s> Stepper<'s> {
         let settings = contact.map_or_else(Settings::default, |contact| contact.settings());
         let solver = Solver::new(walls, settings).map_err(origin)?;
         let particles = Particles::new(particles.collect(), dynamics, solver).map_err(origin)?;
-        let mut stepper = Self { scene, particles, poses: Vec::new(), twists: Vec::new(), contacts: Vec::new() };
+        let formula = |error| RunError::Formula { origin: scene.source().origin().into(), error: Box::new(error) };
+        let stiffness = Stiffness::new(bodies).map_err(formula)?;
+        let mut stepper = Self {
+            scene,
+            particles,
+            pace: Pace::default(),
+            stiffness,
+            poses: Vec::new(),
+            twists: Vec::new(),
+            contacts: Vec::new(),
+        };
         stepper.take_state();
         Ok(stepper)
     }
@@ -198,14 +235,14 @@ impl<'s> Stepper<'s> {
 
     fn restore(&mut self, state: &[u8], file: &Path) -> Result<(), RunError> {
         let read = postcard::from_bytes::<State>(state).ok();
-        let fits = read.filter(|(state, _)| state.poses.len() == self.poses.len());
-        let Some((state, contacts)) = fits else {
+        let fits = read.filter(|(state, ..)| state.poses.len() == self.poses.len());
+        let Some((state, contacts, pace)) = fits else {
             let (path, what) = (file.display().to_string(), "does not fit the bodies of its scene".to_owned());
             let hint = "run the scene again";
             return Err(RunError::Output(OutputError::Malformed { path, what, hint }));
         };
         self.particles.restore(state);
-        self.contacts = contacts;
+        (self.contacts, self.pace) = (contacts, pace);
         self.take_state();
         Ok(())
     }
@@ -216,6 +253,24 @@ struct Acting<'s> {
     scene: &'s ParticlesScene,
     t: f64,
     end: f64,
+}
+
+impl Acting<'_> {
+    /// An error with the key of the formula that it comes from.
+    fn named(&self, error: &ContactError) -> String {
+        let ContactError::NotFinite { body, what, .. } = error else { return error.to_string() };
+        if *what == "state" {
+            return error.to_string();
+        }
+        let key = match self.scene.bodies.bodies.iter().find(|other| other.name == *body) {
+            _ if self.scene.gravity.iter().any(|g| !g.eval(Point::zeros(), self.t).is_finite()) => {
+                "model.gravity".into()
+            }
+            Some(body) => format!("{}.{what}", body.key),
+            None => return error.to_string(),
+        };
+        format!("`{key}`: {error}")
+    }
 }
 
 impl Drive for Acting<'_> {
@@ -249,16 +304,31 @@ impl Drive for Acting<'_> {
 }
 
 impl Mover for Stepper<'_> {
-    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
-        let acting = Acting { scene: self.scene, t, end: t + dt };
-        let report = self.particles.step(dt, &acting).map_err(|error| error.to_string())?;
+    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String> {
+        let Self { scene, particles, pace, stiffness, .. } = self;
+        let paced = pace.advance((t, landing), &scene.time.pace, |t, dt| {
+            let acting = Acting { scene, t, end: t + dt };
+            let failure = |error: ContactError| match error.is_cured_by_a_smaller_step() {
+                true => Refusal::Contact(error.to_string()),
+                false => Refusal::Failure(acting.named(&error)),
+            };
+            let easy = particles.strain(stiffness, (t, dt), scene.time.tolerance, &acting).map_err(failure)?;
+            let easy = match easy {
+                Some(strain) if strain.load > 1.0 => return Err(Refusal::Force(strain.to_string())),
+                Some(strain) => strain.load <= EASY,
+                None => true,
+            };
+            Ok((particles.step(dt, &acting).map_err(failure)?, easy))
+        })?;
+        let Paced { t, dt, rejected, why, done: report } = paced;
         self.contacts = report.contacts;
         self.take_state();
-        Ok(Stride { iterations: report.effort.iterations })
+        let notes = why.iter().map(|why| shortened(t, dt, why)).collect();
+        Ok(Stride { t, dt, iterations: report.effort.iterations, rejected, notes })
     }
 
     fn state(&self) -> Vec<u8> {
-        postcard::to_stdvec(&(self.particles.state(), &self.contacts)).expect("numbers are always written")
+        postcard::to_stdvec(&(self.particles.state(), &self.contacts, &self.pace)).expect("numbers are always written")
     }
 
     fn poses(&self) -> &[Pose] {

@@ -11,12 +11,13 @@ use super::maps::{self, Caption, Source};
 use super::motion::easel::Easel;
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan, Stride};
+use super::resolution::Resolution;
 use super::setup::{Setup, describe};
 use super::{Options, RunError, writer};
 use crate::body::guide::Guide;
 use crate::body::penalty::Wrench;
 use crate::body::{Body, Hold, Pose, Shape, Twist};
-use crate::contact::{Bonds, Contact, Freedom, Metric, Mover as Moved, Solver, Wall};
+use crate::contact::{Bonds, Contact, ContactError, Freedom, Metric, Mover as Moved, Solver, Wall};
 use crate::measure::bodies::Load;
 use crate::mesh::{Mesh, Point};
 use crate::model::incompressible::{Description, Incompressible};
@@ -25,10 +26,10 @@ use crate::output::OutputError;
 use crate::output::bodies::{Cast, Moment};
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::scene::bodies::Bodies;
-use crate::scene::particles::MotionTime;
 use crate::scene::{Field, Scene, SceneError, What};
 use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
-use crate::time::{Kind, Sheet};
+use crate::time::pace::Refusal;
+use crate::time::{Kind, Sheet, StepReport};
 
 /// Whether a scene has bodies that move.
 pub fn has_moving_bodies(scene: &Scene) -> bool {
@@ -229,7 +230,25 @@ fn swimmers(
             MovingMarch::resume(model, scene.march(), state).map_err(failed)?
         }
     };
-    Ok(Swimmers { march, contact, grid: None, contacts, easel: Easel::new(Caption::of(scene)) })
+    let mesh = &march.model().loops.mesh;
+    let mut resolution = Resolution::new(mesh, bodies.bodies.len());
+    // the run has told of those that are small at its start
+    resolution.of_bodies(mesh, &bodies.bodies, march.poses());
+    let easel = Easel::new(Caption::of(scene));
+    Ok(Swimmers { resolution, march, contact, grid: None, contacts, easel })
+}
+
+/// Prepares the bodies of a scene and the flow about them, as a run does before its first step.
+///
+/// # Errors
+/// As those of a run.
+pub(super) fn try_start(scene: &Scene, setup: &Setup) -> Result<(), RunError> {
+    let bodies = scene.bodies.as_ref().expect("the scene has bodies");
+    let p = setup.initial(scene)?.values;
+    let model = around(&setup.mesh, &describe(scene, &setup.mesh), bodies)
+        .map_err(|error| RunError::Model { origin: scene.source().origin().into(), error: Box::new(error) })?;
+    let walls = bodies.walls_on(&setup.mesh);
+    swimmers((scene, bodies, walls.as_slice()), model, p, None, Path::new("checkpoint.bin")).map(|_| ())
 }
 
 /// Runs a scene with bodies that move to its end and leaves the results in `options.out`.
@@ -241,6 +260,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> 
     let text = scene.resolved_toml();
     let saved = motion::prepare(&text, options)?;
     let setup = Setup::new(scene)?;
+    setup.check_disk(scene, &options.out)?;
     let origin = scene.source().origin();
     let bodies = scene.bodies.as_ref().expect("the scene has bodies");
     let p = setup.initial(scene)?.values;
@@ -258,8 +278,10 @@ pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> 
     let mut mover = swimmers(given, model, p, saved.as_ref(), &options.out.join("checkpoint.bin"))?;
     let plan = Plan {
         title: scene.title.as_deref(),
+        origin: scene.source().origin(),
         text,
-        time: MotionTime { step: scene.time.control.step, end: scene.time.end, max_steps: scene.time.max_steps },
+        end: scene.time.end,
+        max_steps: scene.time.max_steps,
         outputs: &scene.outputs,
         bodies: &bodies.bodies,
         walls,
@@ -280,6 +302,7 @@ struct Swimmers {
     grid: Option<Grid>,
     contacts: Vec<Contact>,
     easel: Easel,
+    resolution: Resolution,
 }
 
 /// What contact leaves of the twists that a tissue gives to bodies.
@@ -295,7 +318,7 @@ struct Pushed {
 }
 
 impl Referee for Pushed {
-    fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, String> {
+    fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, Refusal> {
         let four_pi = 4.0 * std::f64::consts::PI;
         let moved = |((body, pose), twist): ((&'_ Body, &Pose), &Twist)| {
             let mass = four_pi + self.friction * body.shape.area();
@@ -323,7 +346,11 @@ impl Referee for Pushed {
             })
             .collect();
         self.solver.restore(self.kept.clone());
-        let found = self.solver.project(&movers, dt, Metric::Resistance).map_err(|error| error.to_string())?;
+        let refused = |error: ContactError| match error.is_cured_by_a_smaller_step() {
+            true => Refusal::Contact(error.to_string()),
+            false => Refusal::Failure(error.to_string()),
+        };
+        let found = self.solver.project(&movers, dt, Metric::Resistance).map_err(refused)?;
         self.contacts = found.contacts;
         Ok(found.twists)
     }
@@ -337,27 +364,21 @@ impl Referee for Pushed {
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl Mover for Swimmers {
-    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
-        let mut stride = Stride::default();
-        loop {
-            let now = self.march.with(|march| march.t);
-            if now >= t + dt - 1e-9 * dt {
-                return Ok(stride);
-            }
-            let referee: &mut dyn Referee = match &mut self.contact {
-                Some(pushed) => pushed,
-                None => &mut NoReferee,
-            };
-            let report = self.march.advance(t + dt, &NEVER, referee).map_err(|error: MovingError| error.to_string())?;
-            stride.iterations += report.iterations;
-            if let Some(pushed) = &self.contact {
-                self.contacts.clone_from(&pushed.contacts);
-            }
+    fn advance(&mut self, _: f64, landing: f64) -> Result<Stride, String> {
+        let referee: &mut dyn Referee = match &mut self.contact {
+            Some(pushed) => pushed,
+            None => &mut NoReferee,
+        };
+        let report = self.march.advance(landing, &NEVER, referee).map_err(|error: MovingError| error.to_string())?;
+        if let Some(pushed) = &self.contact {
+            self.contacts.clone_from(&pushed.contacts);
         }
-    }
-
-    fn stands_at(&mut self) -> Option<f64> {
-        Some(self.march.with(|march| march.t))
+        let StepReport { t, dt, iterations, rejected, .. } = report;
+        let model = self.march.model();
+        let (mesh, bodies) = (&model.loops.mesh, model.bodies.as_ref().expect("a tissue with bodies").bodies());
+        let notes = self.resolution.of_bodies(mesh, bodies, self.march.poses());
+        let notes = notes.into_iter().chain(self.resolution.of_gaps(mesh, bodies, &self.contacts)).collect();
+        Ok(Stride { t, dt, iterations, rejected, notes })
     }
 
     fn state(&self) -> Vec<u8> {

@@ -11,6 +11,7 @@ use super::output::{Output, OutputTable};
 use super::resolve;
 use super::source::SceneSource;
 use crate::model::expression::{Expression, VectorFormula};
+use crate::time::pace::PaceSettings;
 
 /// A computation with particles, checked.
 #[derive(Debug, Clone)]
@@ -40,11 +41,13 @@ pub enum Dynamics {
     Overdamped,
 }
 
-/// Equal steps, but for those that land on an output.
+/// Equal steps, but for those that land on an output and those that would be too long.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionTime {
-    pub step: f64,
+    pub pace: PaceSettings,
     pub end: f64,
+    /// What forces that vary with a body's place may change of its way in a step, relative to its size.
+    pub tolerance: f64,
     /// Most steps.
     pub max_steps: Option<usize>,
 }
@@ -96,6 +99,10 @@ fn nothing() -> VectorFormula {
 pub struct MotionTimeTable {
     pub step: f64,
     pub end: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_min: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<usize>,
 }

@@ -9,8 +9,6 @@ use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::dot;
-
 /// Width of the panels that are worked on in parallel.
 const PANEL: usize = 128;
 /// Pivots that are factorised at once.
@@ -170,13 +168,6 @@ pub(super) fn subtract_product(a: &[f64], stride: usize, x: &[f64], y: &mut [f64
     }
 }
 
-/// `y −= Aᵀ x` for a column-major `A` with `x.len()` rows and columns `stride` apart.
-pub(super) fn subtract_transposed_product(a: &[f64], stride: usize, x: &[f64], y: &mut [f64]) {
-    for (j, y) in y.iter_mut().enumerate() {
-        *y -= dot(&a[j * stride..j * stride + x.len()], x);
-    }
-}
-
 /// Width of the diagonal blocks in triangular solves.
 const BLOCK: usize = 8;
 
@@ -208,21 +199,5 @@ pub(super) fn solve_upper(lu: &[f64], x: &mut [f64]) {
         }
         let (rest, done) = x.split_at_mut(k);
         subtract_product(&lu[k * p..], p, &done[..end - k], rest);
-    }
-}
-
-/// `x ← U⁻ᵀ x`.
-pub(super) fn solve_upper_transposed(lu: &[f64], x: &mut [f64]) {
-    let p = x.len();
-    for j in 0..p {
-        x[j] = (x[j] - dot(&lu[j * p..j * p + j], &x[..j])) / lu[j * p + j];
-    }
-}
-
-/// `x ← L⁻ᵀ x`.
-pub(super) fn solve_lower_transposed(lu: &[f64], x: &mut [f64]) {
-    let p = x.len();
-    for j in (0..p).rev() {
-        x[j] -= dot(&lu[j * p + j + 1..(j + 1) * p], &x[j + 1..]);
     }
 }

@@ -8,10 +8,7 @@ use std::sync::{Arc, Mutex};
 use rayon::prelude::*;
 
 use super::SolveError;
-use super::front::{
-    Factors, solve_lower, solve_lower_transposed, solve_upper, solve_upper_transposed, subtract_product,
-    subtract_transposed_product,
-};
+use super::front::{Factors, solve_lower, solve_upper, subtract_product};
 use super::symbolic::{Element, Front, Symbolic};
 
 /// Subtrees with fewer operations are factorised on one thread.
@@ -115,15 +112,6 @@ impl Multifrontal {
     pub fn solve_in_place(&self, x: &mut [f64]) {
         super::sparse::count(0, 1);
         self.sweep(x, |f, x, y| f.forward(x, y), |f, x, y| f.backward(x, y));
-    }
-
-    /// `x ← A⁻ᵀ x`.
-    ///
-    /// # Panics
-    /// When `x` has not the order of the matrix.
-    pub fn solve_transposed_in_place(&self, x: &mut [f64]) {
-        super::sparse::count(0, 1);
-        self.sweep(x, |f, x, y| f.forward_transposed(x, y), |f, x, y| f.backward_transposed(x, y));
     }
 
     /// Up and down the tree; both steps work on a front's pivots and on its boundary.
@@ -370,19 +358,5 @@ impl Factors {
     fn backward(&self, x: &mut [f64], y: &mut [f64]) {
         subtract_product(&self.upper, x.len(), y, x);
         solve_upper(&self.lu, x);
-    }
-
-    /// `x ← U⁻ᵀ x`, `y ← y − U12ᵀ x`.
-    fn forward_transposed(&self, x: &mut [f64], y: &mut [f64]) {
-        solve_upper_transposed(&self.lu, x);
-        subtract_transposed_product(&self.upper, x.len(), x, y);
-    }
-
-    /// `x ← Pᵀ L⁻ᵀ (x − L21ᵀ y)`.
-    fn backward_transposed(&self, x: &mut [f64], y: &mut [f64]) {
-        subtract_transposed_product(&self.lower, y.len(), y, x);
-        solve_lower_transposed(&self.lu, x);
-        let old = x.to_vec();
-        self.permutation.iter().zip(old).for_each(|(&i, v)| x[i as usize] = v);
     }
 }

@@ -9,6 +9,7 @@ use crate::model::parameters::Parameters;
 use crate::model::{Residuals, State};
 use crate::time::equations::Trial;
 use crate::time::memory::Memory;
+use crate::time::pace::Smallest;
 use crate::time::{CouplingKind, March, MarchError, MarchSettings, Phases, Sheet, StepReport};
 
 /// Which steady state is wanted.
@@ -210,7 +211,7 @@ impl Finder<'_, '_> {
             let Some(mode) = growing.filter(|_| leaves) else { return Ok(Found::Steady(Box::new(steady))) };
             let (rate, omega) = (mode.value.re, mode.value.im);
             self.note(format!(
-                "this steady state is unstable: a disturbance grows at the rate {rate:.4}{}; leaving it along that mode",
+                "on the way, a steady state that is unstable: a disturbance grows at the rate {rate:.4}{}; leaving it along that mode",
                 if omega == 0.0 { String::new() } else { format!(", turning with the angular frequency {omega:.4}") },
             ))?;
             *p = self.disturbed(&steady.state, &mode);
@@ -343,7 +344,8 @@ impl Finder<'_, '_> {
         if let Some(omega) = mode.map(|m| m.value.im.abs()).filter(|omega| *omega > 0.0) {
             let step = std::f64::consts::TAU / omega / STEPS_PER_PERIOD;
             settings.control.step = settings.control.step.min(step);
-            settings.control.step_min = settings.control.step_min.min(1e-6 * step);
+            let step_min = settings.control.step_min.value().min(1e-6 * step);
+            settings.control.step_min = Smallest::Given(step_min);
         }
         let end = self.settings.march;
         if end <= 0.0 {

@@ -2,13 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::pace::Smallest;
+
 /// Bounds of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlSettings {
     /// `Δt_0`: first and largest step.
     pub step: f64,
     /// `Δt_min`: the run ends when a step would have to be smaller.
-    pub step_min: f64,
+    pub step_min: Smallest,
     /// Factor by which Δt grows (thesis: 1.25).
     pub growth: f64,
     /// Δt grows after `⌈growth_wait Δt_0/Δt⌉` good steps in a row (thesis: 50).
@@ -20,7 +22,7 @@ pub struct ControlSettings {
 impl ControlSettings {
     /// The thesis' numbers.
     pub fn new(step: f64, step_min: f64) -> Self {
-        Self { step, step_min, growth: 1.25, growth_wait: 50.0, growth_rate: 0.55 }
+        Self { step, step_min: Smallest::Given(step_min), growth: 1.25, growth_wait: 50.0, growth_rate: 0.55 }
     }
 }
 
@@ -41,13 +43,13 @@ impl Control {
 
     /// Halves Δt after a failure, down to Δt_min.
     pub fn halve(&mut self, settings: &ControlSettings) {
-        self.step = (0.5 * self.step).max(settings.step_min);
+        self.step = (0.5 * self.step).max(settings.step_min.value());
         self.streak = 0;
     }
 
     /// The same with a step inside of other bounds, for a run that is resumed with them.
     pub fn within(self, settings: &ControlSettings) -> Self {
-        Self { step: self.step.clamp(settings.step_min, settings.step), ..self }
+        Self { step: self.step.clamp(settings.step_min.value(), settings.step), ..self }
     }
 
     /// Books an accepted step with rate η: after enough good ones in a row Δt grows, up to Δt_0.

@@ -93,6 +93,9 @@ pub enum StepFailure {
     Density(#[from] NegativeMean),
     #[error(transparent)]
     Formula(#[from] ExpressionError),
+    /// Bodies cannot move so far at once.
+    #[error("{0}")]
+    Bodies(String),
     #[error("stopped from outside")]
     Interrupted,
 }
@@ -113,6 +116,7 @@ impl StepFailure {
             StepFailure::Slow { .. }
             | StepFailure::Diverged { .. }
             | StepFailure::Polarity(_)
+            | StepFailure::Bodies(_)
             | StepFailure::Density(_) => true,
             // a force that is not finite comes from a polarity that is not
             StepFailure::Momentum(MomentumError::Solve(SolveError::NotFiniteInput { .. })) => true,
@@ -122,7 +126,7 @@ impl StepFailure {
                 MomentumError::Solve(_)
                 | MomentumError::Formula(_)
                 | MomentumError::Body(_)
-                | MomentumError::Unheld
+                | MomentumError::Unheld { .. }
                 | MomentumError::Flux { .. },
             )
             | StepFailure::Formula(_)

@@ -7,12 +7,14 @@ use serde::{Deserialize, Serialize};
 use super::control::{Control, ControlSettings};
 use super::coupling::{CouplingKind, CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
 use super::memory::{Memory, Origin};
-use super::schedule::trim;
+use super::pace::Smallest;
+use super::schedule::{plain, trim};
 use super::sheet::{Kind, Sheet};
 use super::{Phases, abdf, bdf};
 use crate::model::expression::ExpressionError;
 use crate::model::momentum::MomentumError;
 use crate::model::{Residuals, State, Volume};
+use crate::solve::SolveError;
 use crate::space::Field;
 
 /// How time is discretised.
@@ -57,10 +59,10 @@ pub struct StepReport {
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum MarchError {
     #[error(
-        "step {step} from t = {t} failed and Δt would fall below `time.step_min` = {step_min:.1e}: {}; hint: {hint}",
+        "step {step} from t = {t} failed and Δt would fall below {step_min}: {}; hint: {hint}",
         without_hint(cause)
     )]
-    StepTooSmall { step: usize, t: f64, step_min: f64, cause: Box<StepFailure>, hint: &'static str },
+    StepTooSmall { step: usize, t: f64, step_min: Smallest, cause: Box<StepFailure>, hint: String },
     #[error("stopped from outside during step {step} from t = {t}")]
     Interrupted { step: usize, t: f64 },
     #[error("step {step} from t = {t} failed: {cause}")]
@@ -68,18 +70,21 @@ pub enum MarchError {
 }
 
 /// What to do where no step is small enough.
-fn hint(cause: &StepFailure, kind: CouplingKind) -> &'static str {
-    match cause {
+fn hint(cause: &StepFailure, kind: CouplingKind) -> String {
+    let hint = match cause {
         // fluxes leave no mean negative
         StepFailure::Density(_) => "a `source.density` may take no more than there is; else take a finer mesh there",
         StepFailure::Momentum(MomentumError::Vacuum) => "give a friction, or keep the density away from 0",
+        StepFailure::Momentum(MomentumError::Weighted(SolveError::Inaccurate { hint, .. })) => hint.as_str(),
+        StepFailure::Bodies(_) => "take a smaller `time.step`, or milder forces on bodies",
         StepFailure::Slow { .. }
         | StepFailure::Diverged { .. }
         | StepFailure::Polarity(_)
         | StepFailure::Momentum(_)
         | StepFailure::Formula(_)
         | StepFailure::Interrupted => kind.hint(),
-    }
+    };
+    hint.to_owned()
 }
 
 /// What went wrong, where another hint follows.
@@ -331,7 +336,7 @@ impl<'m> March<'m> {
         let step = self.counts.steps + 1;
         let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
         let lands = self.t + dt >= landing - 1e-9 * dt;
-        (if lands { landing } else { self.t + dt }, dt)
+        (if lands { landing } else { plain(self.t + dt, 0.0) }, dt)
     }
 
     /// One try of a step to `t`.
@@ -378,7 +383,7 @@ impl<'m> March<'m> {
         *rejected += 1;
         self.counts.rejected += 1;
         let cap = 0.5 * dt;
-        if cap < self.settings.control.step_min {
+        if cap < self.settings.control.step_min.value() {
             let step_min = self.settings.control.step_min;
             let hint = hint(&cause, self.settings.coupling.kind);
             let cause = Box::new(cause);
@@ -464,7 +469,7 @@ impl<'m> March<'m> {
         let report = StepReport {
             step: self.counts.steps,
             t,
-            dt: t - self.t,
+            dt: plain(t - self.t, t),
             order,
             iterations: outcome.iterations,
             increment: outcome.increment,

@@ -12,6 +12,7 @@ pub mod march;
 pub mod memory;
 pub mod moving;
 pub mod newton;
+pub mod pace;
 pub mod phases;
 pub mod schedule;
 pub mod sheet;

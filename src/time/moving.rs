@@ -14,11 +14,18 @@ use serde::{Deserialize, Serialize};
 
 use super::coupling::StepFailure;
 use super::march::{Checkpoint, March, MarchError, MarchSettings, Parked, StepReport};
+use super::pace::Refusal;
 use crate::body::motion::Motion;
+use crate::body::stiffness::{DECAY, Stiffness, Stride};
 use crate::body::{Pose, Twist};
 use crate::model::State;
+use crate::model::expression::ExpressionError;
 use crate::model::incompressible::Incompressible;
+use crate::model::mobility::Mobility;
 use crate::model::momentum::MomentumError;
+
+/// What forces that vary with a body's place may change of its way in a step, relative to its size.
+const TOLERANCE: f64 = 1e-3;
 
 /// What may change the predicted twists before the bodies move: contact.
 pub trait Referee {
@@ -26,7 +33,7 @@ pub trait Referee {
     ///
     /// # Errors
     /// The reason why there are none.
-    fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, String>;
+    fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, Refusal>;
 
     /// The step was taken.
     fn accept(&mut self) {}
@@ -37,7 +44,7 @@ pub trait Referee {
 pub struct NoReferee;
 
 impl Referee for NoReferee {
-    fn correct(&mut self, _: &[Pose], predicted: Vec<Twist>, _: f64) -> Result<Vec<Twist>, String> {
+    fn correct(&mut self, _: &[Pose], predicted: Vec<Twist>, _: f64) -> Result<Vec<Twist>, Refusal> {
         Ok(predicted)
     }
 }
@@ -69,6 +76,7 @@ pub struct MovingMarch {
     motion: Motion,
     /// Of the flow now.
     twists: Vec<Twist>,
+    stiffness: Stiffness,
     parked: Option<Parked>,
 }
 
@@ -86,7 +94,8 @@ impl MovingMarch {
         let parked = March::start(&model, settings, p)?.park();
         let motion = Motion::new(model.poses().to_vec(), order);
         let twists = model.twists(&parked.state.v);
-        Ok(Self { model, motion, twists, parked: Some(parked) })
+        let stiffness = stiffness_of(&model)?;
+        Ok(Self { model, motion, twists, stiffness, parked: Some(parked) })
     }
 
     /// Continues from a checkpoint of the same problem, with the bodies anywhere.
@@ -102,7 +111,8 @@ impl MovingMarch {
             model.place_bodies(&from.motion.poses)?;
         }
         let parked = March::resume(&model, settings, from.march).park();
-        Ok(Self { model, motion: from.motion, twists: from.twists, parked: Some(parked) })
+        let stiffness = stiffness_of(&model)?;
+        Ok(Self { model, motion: from.motion, twists: from.twists, stiffness, parked: Some(parked) })
     }
 
     /// The current state.
@@ -162,11 +172,19 @@ impl MovingMarch {
             let (now, (t, dt)) = self.with(|march| (march.t, march.aim(cap, landing)));
             let stop = |reason: String| MovingError::Contact { t: now, reason };
             let predicted = guide.predicted(&self.motion, now, dt, &self.twists).map_err(|e| stop(e.to_string()))?;
-            let by = referee.correct(&self.motion.poses, predicted, dt).map_err(stop)?;
-            let mut motion = self.motion.clone();
-            motion.advance(dt, &self.twists, &by);
-            match self.attempt(&motion.poses, (t, dt), rejected, interrupt) {
-                Ok(report) => {
+            let by = self.followed(now, dt, &predicted);
+            let by = by.and_then(|()| referee.correct(&self.motion.poses, predicted, dt));
+            let moved = match by {
+                Ok(by) => {
+                    let mut motion = self.motion.clone();
+                    motion.advance(dt, &self.twists, &by);
+                    self.attempt(&motion.poses, (t, dt), rejected, interrupt).map(|report| (motion, report))
+                }
+                Err(Refusal::Failure(reason)) => return Err(stop(reason)),
+                Err(Refusal::Force(reason) | Refusal::Contact(reason)) => Err(StepFailure::Bodies(reason)),
+            };
+            match moved {
+                Ok((motion, report)) => {
                     referee.accept();
                     let state = &self.parked.as_ref().expect("a march is parked between steps").state;
                     self.twists = self.model.twists(&state.v);
@@ -182,6 +200,18 @@ impl MovingMarch {
                     cap = self.with(|march| march.after_failure(cause, (step, dt), &mut rejected, &entry))?;
                 }
             }
+        }
+    }
+
+    /// Whether a step is short enough for forces that vary with the place of a body.
+    fn followed(&self, t: f64, dt: f64, by: &[Twist]) -> Result<(), Refusal> {
+        let floating = self.model.bodies.as_ref().expect("a tissue with bodies");
+        let poses = &self.motion.poses[..];
+        let response = Mobility { momentum: &self.model.momentum, rules: floating.guide.rules_of_change(poses) };
+        let stride = Stride { poses, by, t, dt, tolerance: TOLERANCE, bound: DECAY };
+        match self.stiffness.strain(stride, &response).map_err(|error| Refusal::Failure(error.to_string()))? {
+            Some(strain) if strain.load > 1.0 => Err(Refusal::Force(strain.to_string())),
+            Some(_) | None => Ok(()),
         }
     }
 
@@ -204,4 +234,8 @@ impl MovingMarch {
         self.parked = Some(march.park());
         outcome
     }
+}
+
+fn stiffness_of(model: &Incompressible) -> Result<Stiffness, ExpressionError> {
+    model.bodies.as_ref().map_or_else(|| Ok(Stiffness::default()), |floating| Stiffness::new(floating.bodies()))
 }

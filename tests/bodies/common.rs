@@ -30,6 +30,7 @@ pub fn disc(radius: f64, position: Point) -> Body {
         friction: 0.0,
         start: Pose { position, angle: 0.0 },
         start_twist: Twist::ZERO,
+        key: String::new(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Bodies in a Stokes flow.
 
-use crate::common::{Left, REST, disc, has, refused, run, segment, stokes, with_threads};
+use crate::common::{Left, REST, disc, has, refused, resume, run, segment, stokes, with_threads};
 
 const SHEAR: &str = "[\"0\", \"x\"]";
 
@@ -147,4 +147,43 @@ fn a_flow_has_the_same_bits_with_one_thread_and_two() {
     for file in ["bodies.csv", "history.csv", "checkpoint.bin"] {
         assert!(one.bytes(file) == two.bytes(file), "{file} differs");
     }
+}
+
+#[test]
+fn a_force_that_draws_back_settles_without_overshoot() {
+    let left =
+        run(&stokes(8, REST, &disc("ball", 0.1, 0.5, 0.5, "force = [\"-400*(x-0.3)\", \"0\"]"), 0.1, 0.6)).ended();
+    let track = left.track("ball");
+    assert!(track.windows(2).all(|pair| pair[1].x <= pair[0].x + 1e-12 && pair[1].x > 0.3 - 1e-6), "{track:?}");
+    assert!((left.last("ball").x - 0.3).abs() < 1e-3, "{:?}", left.last("ball"));
+    assert!(left.summary.counts.rejected > 0);
+    // resumed half-way it has the same bits
+    let scene =
+        |end: f64| stokes(8, REST, &disc("ball", 0.1, 0.5, 0.5, "force = [\"-400*(x-0.3)\", \"0\"]"), 0.05, end);
+    let whole = run(&scene(0.2)).ended();
+    let most = whole.summary.counts.steps / 2;
+    let half = run(&scene(0.2).replace("end = 0.2", &format!("end = 0.2\nmax_steps = {most}")));
+    let parts = resume(half, &scene(0.2)).ended();
+    assert!(
+        parts.bytes("checkpoint.bin") == whole.bytes("checkpoint.bin")
+            && parts.bytes("bodies.csv") == whole.bytes("bodies.csv")
+    );
+}
+
+#[test]
+fn bodies_smaller_than_a_cell_are_told() {
+    let told = |radius: f64| {
+        let left =
+            run(&stokes(8, REST, &disc("grain", radius, 0.43, 0.52, "force = [\"1\", \"0\"]"), 1e-9, 2e-9)).ended();
+        left.summary.said.iter().filter(|note| note.contains("`grain` is not resolved")).cloned().collect::<Vec<_>>()
+    };
+    let note = &told(1e-3)[0];
+    // cells of n = 8 have the size (2|K|)^½ = 1/8
+    has(note, &["1.000e-3", "8.00e-3 of the cell", "1.250e-1"]);
+    assert!(told(0.2).is_empty());
+    // one that comes into larger cells is told there
+    let sizes =
+        "[[body]]\nname = \"rod\"\nshape = { capsule = { length = 0.3, radius = 0.01 } }\nposition = [0.5, 0.5]\n";
+    let left = run(&stokes(8, REST, sizes, 1e-9, 2e-9)).ended();
+    assert!(left.summary.said.iter().any(|note| note.contains("`rod` is not resolved")), "{:?}", left.summary.said);
 }

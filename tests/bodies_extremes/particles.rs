@@ -250,3 +250,143 @@ fn particles_have_the_same_bits_with_one_thread_and_two() {
         assert!(one.bytes(file) == two.bytes(file), "{file} differs");
     }
 }
+
+/// Places of a body by time.
+fn places(left: &Left, body: &str) -> Vec<[f64; 2]> {
+    left.track(body).iter().map(|row| [row.time, row.x]).collect()
+}
+
+#[test]
+fn a_stiff_spring_swings_with_its_period_whatever_the_step() {
+    let spring = disc("ball", 0.1, 0.5, 0.0, "force = [\"-410*mass*(x-0.3)\", \"0\"]");
+    let left = run(&particles("", &spring, 0.1, 3.0)).ended();
+    let omega = 410.0_f64.sqrt();
+    let worst =
+        places(&left, "ball").iter().map(|[t, x]| (x - 0.3 - 0.2 * (omega * t).cos()).abs()).fold(0.0, f64::max);
+    assert!(worst < 0.02 * 0.2, "off by {worst} of an amplitude of 0.2");
+    assert!(left.summary.counts.rejected > 0 && left.most("rejected") > 0.0);
+    assert!(left.summary.said.iter().any(|note| note.contains("steps are shortened") && note.contains("`ball`")));
+    // outputs land on their times, and a shorter tolerance is nearer
+    let finer = particles("", &spring, 0.1, 3.0).replace("end = 3.0", "end = 3.0\ntolerance = 1e-4");
+    let finer = run(&finer.replace("every = { steps = 1 }", "every = { time = 0.25 }")).ended();
+    let rows = places(&finer, "ball");
+    assert_eq!(rows.len(), 13);
+    let worst = rows.iter().map(|[t, x]| (x - 0.3 - 0.2 * (omega * t).cos()).abs()).fold(0.0, f64::max);
+    assert!(worst < 0.007 * 0.2, "off by {worst}");
+}
+
+#[test]
+fn a_swing_keeps_its_amplitude_over_many_periods_of_a_hard_spring() {
+    // the force grows with the cube of the way, so the step would like to be longer where the ball turns
+    let left =
+        run(&particles("", &disc("ball", 0.1, 0.5, 0.0, "force = [\"-4000*mass*x^3\", \"0\"]"), 0.1, 10.0)).ended();
+    let rows = places(&left, "ball");
+    let late = rows.iter().filter(|[t, _]| *t > 9.0).map(|[_, x]| x.abs()).fold(0.0, f64::max);
+    assert!((late - 0.5).abs() < 0.02, "the amplitude became {late}");
+}
+
+#[test]
+fn forces_and_velocities_that_draw_back_settle_without_overshoot() {
+    let drag = "dynamics = \"overdamped\"\ndrag = 1.0";
+    let force = disc("ball", 0.1, 0.5, 0.0, "force = [\"-400*mass*(x-0.3)\", \"0\"]\ntorque = \"-50*inertia*theta\"");
+    let held = disc("ball", 0.1, 0.5, 0.0, "motion = { held = { velocity = [\"-400*(x-0.3)\", \"0\"] } }");
+    for scene in [particles(drag, &force, 0.1, 1.0), particles("", &held, 0.1, 1.0)] {
+        let left = run(&scene).ended();
+        let rows = places(&left, "ball");
+        assert!(rows.windows(2).all(|pair| pair[1][1] <= pair[0][1] && pair[1][1] >= 0.3 - 1e-15), "{rows:?}");
+        assert!((left.last("ball").x - 0.3).abs() < 1e-6, "{:?}", left.last("ball"));
+    }
+}
+
+#[test]
+fn what_explodes_has_failed() {
+    let away = run(&particles("", &disc("ball", 0.1, 0.5, 0.0, "force = [\"410*mass*x\", \"0\"]"), 0.1, 10.0));
+    assert!(away.reason().contains("`ball`") && away.reason().contains("scene.toml"), "{}", away.reason());
+    let pushed = run(&particles("", &disc("ball", 0.1, 0.5, 0.0, "force = [\"1e15*mass\", \"0\"]"), 0.1, 10.0));
+    assert!(pushed.reason().contains("the body `ball` is lost"), "{}", pushed.reason());
+    let burst = run(&particles("", &disc("ball", 0.1, 0.5, 0.0, "force = [\"1e308\", \"0\"]"), 10.0, 10.0));
+    assert!(burst.reason().contains("ball"), "{}", burst.reason());
+}
+
+#[test]
+fn a_constant_force_takes_the_steps_of_the_scene() {
+    let left =
+        run(&particles(FALL, &(disc("ball", 0.1, 0.0, 0.5, "force = [\"sin(t)\", \"0\"]") + &floor()), 0.05, 2.0))
+            .ended();
+    assert_eq!((left.summary.counts.steps, left.summary.counts.rejected), (40, 0));
+}
+
+#[test]
+fn a_rod_that_turns_fast_stops_at_what_is_in_its_way() {
+    let rod =
+        "[[body]]\nname = \"rod\"\nshape = { capsule = { length = 0.8, radius = 0.02 } }\nposition = [0.0, 0.0]\n";
+    let post = disc("post", 0.05, 0.0, 0.3, "motion = \"fixed\"");
+    let turning = format!("{rod}motion = {{ pinned = [0.0, 0.0] }}\nspin = 31.4159\n{post}");
+    let left = run(&particles("", &turning, 0.1, 1.0)).ended();
+    let last = left.last("rod");
+    // it lies against the post: its axis passes the centre at the sum of the radii
+    let against = 0.5 * std::f64::consts::PI - (0.07_f64 / 0.3).asin();
+    assert!((last.theta - against).abs() < 1e-6 && last.spin.abs() < 1e-9, "{last:?}, {against}");
+    no_overlap(&left, 1e-10);
+    assert!(left.summary.counts.rejected > 0);
+    // on a path nothing stops it: it carries a free disc along
+    let ball = disc("ball", 0.05, 0.0, 0.3, "");
+    let path = rod.replace(
+        "position = [0.0, 0.0]\n",
+        "motion = { path = { position = [\"0\", \"0\"], angle = \"31.4159*t\" } }\n",
+    ) + &ball;
+    let left = run(&particles("", &path, 0.1, 0.1)).ended();
+    no_overlap(&left, 1e-9);
+    assert!(left.last("ball").vx.hypot(left.last("ball").vy) > 3.0, "{:?}", left.last("ball"));
+}
+
+#[test]
+fn a_fast_disc_passes_through_nothing_thin() {
+    let wall = "[[body]]\nname = \"plate\"\nshape = { capsule = { length = 2.0, radius = 0.005 } }\nposition = [0.0, \
+        0.0]\nangle = 1.2\nmotion = \"fixed\"\n";
+    for obstacle in [wall.to_owned(), segment([0.4, 1.0], [-0.4, -1.0])] {
+        let left =
+            run(&particles("", &(disc("ball", 0.05, -3.0, 0.1, "velocity = [1000.0, 0.0]") + &obstacle), 0.1, 0.2))
+                .ended();
+        no_overlap(&left, 1e-9);
+        assert!(left.track("ball").iter().all(|row| row.x < 0.4), "{:?}", left.last("ball"));
+    }
+    // beside it there is nothing to stop it
+    let free =
+        run(&particles("", &(disc("ball", 0.05, -3.0, 1.2, "velocity = [1000.0, 0.0]") + wall), 0.1, 0.2)).ended();
+    assert!((free.last("ball").x - 197.0).abs() < 1e-9, "{:?}", free.last("ball"));
+}
+
+#[test]
+fn given_bodies_that_are_led_into_each_other_overlap() {
+    let held = disc("led", 0.2, -1.0, 0.0, "motion = { held = { velocity = [\"1\", \"0\"] } }");
+    for (obstacle, name) in
+        [(disc("post", 0.2, 0.0, 0.0, "motion = \"fixed\""), "`post`"), (segment([0.0, 1.0], [0.0, -1.0]), "wall 1")]
+    {
+        let left = run(&particles("", &format!("{held}{obstacle}"), 0.1, 2.0)).ended();
+        let deepest = left.most("overlap");
+        assert!(deepest > 0.15, "{deepest}");
+        let told = left
+            .summary
+            .said
+            .iter()
+            .filter(|note| note.contains("`led`") && note.contains(name) && note.contains("overlap"));
+        assert!(told.count() >= 1, "{:?}", left.summary.said);
+    }
+    // the depth is that of the discs
+    let left = run(&particles("", &(held + &disc("post", 0.2, 0.0, 0.0, "motion = \"fixed\"")), 0.1, 0.8)).ended();
+    assert!((left.measure("overlap") - 0.2).abs() < 1e-9, "{}", left.measure("overlap"));
+}
+
+#[test]
+fn a_path_that_turns_round_within_a_step_is_followed() {
+    let path = "[[body]]\nname = \"a\"\nshape = { disc = { radius = 0.1 } }\nmotion = { path = { position = \
+        [\"cos(20*pi*t)\", \"sin(20*pi*t)\"] } }\n";
+    let left = run(&particles("", &(path.to_owned() + &disc("b", 0.1, -1.0, 0.0, "")), 0.1, 0.1)).ended();
+    assert!(
+        left.last("b").x.hypot(left.last("b").y + 0.0) > 1.0 && left.last("b").vy.abs() > 1.0,
+        "{:?}",
+        left.last("b")
+    );
+    no_overlap(&left, 1e-9);
+}

@@ -90,3 +90,45 @@ fn particles_without_bodies_and_bodies_where_there_are_none() {
     let compressible = include_str!("../data/compressible.toml").to_owned() + &one("");
     has(&refused(&compressible), &["`body`", "incompressible"]);
 }
+
+#[test]
+fn sizes_and_weights_that_are_no_numbers_to_compute_with() {
+    for radius in [1e-300, 1e-100, 1e100, 1e300] {
+        let message = refused(&particles("", &disc("a", radius, 0.0, 0.0, ""), 0.1, 1.0));
+        has(&message, &["`body.0.shape.disc.radius`", "between 1e-9 and 1e9"]);
+    }
+    has(
+        &refused(&particles("", &disc("a", 0.1, 0.0, 0.0, "density = 1e308"), 0.1, 1.0).replace("0.1 }", "1e3 }")),
+        &["`body.0.density`"],
+    );
+    let rod = |shape: &str| format!("[[body]]\nname = \"a\"\nshape = {{ {shape} }}\nposition = [0.5, 0.5]\n");
+    let thin = refused(&particles("", &rod("capsule = { length = 0.4, radius = 1e-8 }"), 0.1, 1.0));
+    has(&thin, &["the capsule is a sliver", "body.0.shape.capsule.radius"]);
+    assert!(!thin.contains("polygon"), "{thin}");
+    has(
+        &refused(&particles("", &rod("ellipse = { semi_axes = [0.1, 1e-8] }"), 0.1, 1.0)),
+        &["the ellipse is a sliver"],
+    );
+    has(
+        &refused(&stokes(8, REST, &disc("a", 1e-9, 0.5, 0.5, ""), 0.1, 1.0)),
+        &["`body.0`", "of the cell where it lies"],
+    );
+    let message = refused(&particles("", &disc("a", 0.1, 0.0, 0.0, ""), 1e-320, 1.0));
+    has(&message, &["`time.step`", "a millionth of it"]);
+    assert!(!message.contains("`time.step_min`"), "{message}");
+}
+
+#[test]
+fn margins_that_throw_bodies_apart() {
+    let wall = segment([0.0, 0.0], [1.0, 0.0]);
+    let scene = |margin: f64| {
+        particles("", &(disc("a", 0.1, 0.5, 0.5, "") + &wall + &format!("[contact]\nmargin = {margin:?}\n")), 0.1, 1.0)
+    };
+    has(&refused(&scene(10.0)), &["`contact.margin` = 10", "4.000e-1", "`a`", "`wall.0`"]);
+    let flow = |margin: f64| {
+        let rest =
+            format!("{}[[wall]]\ntag = \"bottom\"\n[contact]\nmargin = {margin:?}\n", disc("a", 0.1, 0.5, 0.5, ""));
+        stokes(8, REST, &rest, 0.1, 0.1)
+    };
+    has(&refused(&flow(10.0)), &["`contact.margin` = 10", "`wall.0`"]);
+}

@@ -51,3 +51,17 @@ fn a_searched_steady_state_with_bodies_that_move_is_refused() {
     let scene = tissue(&disc("a", 0.5, -0.8, 0.1, ""), 0.1, 0.3) + "[steady]\n";
     has(&refused(&scene), &["`steady`", "no steady state"]);
 }
+
+#[test]
+fn steps_that_a_tissue_halves_are_counted() {
+    let body = disc("ball", 0.6, 0.3, 0.0, "force = [\"-600*(x-0.2)\", \"-600*y\"]");
+    let left = run(&tissue(&body, 0.1, 0.1)).ended();
+    let counts = left.summary.counts;
+    assert!(counts.rejected > 0 && counts.steps > 1, "{counts:?}");
+    let mut table = csv::Reader::from_path(left.folder.path().join("out/history.csv")).unwrap();
+    let at = table.headers().unwrap().iter().position(|name| name == "rejected").expect("a column");
+    let sum: f64 = table.records().map(|row| row.unwrap()[at].parse::<f64>().unwrap()).sum();
+    assert_eq!(sum, counts.rejected as f64);
+    let last = left.last("ball");
+    assert!((last.x - 0.2).abs() < 0.1 && last.y.abs() < 0.1, "{last:?}");
+}

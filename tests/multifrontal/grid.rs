@@ -104,15 +104,14 @@ fn faces(triangles: &[[[usize; 2]; 3]]) -> Vec<Vec<usize>> {
     triangles.iter().enumerate().map(|(c, t)| (0..3).flat_map(|k| across(c, t, k)).collect()).collect()
 }
 
-/// `A x`, or `Aᵀ x`.
-pub fn product(elements: &[Element], x: &[f64], transposed: bool) -> Vec<f64> {
+/// `A x`.
+pub fn product(elements: &[Element], x: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; x.len()];
     for element in elements {
         let rows = element.rows.iter().zip(element.values.chunks_exact(element.columns.len()));
         for (&r, values) in rows {
             for (&c, v) in element.columns.iter().zip(values) {
-                let (i, j) = if transposed { (c, r) } else { (r, c) };
-                y[i as usize] += v * x[j as usize];
+                y[r as usize] += v * x[c as usize];
             }
         }
     }

@@ -23,7 +23,7 @@ const ACTIVE: Parameters = Parameters {
     peclet: 1.3,
     coherence: 0.2,
     elasticity: 0.6,
-    slip: 0.8,
+    alignment: 0.8,
     elastic_force: ElasticForce::Stress,
     density: None,
 };
@@ -44,6 +44,7 @@ fn disc(radius: f64, at: [f64; 2], hold: Hold) -> Body {
         friction: 0.0,
         start: Pose { position: Point::from(at), angle: 0.0 },
         start_twist: Twist::ZERO,
+        key: String::new(),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use monolayer::body::cut::Cover;
+use monolayer::body::cut::{Class, Cover};
 use monolayer::body::{Pose, Shape};
 use monolayer::form::upwind::Carrier;
 use monolayer::form::{CellPoint, mass};
@@ -23,7 +23,7 @@ const PARAMETERS: Parameters = Parameters {
     peclet: 1.5,
     coherence: 0.3,
     elasticity: 0.0,
-    slip: 1.0,
+    alignment: 1.0,
     elastic_force: ElasticForce::Stress,
     density: None,
 };
@@ -37,7 +37,8 @@ fn formulas() -> [Expression; 2] {
 }
 
 fn mesh_of(n: usize) -> Arc<Mesh> {
-    mesh(&format!("shape = \"square\"\nn = {n}\ndistortion = 0.15\nseed = 3"))
+    let distortion = std::env::var("TEMP_DIST").unwrap_or("0.15".into());
+    mesh(&format!("shape = \"square\"\nn = {n}\ndistortion = {distortion}\nseed = 3"))
 }
 
 /// Errors over the tissue, in L² and of the gradient, and the largest coefficient in the continuation.
@@ -46,7 +47,14 @@ fn errors(n: usize, degree: usize) -> [f64; 3] {
     let loops = loops(&mesh);
     let pose = Pose { position: Point::from(CENTRE), angle: 0.0 };
     let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::Disc { radius: RADIUS }, pose)]));
-    let covered = Covered::new(&loops, &cover, Continuation::default());
+    let mut w = Continuation::default();
+    if let Ok(g) = std::env::var("TEMP_GHOST") {
+        w.ghost = g.parse().unwrap();
+    }
+    if let Ok(g) = std::env::var("TEMP_MASS") {
+        w.mass = g.parse().unwrap();
+    }
+    let covered = Covered::new(&loops, &cover, w);
     let space = discontinuous(&mesh, degree, 2);
     let exact = formulas();
     let condition = Conditions {
@@ -90,7 +98,7 @@ fn errors(n: usize, degree: usize) -> [f64; 3] {
     }
     let value = tissue.sum(2 * degree + 4, |x| (p.vector(&x.site) - at(x.site.x).0).norm_squared());
     let slope = tissue.sum(2 * degree + 4, |x| (p.vector_gradient(&x.site) - at(x.site.x).1).norm_squared());
-    let inner: Vec<usize> = (0..mesh.cells.len()).filter(|&c| covered.is_body(c)).collect();
+    let inner: Vec<usize> = (0..mesh.cells.len()).filter(|&c| matches!(cover.cell(c), Class::Inside(_))).collect();
     let largest = inner.iter().flat_map(|&c| p.coefficients(c, 0)).fold(0.0_f64, |m, v| m.max(v.abs()));
     [value.max(0.0).sqrt(), slope.max(0.0).sqrt(), largest]
 }
@@ -127,4 +135,12 @@ fn the_polarity_around_a_disc_has_the_order_of_its_degree() {
 #[test]
 fn quartic_polarities_have_the_order_of_their_degree() {
     check(4, [8, 11, 16]);
+}
+
+#[test]
+fn temporary_table() {
+    let Ok(sizes) = std::env::var("TEMP_SIZES") else { return };
+    let sizes: Vec<usize> = sizes.split(',').map(|s| s.parse().unwrap()).collect();
+    let degree = std::env::var("TEMP_DEGREE").unwrap().parse().unwrap();
+    table(degree, &sizes);
 }

@@ -222,11 +222,6 @@ impl Cover {
         &self.mesh
     }
 
-    /// Number of bodies.
-    pub fn body_count(&self) -> usize {
-        self.poses.len()
-    }
-
     /// The body of a number, at its place.
     pub fn body(&self, body: usize) -> Placed<'_> {
         self.shapes[body].at(self.poses[body])

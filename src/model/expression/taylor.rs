@@ -90,14 +90,6 @@ impl Taylor {
         Self([value, x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     }
 
-    /// The series with another value at the point.
-    #[must_use]
-    #[inline]
-    pub fn with_value(mut self, value: f64) -> Self {
-        self.0[0] = value;
-        self
-    }
-
     /// The series divided by a number, coefficient by coefficient.
     #[must_use]
     #[inline]

@@ -21,7 +21,7 @@ use crate::time::Schedule;
 use crate::time::march::Counts;
 
 /// Columns of the history before the measures.
-const STEP_COLUMNS: [&str; 3] = ["time", "dt", "iterations"];
+const STEP_COLUMNS: [&str; 4] = ["time", "dt", "iterations", "rejected"];
 
 /// A run that is killed loses no more than this, whatever its scene asks for.
 const PAUSE: Duration = Duration::from_secs(60);
@@ -203,7 +203,8 @@ impl Files {
         measures.for_each(|measure| take(*measure, plan, mover, &mut values));
         let value = |column: &str| match column {
             "time" => Some(row.t),
-            "dt" => Some(row.dt),
+            "dt" => Some(row.stride.dt),
+            "rejected" => Some(row.stride.rejected as f64),
             "iterations" => Some(row.stride.iterations as f64),
             other => values.get(other).copied(),
         };

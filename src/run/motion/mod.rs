@@ -4,6 +4,7 @@ pub(super) mod easel;
 mod files;
 pub mod saved;
 pub mod summary;
+mod watch;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,29 +25,23 @@ use crate::model::Term;
 use crate::output::bodies::Moment;
 use crate::output::plot::map::Picture;
 use crate::output::progress::{Progress, Status};
-use crate::scene::particles::MotionTime;
 use crate::scene::{Field, MapRequest, Measure, Output, What};
 use crate::time::march::Counts;
 use crate::time::phases::Phases;
-use crate::time::schedule::trim;
 
 use easel::Easel;
 use files::Files;
 use saved::SavedMotion;
 pub use summary::MotionSummary;
+use watch::{Overlaps, lost};
 
 /// What a loop moves.
 pub(super) trait Mover {
-    /// From `t` to `t + dt`. What fails changes nothing, or stops at [`Self::stands_at`].
+    /// One step from `t`, trimmed to land on `landing`. What fails changes nothing.
     ///
     /// # Errors
     /// The reason.
-    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String>;
-
-    /// The time of the state, where steps that fail may leave it after the last whole one.
-    fn stands_at(&mut self) -> Option<f64> {
-        None
-    }
+    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String>;
 
     /// The state, for an exact restart.
     fn state(&self) -> Vec<u8>;
@@ -103,17 +98,33 @@ pub(super) fn extent(mover: &dyn Mover, moment: &Moment, request: &MapRequest) -
 }
 
 /// What a step took.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Stride {
+    /// Where it ended, and its length.
+    pub t: f64,
+    pub dt: f64,
     pub iterations: usize,
+    /// Steps that were too long before it.
+    pub rejected: usize,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// A note of a step that was too long.
+pub(super) fn shortened(t: f64, dt: f64, why: &str) -> String {
+    let why = why.split_once("; hint: ").map_or(why, |(why, _)| why);
+    format!("steps are shortened, to {dt:.3e} before t = {t:.6}: {why}")
 }
 
 /// What a loop needs of a scene.
 pub(super) struct Plan<'a> {
     pub title: Option<&'a str>,
+    /// The scene's file, for messages.
+    pub origin: &'a str,
     /// The resolved scene.
     pub text: String,
-    pub time: MotionTime,
+    pub end: f64,
+    pub max_steps: Option<usize>,
     pub outputs: &'a [Output],
     pub bodies: &'a [Body],
     pub walls: Vec<Wall>,
@@ -168,47 +179,47 @@ pub(super) fn run(
     if let Some(resumed) = resumed.filter(|resumed| resumed.cut_off) {
         phases.measure("output", || files.write_due(mover, t, counts.steps, resumed.before(&options.out)))?;
     }
-    if t > plan.time.end {
-        progress
-            .say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.time.end));
+    if t > plan.end {
+        progress.say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.end));
     }
+    let mut overlaps = Overlaps::default();
+    let failed = |reason: String| Ending::Failed { reason: format!("{}: {reason}", plan.origin) };
     let ending = loop {
-        if t >= plan.time.end * (1.0 - 1e-12) {
+        if let Some(reason) = lost(plan.bodies, mover, t) {
+            break failed(reason);
+        }
+        if t >= plan.end * (1.0 - 1e-12) {
             break Ending::EndTime;
         }
-        if plan.time.max_steps.is_some_and(|most| counts.steps >= most) {
+        if plan.max_steps.is_some_and(|most| counts.steps >= most) {
             break Ending::MaxSteps;
         }
         if options.interrupt.load(Ordering::Relaxed) {
             break Ending::Interrupted;
         }
         let landings = plan.outputs.iter().filter_map(|output| output.schedule.next_time(t));
-        let landing = landings.fold(plan.time.end, f64::min);
-        let (before, dt) = (t, trim(t, plan.time.step, landing));
-        let stride = match phases.measure("steps", || mover.advance(t, dt)) {
+        let landing = landings.fold(plan.end, f64::min);
+        let before = t;
+        let stride = match phases.measure("steps", || mover.advance(t, landing)) {
             Ok(stride) => stride,
-            Err(reason) => {
-                t = mover.stands_at().unwrap_or(t);
-                break Ending::Failed { reason };
-            }
+            Err(reason) => break failed(reason),
         };
-        // so that no rounding piles up before an output
-        t = if dt == landing - before { landing } else { before + dt };
+        t = stride.t;
         counts.steps += 1;
         counts.nonlinear_iterations += stride.iterations;
+        counts.rejected += stride.rejected;
+        stride
+            .notes
+            .iter()
+            .chain(&overlaps.look(plan, mover, t))
+            .for_each(|note| progress.say(&format!("note: {note}")));
+        let (dt, iterations) = (stride.dt, stride.iterations);
         phases.measure("output", || {
-            files.append_history(plan, mover, &Row { before, t, dt, step: counts.steps, stride })?;
+            files.append_history(plan, mover, &Row { before, t, step: counts.steps, stride })?;
             files.write_due(mover, t, counts.steps, Some(before))?;
             files.write_checkpoint_if_due(plan, mover, (before, t), counts)
         })?;
-        progress.show(&Status {
-            step: counts.steps,
-            t,
-            end: plan.time.end,
-            dt,
-            iterations: stride.iterations,
-            residual: None,
-        });
+        progress.show(&Status { step: counts.steps, t, end: plan.end, dt, iterations, residual: None });
     };
     phases.measure("output", || {
         files.write_checkpoint(plan, mover, t, counts)?;
@@ -217,6 +228,7 @@ pub(super) fn run(
     // a picture that cannot be drawn is no failure
     crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));
     progress.finish();
+    overlaps.last().iter().for_each(|note| progress.say(&format!("note: {note}")));
     let mut measures = BTreeMap::new();
     asked(plan.outputs).iter().for_each(|measure| take(*measure, plan, mover, &mut measures));
     measures.retain(|_, value| value.is_finite());
@@ -230,7 +242,6 @@ pub(super) fn run(
 struct Row {
     before: f64,
     t: f64,
-    dt: f64,
     step: usize,
     stride: Stride,
 }

@@ -14,7 +14,7 @@ use crate::output::{OutputError, write_whole};
 use crate::run::RunError;
 use crate::time::march::Counts;
 
-const MAGIC: &str = "monolayer bodies 1";
+const MAGIC: &str = "monolayer bodies 2";
 
 /// A checkpoint and the scene that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

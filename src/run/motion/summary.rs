@@ -126,7 +126,11 @@ impl fmt::Display for MotionSummary {
             Ending::Failed { .. } => "a step failed",
             Ending::Stationary | Ending::EnergyAtRest | Ending::Steady | Ending::Oscillating => "the run came to rest",
         };
-        writeln!(out, "t = {} after {} steps: {end}", self.time, self.counts.steps)?;
+        writeln!(
+            out,
+            "t = {} after {} steps ({} rejected): {end}",
+            self.time, self.counts.steps, self.counts.rejected
+        )?;
         let mean = self.counts.nonlinear_iterations as f64 / self.counts.steps.max(1) as f64;
         let bodies = if self.bodies == 1 { "1 body".to_owned() } else { format!("{} bodies", self.bodies) };
         writeln!(out, "{bodies}, {mean:.1} iterations of contact a step; {:.1} s in all", self.seconds_total)?;

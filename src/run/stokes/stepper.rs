@@ -8,10 +8,12 @@ use serde::{Deserialize, Serialize};
 use crate::body::flow::{self, Flow};
 use crate::body::motion::Motion;
 use crate::body::penalty::Wrench;
+use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
 use crate::body::{Body, Hold, Pose, Twist};
-use crate::contact::{Bonds, Contact, Freedom, Metric, Mover as Moving, Settings, Solver, Wall};
+use crate::contact::{Bonds, Contact, ContactError, Freedom, Metric, Mover as Moving, Settings, Solver, Wall};
 use crate::mesh::Mesh;
 use crate::model::immersed::Carried;
+use crate::model::mobility::Mobility;
 use crate::model::momentum::{MomentumError, outer_force};
 use crate::model::parameters::ElasticForce;
 use crate::model::{Parameters, Sources};
@@ -20,10 +22,13 @@ use crate::output::vtk::{self, Grid, write_vtu};
 use crate::run::RunError;
 use crate::run::maps::{Caption, Source};
 use crate::run::motion::easel::Easel;
-use crate::run::motion::{Mover, Stride};
+use crate::run::motion::{Mover, Stride, shortened};
+use crate::run::resolution::Resolution;
 use crate::run::writer::nodal;
+use crate::scene::particles::MotionTime;
 use crate::scene::{Field, StokesScene};
 use crate::space;
+use crate::time::pace::{EASY, Pace, Paced, Refusal};
 
 /// What a restart needs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -34,6 +39,7 @@ pub struct Checkpoint {
     /// As they are shown.
     twists: Vec<Twist>,
     contacts: Vec<Contact>,
+    pace: Pace,
 }
 
 impl Checkpoint {
@@ -55,12 +61,15 @@ pub struct Stepper {
     solver: Option<Solver>,
     parameters: Parameters,
     sources: Sources,
+    time: MotionTime,
+    stiffness: Stiffness,
     /// The flow at the current time.
     carried: Carried,
     /// What a checkpoint holds.
     good: Checkpoint,
     grid: Option<Grid>,
     easel: Easel,
+    resolution: Resolution,
 }
 
 /// Overlap that a step accepts at its beginning, relative to the smaller body: motions of second order round otherwise than contact does.
@@ -110,18 +119,38 @@ impl Stepper {
             bonds: Bonds::default(),
             twists: carried.twists.clone(),
             contacts: Vec::new(),
+            pace: Pace::default(),
         });
         let easel = Easel::new(Caption::of_flow(scene));
-        Ok(Self { flow, solver, parameters, sources, carried, good, grid: None, easel })
+        let stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| model(error.into()))?;
+        let time = scene.time;
+        let mut resolution = Resolution::new(mesh, flow.guide.bodies.len());
+        // the run has told of those that are small at its start
+        resolution.of_bodies(mesh, &flow.guide.bodies, &flow.motion.poses);
+        Ok(Self { resolution, flow, solver, parameters, sources, time, stiffness, carried, good, grid: None, easel })
+    }
+
+    /// Whether the step is easy to follow.
+    fn followed(&self, t: f64, dt: f64, by: &[Twist]) -> Result<bool, Refusal> {
+        let rules = self.flow.guide.rules_of_change(&self.flow.motion.poses);
+        let response = Mobility { momentum: &self.flow.momentum, rules };
+        let (poses, tolerance) = (&self.flow.motion.poses[..], self.time.tolerance);
+        let stride = Stretch { poses, by, t, dt, tolerance, bound: DECAY };
+        match self.stiffness.strain(stride, &response).map_err(|error| Refusal::Failure(error.to_string()))? {
+            Some(strain) if strain.load > 1.0 => Err(Refusal::Force(strain.to_string())),
+            Some(strain) => Ok(strain.load <= EASY),
+            None => Ok(true),
+        }
     }
 
     /// One step; `Err` leaves the flow broken, and the last good state as it was.
-    fn step(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
-        let text = |error: MomentumError| error.to_string();
+    fn step(&mut self, t: f64, dt: f64) -> Result<(usize, bool), Refusal> {
+        let text = |error: MomentumError| Refusal::Failure(error.to_string());
         // the loop's time is free of the rounding of many sums
         self.flow.t = t;
         let now = self.carried.twists.clone();
-        let mut by = self.flow.predicted(dt, &now).map_err(|error| error.to_string())?;
+        let mut by = self.flow.predicted(dt, &now).map_err(|error| Refusal::Failure(error.to_string()))?;
+        let easy = self.followed(t, dt, &by)?;
         let (mut contacts, mut iterations) = (Vec::new(), 0);
         let mut bonds = Bonds::default();
         if let Some(solver) = &mut self.solver {
@@ -134,7 +163,11 @@ impl Stepper {
                 .zip(&by)
                 .map(|((b, p), w)| moving(b, *p, *w, dt))
                 .collect();
-            let projected = solver.project(&movers, dt, Metric::Resistance).map_err(|error| error.to_string())?;
+            let refused = |error: ContactError| match error.is_cured_by_a_smaller_step() {
+                true => Refusal::Contact(error.to_string()),
+                false => Refusal::Failure(error.to_string()),
+            };
+            let projected = solver.project(&movers, dt, Metric::Resistance).map_err(refused)?;
             (by, contacts, iterations) = (projected.twists, projected.contacts, projected.effort.iterations);
             bonds = solver.bonds().clone();
         }
@@ -150,8 +183,9 @@ impl Stepper {
             }
         }
         self.carried = carried;
-        self.good = Checkpoint { t: t + dt, motion: self.flow.motion.clone(), bonds, twists, contacts };
-        Ok(Stride { iterations })
+        let pace = self.good.pace.clone();
+        self.good = Checkpoint { t: t + dt, motion: self.flow.motion.clone(), bonds, twists, contacts, pace };
+        Ok((iterations, easy))
     }
 }
 
@@ -183,15 +217,23 @@ fn parameters(friction: f64) -> Parameters {
         peclet: 1.0,
         coherence: 1.0,
         elasticity: 0.0,
-        slip: 1.0,
+        alignment: 1.0,
         elastic_force: ElasticForce::Stress,
         density: None,
     }
 }
 
 impl Mover for Stepper {
-    fn advance(&mut self, t: f64, dt: f64) -> Result<Stride, String> {
-        self.step(t, dt)
+    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String> {
+        let (mut pace, settings) = (self.good.pace.clone(), self.time.pace);
+        let paced = pace.advance((t, landing), &settings, |t, dt| self.step(t, dt))?;
+        self.good.pace = pace;
+        let Paced { t, dt, rejected, why, done: iterations } = paced;
+        let mut notes: Vec<String> = why.iter().map(|why| shortened(t, dt, why)).collect();
+        let (mesh, bodies) = (&self.flow.loops.mesh, &self.flow.guide.bodies);
+        notes.extend(self.resolution.of_bodies(mesh, bodies, &self.flow.motion.poses));
+        notes.extend(self.resolution.of_gaps(mesh, bodies, &self.good.contacts));
+        Ok(Stride { t, dt, iterations, rejected, notes })
     }
 
     fn state(&self) -> Vec<u8> {

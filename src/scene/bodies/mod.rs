@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::error::SceneError;
 use super::source::SceneSource;
 use crate::body::Body;
-use crate::contact::{Law, Method, Settings, Wall};
+use crate::contact::{Law, Method, Partner, Settings, Wall};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
 use crate::model::names;
@@ -26,8 +26,6 @@ pub struct Bodies {
     pub contact: Option<ContactSettings>,
     /// How a flow carries them; without a meaning for particles.
     pub rigid: Rigid,
-    /// For messages: the table that each body is of, as in `body.0`.
-    pub keys: Vec<String>,
 }
 
 /// How a flow carries bodies.
@@ -88,21 +86,36 @@ impl Bodies {
         let extent = high - low;
         let area = (0..mesh.cells.len()).map(|cell| mesh.cell_area(cell)).sum::<f64>();
         let locator = Locator::new(mesh);
-        for (body, key) in self.bodies.iter().zip(&self.keys) {
+        for body in &self.bodies {
+            let key = &body.key;
             let outline = place::outline(&body.shape, &body.start);
             let (a, b) = outline.iter().fold((outline[0], outline[0]), |(a, b), x| (a.inf(x), b.sup(x)));
             let size = b - a;
             let value = format!("`{}`", body.name);
             if size.x >= extent.x || size.y >= extent.y || body.shape.area() >= area {
                 let rule = format!(
-                    "the body, {:.4} by {:.4}, is larger than the domain, {:.4} by {:.4}",
-                    size.x, size.y, extent.x, extent.y
+                    "the body, {} by {}, is larger than the domain, {} by {}",
+                    short(size.x),
+                    short(size.y),
+                    short(extent.x),
+                    short(extent.y)
                 );
                 return error(key, value, rule, "take a smaller body, or a larger mesh");
             }
             if !outline.iter().any(|x| locator.locate(mesh, *x).is_some()) {
                 let rule = format!("the body at {} lies wholly outside of the mesh", shown(body.start.position));
                 return error(key, value, rule, "move it into the domain, or remove it");
+            }
+            if let Some((cell, _)) = locator.locate(mesh, body.start.position) {
+                let (thin, cell) = (body.shape.inradius(), (2.0 * mesh.cell_area(cell)).sqrt());
+                if thin < FINEST * cell {
+                    let rule = format!(
+                        "half of the body's thickness, {thin:.1e}, is {:.1e} of the cell where it lies: below \
+                         {FINEST:e} nothing is left of it",
+                        thin / cell
+                    );
+                    return error(key, value, rule, "take a larger body, or much smaller cells");
+                }
             }
         }
         let of_tags: Vec<(usize, Wall)> = self
@@ -111,12 +124,34 @@ impl Bodies {
             .flat_map(|(number, tag)| segments(mesh, tag).into_iter().map(|wall| (*number, wall)))
             .collect();
         let walls: Vec<Wall> = of_tags.iter().map(|(_, wall)| *wall).collect();
-        let Some((i, wall, depth)) = place::first_in_wall(&self.bodies, &walls, &|_| false) else { return Ok(()) };
+        let Some((i, wall, depth)) = place::first_in_wall(&self.bodies, &walls, &|_| false) else {
+            return self.check_margin(source, &walls, &of_tags);
+        };
         let (number, body) = (of_tags[wall].0, &self.bodies[i]);
         let rule = format!("overlaps the wall `wall.{number}`, a part of the boundary, by {depth:.3e}");
         let at = format!("{} (`{}`)", shown(body.start.position), body.name);
-        error(&self.keys[i], at, rule, "move the body away from it, or take the wall off")
+        error(&body.key, at, rule, "move the body away from it, or take the wall off")
     }
+
+    /// Whether the walls of the boundary leave room for the margin.
+    fn check_margin(&self, source: &SceneSource, walls: &[Wall], of_tags: &[(usize, Wall)]) -> Result<(), SceneError> {
+        let margin = self.contact.map_or(0.0, |contact| contact.margin);
+        let Some((at, Partner::Wall(wall), gap)) = place::first_crowded(&self.bodies, walls, margin) else {
+            return Ok(());
+        };
+        let partner = format!("the wall `wall.{}`", of_tags[wall].0);
+        let (rule, hint) = place::crowded_rule(&self.bodies[at].name, &partner, gap);
+        let (key, value) = ("contact.margin".to_owned(), margin.to_string());
+        Err(SceneError::Value { place: source.place(&key), key, value, rule, hint })
+    }
+}
+
+/// Half thickness of the thinnest body that a mesh can hold, relative to a cell.
+const FINEST: f64 = 1e-7;
+
+/// A length with four digits.
+fn short(length: f64) -> String {
+    if (1e-3..1e6).contains(&length) { format!("{length:.4}") } else { format!("{length:.3e}") }
 }
 
 fn shown(x: Point) -> String {

@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::body::{Body, Pose, Shape};
+use crate::body::{Body, Hold, Pose, Shape};
 use crate::contact::gap::{Placed, Touch, touches};
-use crate::contact::{Wall, Walls};
+use crate::contact::pairs::{self, Range};
+use crate::contact::{Partner, Wall, Walls};
 use crate::mesh::Point;
 
 /// Where discs are placed.
@@ -146,18 +147,6 @@ fn disc_to_wall(x: Point, radius: f64, wall: &Wall) -> f64 {
     }
 }
 
-/// Radius of the largest disc about the centre.
-pub fn inradius(shape: &Shape) -> f64 {
-    match shape {
-        Shape::Disc { radius } | Shape::Capsule { radius, .. } => *radius,
-        Shape::Ellipse { semi_axes: [a, b] } => a.min(*b),
-        Shape::Polygon { vertices } => {
-            let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
-            edges.map(|(p, q)| p.perp(q) / (q - p).norm()).fold(f64::INFINITY, f64::min)
-        }
-    }
-}
-
 /// What overlaps at the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Overlap {
@@ -192,6 +181,66 @@ pub fn first_overlap(bodies: &[Body], walls: &[Wall], immobile: &dyn Fn(&Body) -
         Overlap::Bodies(a, b, _) | Overlap::Coincident(a, b) | Overlap::Wall(a, b, _) => (a, b),
     };
     found.into_iter().min_by_key(names)
+}
+
+/// The first two that a margin would part at once by more than half of the thickness of the thinner one, and their gap.
+pub fn first_crowded(bodies: &[Body], walls: &[Wall], margin: f64) -> Option<(usize, Partner, f64)> {
+    let range = |body: &Body| {
+        let moves = match body.hold {
+            Hold::Free | Hold::Pinned(_) => true,
+            Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => false,
+        };
+        Range { centre: body.start.position, half: body.shape.circumradius() + margin, moves }
+    };
+    let ranges: Vec<Range> = bodies.iter().map(range).collect();
+    let all = Walls::new(walls);
+    let mut near = Vec::new();
+    pairs::find(&ranges, walls).pushed.into_iter().find_map(|(at, partner)| {
+        near.clear();
+        let first = Placed::new(&bodies[at].shape, &bodies[at].start);
+        let mut thin = bodies[at].shape.inradius();
+        match partner {
+            Partner::Body(other) => {
+                let other = &bodies[other];
+                thin = thin.min(other.shape.inradius());
+                touches(&first, &Placed::new(&other.shape, &other.start), margin, &mut near);
+            }
+            Partner::Wall(wall) => all.touches(wall, &first, margin, &mut near),
+        }
+        let gap = near.iter().map(|touch| touch.gap).reduce(f64::min)?;
+        (margin - gap > thin).then_some((at, partner, gap))
+    })
+}
+
+/// Why a margin is too large, and what to do.
+pub fn crowded_rule(body: &str, partner: &str, gap: f64) -> (String, String) {
+    let rule = format!(
+        "is too large for the gap of {gap:.3e} that `{body}` and {partner} have at the start: the first step would \
+         throw them apart by more than \
+         half of a body"
+    );
+    (rule, "take a smaller margin, or place the bodies farther apart".into())
+}
+
+/// What overlaps among bodies whose motion is given, and walls: nothing parts it.
+pub fn given_overlap(bodies: &[Body], walls: &[Wall]) -> Option<String> {
+    let given: Vec<Body> = bodies
+        .iter()
+        .filter(|body| match body.hold {
+            Hold::Free | Hold::Pinned(_) => false,
+            Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => true,
+        })
+        .cloned()
+        .collect();
+    let name = |at: usize| format!("`{}`", given[at].name);
+    let (first, second, depth) = match first_overlap(&given, walls, &|_| false)? {
+        Overlap::Bodies(a, b, depth) => (name(a), name(b), depth),
+        Overlap::Coincident(a, b) => (name(a), name(b), given[a].shape.inradius() + given[b].shape.inradius()),
+        Overlap::Wall(a, wall, depth) => (name(a), format!("wall {}", wall + 1), depth),
+    };
+    Some(format!(
+        "{first} and {second} overlap by {depth:.3e} at the start: the motion of both is given, and nothing parts them"
+    ))
 }
 
 /// The first body that overlaps a wall, the wall, and how deep.

@@ -3,11 +3,11 @@
 use super::groups::MOST;
 use super::{Checker, shown};
 use crate::body::{Body, Hold, Pose, Shape, ShapeError, Twist};
-use crate::contact::Wall;
+use crate::contact::{Partner, Wall};
 use crate::mesh::Point;
 use crate::model::ModelError;
 use crate::model::expression::{Expression, Formula, VectorFormula};
-use crate::scene::bodies::place::{Overlap, first_overlap};
+use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
 use crate::scene::bodies::tables::{BodyTable, BodyTables, MotionTable, ShapeTable, zero};
 use crate::scene::bodies::{Bodies, Rigid};
 use crate::scene::error::SceneError;
@@ -39,28 +39,36 @@ impl Checker<'_> {
         let rigid = self.rigid(tables, around)?;
         let (walls, wall_tags) = self.walls(&mut tables.wall, around)?;
         let mut bodies: Vec<Body> = Vec::new();
-        let mut keys = Vec::new();
         for (at, table) in tables.body.iter_mut().enumerate() {
             table.name.get_or_insert_with(|| format!("body-{}", at + 1));
             bodies.push(self.body(&format!("body.{at}"), table, around, symbols)?);
-            keys.push(format!("body.{at}"));
         }
         for (at, table) in tables.bodies.iter_mut().enumerate() {
             let name = || if at == 0 { "disc".to_owned() } else { format!("disc{}", at + 1) };
             table.name.get_or_insert_with(name);
             let key = format!("bodies.{at}");
             let group = self.group(&key, table, around, symbols, &bodies, &walls)?;
-            keys.extend(std::iter::repeat_n(key, group.len()));
             bodies.extend(group);
             let rule = format!("there are more than {MOST} bodies");
             self.require(bodies.len() <= MOST, &format!("bodies.{at}.count"), bodies.len(), &rule, "take fewer")?;
         }
-        self.names_differ(&bodies, &keys)?;
+        self.names_differ(&bodies)?;
         let numbers: Vec<usize> = (0..tables.wall.len()).filter(|at| tables.wall[*at].tag.is_none()).collect();
-        self.apart(&bodies, &walls, &numbers, &keys, around)?;
+        self.apart(&bodies, &walls, &numbers, around)?;
         let touch = bodies.len() > 1 || !(walls.is_empty() && wall_tags.is_empty());
         let contact = self.contact(&mut tables.contact, touch)?;
-        Ok(Some(Bodies { bodies, walls, wall_tags, contact, rigid, keys }))
+        if let Some(contact) = &contact {
+            let crowded = first_crowded(&bodies, &walls, contact.margin);
+            crowded.map_or(Ok(()), |(at, partner, gap)| {
+                let partner = match partner {
+                    Partner::Body(other) => format!("`{}`", bodies[other].name),
+                    Partner::Wall(wall) => format!("the wall `wall.{}`", numbers[wall]),
+                };
+                let (rule, hint) = crowded_rule(&bodies[at].name, &partner, gap);
+                Err(self.error("contact.margin", contact.margin, &rule, &hint))
+            })?;
+        }
+        Ok(Some(Bodies { bodies, walls, wall_tags, contact, rigid }))
     }
 
     /// Walls and settings without a body are a mistake.
@@ -106,6 +114,7 @@ impl Checker<'_> {
         let (shape, centre) = self.shape(&at("shape"), &table.shape)?;
         let density = *table.density.get_or_insert(1.0);
         self.positive(&at("density"), density, "mass per area; 1 is that of the medium")?;
+        self.computable(&at("density"), &shape, density)?;
         let known = numbers(&shape, density, symbols);
         let motion = table.motion.get_or_insert(MotionTable::Free).clone();
         let start = self.start(key, table, &motion, centre, &known)?;
@@ -114,7 +123,17 @@ impl Checker<'_> {
         let torque = self.torque(&at("torque"), &mut table.torque, &known, &start)?;
         let friction = self.body_friction(&at("friction"), &mut table.friction, around)?;
         let start_twist = self.start_twist(key, table, &hold, around)?;
-        Ok(Body { name, shape, hold, density, force, torque, friction, start, start_twist })
+        let key = key.to_owned();
+        Ok(Body { name, key, shape, hold, density, force, torque, friction, start, start_twist })
+    }
+
+    /// Mass and moment of inertia must be numbers that can be computed with.
+    pub(super) fn computable(&self, key: &str, shape: &Shape, density: f64) -> Result<(), SceneError> {
+        let (mass, inertia) = (density * shape.area(), density * shape.second_moment());
+        let rule =
+            format!("makes a mass of {mass:e} and a moment of inertia of {inertia:e}: no numbers to compute with");
+        let holds = mass.is_normal() && inertia.is_normal();
+        self.require(holds, key, shown(density), &rule, "1 is the density of the medium")
     }
 
     /// A name that tables, messages and `--set` can use.
@@ -267,7 +286,8 @@ impl Checker<'_> {
         formula: &Formula,
         known: &[(&str, f64)],
     ) -> Result<Expression, SceneError> {
-        formula.parse_of_body(known).map_err(|error| {
+        let parsed = formula.parse_of_body(known).map(|parsed| parsed.given_at(&self.given(key)));
+        parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
         })
@@ -332,32 +352,27 @@ impl Checker<'_> {
         }
     }
 
-    fn names_differ(&self, bodies: &[Body], keys: &[String]) -> Result<(), SceneError> {
+    fn names_differ(&self, bodies: &[Body]) -> Result<(), SceneError> {
         let mut seen = std::collections::BTreeSet::new();
-        for (body, key) in bodies.iter().zip(keys) {
-            let value = format!("\"{}\"", body.name);
+        for body in bodies {
+            let (name, key) = (&body.name, &body.key);
+            let value = format!("\"{name}\"");
             let rule = "two bodies have this name";
             let hint = "names tell bodies apart in tables: give each one of its own";
-            self.require(seen.insert(&body.name), &format!("{key}.name"), value, rule, hint)?;
+            self.require(seen.insert(name), &format!("{key}.name"), value, rule, hint)?;
         }
         Ok(())
     }
 
     /// Nothing overlaps at the start; what nothing moves may in the absence of a flow.
-    fn apart(
-        &self,
-        bodies: &[Body],
-        walls: &[Wall],
-        numbers: &[usize],
-        keys: &[String],
-        around: Around,
-    ) -> Result<(), SceneError> {
+    fn apart(&self, bodies: &[Body], walls: &[Wall], numbers: &[usize], around: Around) -> Result<(), SceneError> {
         let immobile = |body: &Body| match (around, &body.hold) {
             (Around::Nothing { .. }, Hold::Fixed | Hold::Held { .. } | Hold::Path { .. }) => true,
             (Around::Nothing { .. } | Around::Flow, _) => false,
         };
         let place = |i: usize| {
-            let key = if keys[i].starts_with("body.") { format!("{}.position", keys[i]) } else { keys[i].clone() };
+            let key = &bodies[i].key;
+            let key = if key.starts_with("body.") { format!("{key}.position") } else { key.clone() };
             let at = bodies[i].start.position;
             (key, format!("[{}, {}] (`{}`)", at.x, at.y, bodies[i].name))
         };

@@ -41,6 +41,7 @@ impl Checker<'_> {
         let mut bodies = Vec::new();
         for (k, (&radius, centre)) in radii.iter().zip(&centres).enumerate() {
             let shape = Shape::Disc { radius };
+            self.computable(&at("density"), &shape, density)?;
             let known = numbers(&shape, density, symbols);
             let start = Pose { position: *centre, angle: 0.0 };
             let hold = match (motion, &turning) {
@@ -57,6 +58,7 @@ impl Checker<'_> {
             };
             bodies.push(Body {
                 name: format!("{name}-{}", k + 1),
+                key: key.to_owned(),
                 force: self.force(&at("force"), &mut table.force, &known, &start)?,
                 torque: self.torque(&at("torque"), &mut table.torque, &known, &start)?,
                 shape,

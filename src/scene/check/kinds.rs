@@ -2,6 +2,7 @@
 
 use toml_edit::Item;
 
+use super::amounts::Course;
 use super::bodies::Around;
 use super::outputs::Scope;
 use super::{Checker, shown};
@@ -11,9 +12,14 @@ use crate::model::{ModelError, ModelKind, VelocityCondition};
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
 use crate::scene::particles::{Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesScene};
+use crate::scene::path::quoted;
 use crate::scene::stokes::{StokesFile, StokesScene};
 use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
 use crate::scene::{SceneKind, SceneSource};
+use crate::time::pace::{PaceSettings, Smallest};
+
+/// What forces that vary with a body's place may change of its way in a step, relative to its size.
+const TOLERANCE: f64 = 1e-3;
 
 /// Top-level keys, and keys of `[model]` and `[time]`, that scenes of a kind may have.
 fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
@@ -32,7 +38,7 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
                 "peclet",
                 "coherence",
                 "elasticity",
-                "slip",
+                "alignment",
                 "elastic_force",
                 "active_stress_iso",
                 "density",
@@ -51,7 +57,7 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
                 "growth_rate",
                 "stop",
             ],
-            &["k", "degree", "slip", "penalty"],
+            &["k", "degree", "walls", "penalty"],
         ],
         SceneKind::Stokes => [
             &[
@@ -59,13 +65,13 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
                 "contact", "output",
             ],
             &["kind", "friction"],
-            &["step", "end", "max_steps"],
-            &["k", "slip", "penalty"],
+            &["step", "end", "step_min", "tolerance", "max_steps"],
+            &["k", "walls", "penalty"],
         ],
         SceneKind::Particles => [
             &["title", "model", "time", "body", "bodies", "wall", "contact", "output"],
             &["kind", "dynamics", "gravity", "drag"],
-            &["step", "end", "max_steps"],
+            &["step", "end", "step_min", "tolerance", "max_steps"],
             &[],
         ],
     }
@@ -104,14 +110,35 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn motion_time(&self, table: &MotionTimeTable) -> Result<MotionTime, SceneError> {
+    /// The smallest step, given or not.
+    pub(super) fn step_min(&self, step: f64, given: Option<f64>) -> Result<Smallest, SceneError> {
+        let Some(step_min) = given else {
+            let step_min = 1e-6 * step;
+            let rule = "is so small that a millionth of it, the smallest step, is 0";
+            self.require(step_min > 0.0, "time.step", shown(step), rule, "such as 0.01")?;
+            return Ok(Smallest::Default(step_min));
+        };
+        self.positive("time.step_min", step_min, "without it, a millionth of `step` is taken")?;
+        let rule = format!("must not be below time.step_min = {}", shown(step_min));
+        self.require(step >= step_min, "time.step", shown(step), &rule, "raise `step` or lower `step_min`")?;
+        Ok(Smallest::Given(step_min))
+    }
+
+    fn motion_time(&self, table: &mut MotionTimeTable) -> Result<MotionTime, SceneError> {
         let step = self.positive("time.step", table.step, "the time step, such as 0.01")?;
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
         let rule = format!("must not be longer than the run, time.end = {end}");
         self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
+        self.step_counts(step, end)?;
+        let step_min = self.step_min(step, table.step_min)?;
+        let tolerance = *table.tolerance.get_or_insert(TOLERANCE);
+        let holds = tolerance > 0.0 && tolerance <= 1.0;
+        let hint = "1e-3 of a body's size is the usual value; smaller ones make shorter steps where forces vary with \
+            the place";
+        self.require(holds, "time.tolerance", tolerance, "must be greater than 0 and at most 1", hint)?;
         let none = "leave it out for no limit";
         self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
-        Ok(MotionTime { step, end, max_steps: table.max_steps })
+        Ok(MotionTime { pace: PaceSettings { step, step_min }, end, tolerance, max_steps: table.max_steps })
     }
 }
 
@@ -148,8 +175,10 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
     let bodies = bodies.ok_or_else(missing)?;
     BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
         tables;
-    let time = checker.motion_time(&file.time)?;
+    let time = checker.motion_time(&mut file.time)?;
     let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Particles, bodies: true })?;
+    let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
+    checker.amounts(&outputs, course)?;
     let title = file.title.clone();
     Ok(ParticlesScene { title, dynamics, gravity, drag, bodies, time, outputs, resolved: file, source })
 }
@@ -166,9 +195,10 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     checker.require(holds, "model.friction", shown(friction), "must be finite and not negative", hint)?;
     let symbols = [("friction", friction)];
     let table = &file.space;
-    let mut space = SpaceTable { k: table.k, degree: DegreeTable::default(), slip: table.slip, penalty: table.penalty };
+    let mut space =
+        SpaceTable { k: table.k, degree: DegreeTable::default(), walls: table.walls, penalty: table.penalty };
     let space = checker.space(&mut space, ModelKind::Incompressible)?;
-    checker.bend_to_turn(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.curved_where_it_turns(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;
     let boundary = checker.flow_boundary(&mut file, &symbols)?;
     let force = file.source.as_ref().map(|table| checker.pair("source.force", &table.force, &symbols)).transpose()?;
@@ -182,9 +212,11 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let bodies = checker.bodies(&mut tables, Around::Flow, &symbols)?;
     BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
         tables;
-    let time = checker.motion_time(&file.time)?;
+    let time = checker.motion_time(&mut file.time)?;
     let outputs =
         checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Stokes, bodies: bodies.is_some() })?;
+    let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
+    checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
     Ok(StokesScene {
         title,
@@ -232,7 +264,8 @@ impl Checker<'_> {
             let full = BoundaryScene { velocity: table.velocity.clone(), polarity: neumann, density: None };
             let conditions = full
                 .check(ModelKind::Incompressible, symbols, None)
-                .map_err(|error: ModelError| self.model(&format!("boundary.{tag}"), error))?;
+                .map_err(|error: ModelError| self.model(&format!("boundary.{}", quoted(tag)), error))?
+                .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
             table.velocity = full.resolved().velocity;
             checked.insert(tag.clone(), conditions);
         }

@@ -1,0 +1,91 @@
+//! Notes of bodies that are smaller than the cells of a flow, and of gaps between them that are.
+
+use crate::body::{Body, Pose};
+use crate::contact::{Contact, Partner};
+use crate::mesh::locate::Locator;
+use crate::mesh::{Mesh, Point};
+
+/// Least half thickness of a body in cells. The mobility of a disc of 0.4 cells is off by 5 percent, of 0.8 by 2, and what
+/// is much smaller has that of about a cell.
+const LEAST: f64 = 1.0;
+
+/// Which bodies of a flow have been told to be unresolved.
+#[derive(Debug)]
+pub(super) struct Resolution {
+    locator: Locator,
+    told: Vec<bool>,
+    gap_told: bool,
+}
+
+impl Resolution {
+    /// Nothing has been told.
+    pub fn new(mesh: &Mesh, bodies: usize) -> Self {
+        Self { locator: Locator::new(mesh), told: vec![false; bodies], gap_told: false }
+    }
+
+    /// A note for the bodies that are not resolved where they are and have not been told yet.
+    pub fn of_bodies(&mut self, mesh: &Mesh, bodies: &[Body], poses: &[Pose]) -> Option<String> {
+        let mut worst: Option<(usize, f64, f64)> = None;
+        let mut count = 0;
+        for (at, (body, pose)) in bodies.iter().zip(poses).enumerate() {
+            if self.told[at] {
+                continue;
+            }
+            let Some(cell) = self.cell(mesh, pose.position) else { continue };
+            let ratio = body.shape.inradius() / cell;
+            if ratio < LEAST {
+                self.told[at] = true;
+                count += 1;
+                if worst.is_none_or(|(_, least, _)| ratio < least) {
+                    worst = Some((at, ratio, cell));
+                }
+            }
+        }
+        let (at, ratio, cell) = worst?;
+        let others = if count > 1 { format!(" ({} more bodies likewise)", count - 1) } else { String::new() };
+        Some(format!(
+            "`{}` is not resolved{others}: half of its thickness, {:.3e}, is {ratio:.2e} of the cell there, \
+             {cell:.3e}; below {LEAST} its mobility is percents off, and far below it is that of a body of about a \
+             cell: take smaller cells where it is",
+            bodies[at].name,
+            bodies[at].shape.inradius()
+        ))
+    }
+
+    /// A note for the first gap between bodies, or between a body and a wall, that is smaller than a cell.
+    pub fn of_gaps(&mut self, mesh: &Mesh, bodies: &[Body], contacts: &[Contact]) -> Option<String> {
+        if self.gap_told {
+            return None;
+        }
+        let narrow = contacts.iter().find_map(|contact| {
+            let cell = self.cell(mesh, contact.point)?;
+            (contact.gap < cell).then_some((contact, cell))
+        });
+        let (contact, cell) = narrow?;
+        self.gap_told = true;
+        let partner = match contact.partner {
+            Partner::Body(other) => format!("`{}`", bodies[other].name),
+            Partner::Wall(wall) => format!("wall {}", wall + 1),
+        };
+        Some(format!(
+            "the gap between `{}` and {partner}, {:.3e}, is {:.2e} of the cell there, {cell:.3e}: the flow in it is \
+             not resolved; \
+             `contact.margin` keeps bodies apart",
+            bodies[contact.body].name,
+            contact.gap.max(0.0),
+            contact.gap.max(0.0) / cell
+        ))
+    }
+
+    /// Size `(2|K|)^½` of the cell at a point.
+    fn cell(&self, mesh: &Mesh, x: Point) -> Option<f64> {
+        let (cell, _) = self.locator.locate(mesh, x)?;
+        Some((2.0 * mesh.cell_area(cell)).sqrt())
+    }
+}
+
+/// The note for bodies where a run begins.
+pub(super) fn at_start(mesh: &Mesh, bodies: &[Body]) -> Option<String> {
+    let poses: Vec<Pose> = bodies.iter().map(|body| body.start).collect();
+    Resolution::new(mesh, bodies.len()).of_bodies(mesh, bodies, &poses)
+}
