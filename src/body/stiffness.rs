@@ -1,8 +1,7 @@
 //! How long a step can follow forces that vary with the place of a body, and velocities that are prescribed by it.
 //!
 //! Steps take forces at their beginning. With `ΔF = F(x + Δt W) − F(x)` at the twist W that is predicted, and `Y ΔF`
-//! the change of the twists that
-//! ΔF causes, a step is followed where for every body of size r
+//! the change of the twists that ΔF causes, a step is followed where for every body of size r
 //!
 //! ```text
 //! ½ Δt |Y ΔF| ≤ tolerance r       what the second order would change of the way

@@ -27,8 +27,7 @@ pub enum ContactError {
     Caught { first: String, second: String, miss: f64, iterations: usize, hint: String },
     #[error(
         "\"{first}\" and {second} move by {travel:.2e} past each other in one step of {dt:.2e}, and could pass \
-         through each other: no more than \
-         {limit:.2e} is followed; hint: take a smaller step"
+         through each other: no more than {limit:.2e} is followed; hint: take a smaller step"
     )]
     TooFar { first: String, second: String, travel: f64, limit: f64, dt: f64 },
     #[error("`{key}` = {value}: {rule}; hint: {hint}")]

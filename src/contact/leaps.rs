@@ -35,8 +35,7 @@ impl Step<'_> {
     }
 
     /// Refuses a step that moves two bodies that can meet in it past each other by more than the thinner one is thick,
-    /// or turns them by more than
-    /// half of that: gaps are looked at where a step ends.
+    /// or turns them by more than half of that: gaps are looked at where a step ends.
     pub(super) fn refuse_leap(
         &self,
         (body, partner): (usize, Partner),

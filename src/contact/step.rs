@@ -143,8 +143,7 @@ impl<'a> Step<'a> {
             let [light_name, heavy_name] = [light.1, heavy.1].map(|k| self.movers[k].name);
             return format!(
                 "\"{heavy_name}\" is {:.0e} times as heavy as \"{light_name}\", and contact between them drowns in \
-                 rounding: take densities that \
-                 differ less, or hold the heavy body",
+                 rounding: take densities that differ less, or hold the heavy body",
                 heavy.0 / light.0
             );
         }

@@ -319,8 +319,8 @@ impl Incompressible {
         if let Some(l) = molecular {
             let b = m.elasticity;
             form = form - b * polarity::rotation_force(velocity, p, l);
-            if m.slip != 0.0 {
-                form = form - b * m.slip * polarity::stretching_force(velocity, p, l, Density::One);
+            if m.alignment != 0.0 {
+                form = form - b * m.alignment * polarity::stretching_force(velocity, p, l, Density::One);
             }
             match m.elastic_force {
                 ElasticForce::Stress => {

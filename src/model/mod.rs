@@ -25,6 +25,7 @@ pub mod start;
 pub mod state;
 pub mod tangent;
 pub mod terms;
+mod words;
 
 pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
 pub use expression::{Expression, ExpressionError};

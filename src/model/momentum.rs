@@ -235,8 +235,7 @@ impl Momentum {
     }
 
     /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of
-    /// the factors above them is made
-    /// anew. The result does not depend on where the bodies were before.
+    /// the factors above them is made anew. The result does not depend on where the bodies were before.
     ///
     /// # Errors
     /// As [`Momentum::with_bodies`]; after an error the bodies are nowhere.
@@ -480,7 +479,7 @@ fn blame_penalty(slip: SlipTreatment, mut error: SolveError) -> SolveError {
     if let (SlipTreatment::Penalty { epsilon }, SolveError::Inaccurate { hint, .. }) = (slip, &mut error) {
         *hint = format!(
             "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
-             take `space.slip = \"rotated\"`"
+             take `space.walls = \"rotated\"`"
         );
     }
     error

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::{ResultsError, Table};
+use crate::scene::renamed;
 
 /// What a folder holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -178,7 +179,7 @@ impl Results {
         }
         match std::fs::read_to_string(&path) {
             Ok(text) => {
-                match text.parse::<toml::Table>() {
+                match renamed::table(&text) {
                     Ok(table) => self.scene = Some(table),
                     Err(error) => self.problems.push(format!("{name} is not TOML: {}", error.message())),
                 }

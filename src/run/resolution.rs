@@ -5,7 +5,8 @@ use crate::contact::{Contact, Partner};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
 
-/// Least half thickness of a body in cells: what is thinner moves, and is held, like a body of about a cell.
+/// Least half thickness of a body in cells. The mobility of a disc of 0.4 cells is off by 5 percent, of 0.8 by 2, and what
+/// is much smaller has that of about a cell.
 const LEAST: f64 = 1.0;
 
 /// Which bodies of a flow have been told to be unresolved.
@@ -44,8 +45,8 @@ impl Resolution {
         let others = if count > 1 { format!(" ({} more bodies likewise)", count - 1) } else { String::new() };
         Some(format!(
             "`{}` is not resolved{others}: half of its thickness, {:.3e}, is {ratio:.2e} of the cell there, \
-             {cell:.3e}; below {LEAST} a body \
-             moves and is held like one of about a cell: take smaller cells where it is",
+             {cell:.3e}; below {LEAST} its mobility is percents off, and far below it is that of a body of about a \
+             cell: take smaller cells where it is",
             bodies[at].name,
             bodies[at].shape.inradius()
         ))

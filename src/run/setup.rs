@@ -6,8 +6,9 @@ use std::sync::{Arc, OnceLock};
 use super::RunError;
 use super::available::available;
 use super::exact::check_exact;
+use super::forecast::{COUNTED, Count, Samples};
 use super::last_state::{LastState, polarity_of};
-use super::memory::{self, Unknowns};
+use super::memory::{self, Need, Unknowns};
 use super::resolution;
 use crate::form::{Faces, Integrator};
 use crate::measure::{Inlet, MeasureError, Strain};
@@ -19,10 +20,12 @@ use crate::model::boundary::PolarityCondition;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::manufactured::Volume;
-use crate::model::momentum::MomentumError;
+use crate::model::momentum::{MomentumError, check_held};
 use crate::model::{Conditions, Expression, ModelKind, VelocityCondition, rotation, start};
+use crate::output::progress::{Progress, Verbosity};
 use crate::scene::{Initial, InitialDensity, Measure, Scene, SceneSource, What};
-use crate::space::{Field, project};
+use crate::space::{Continuity, Field, Space, project};
+use crate::time::schedule::plain;
 use crate::time::{Checkpoint, Kind, March, Sheet};
 
 /// All that is built before the first step.
@@ -52,6 +55,13 @@ const ALIGNED_LENGTH: f64 = 1.0;
 /// Bad keys, an unreadable file, inverted cells.
 pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     mesh_of(&scene.mesh, scene.source())
+}
+
+/// Says so where making the mesh takes a while.
+pub fn announce_mesh(table: &MeshScene, verbosity: Verbosity) {
+    if let Some(cells) = table.expected().filter(|cells| *cells > table.quickly_built()) {
+        Progress::new(verbosity, 0.0).say(&format!("making a mesh of about {cells:.0} cells"));
+    }
 }
 
 /// Smallest and largest extent of a mesh from a file, and the smallest relative to its coordinates.
@@ -125,6 +135,66 @@ pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError
     })
 }
 
+/// Refuses what does not go together with the mesh.
+///
+/// # Errors
+/// Tags without conditions, bodies without a place, measures that the domain does not have, exact fields that are no solution, a flow
+/// that nothing holds.
+pub fn check_on(scene: &Scene, mesh: &Arc<Mesh>) -> Result<(), RunError> {
+    scene.check_tags(&mesh.tags)?;
+    scene.check_bodies(mesh)?;
+    super::tissue::check(scene)?;
+    check_measures(scene, mesh)?;
+    check_exact(scene, mesh)?;
+    if scene.parameters.friction == 0.0 {
+        let velocity = Space::new(mesh, Continuity::Continuous, scene.space.velocity, 2);
+        check_held(&velocity, &describe(scene, mesh).conditions).map_err(|error| {
+            let origin = scene.source().place("model.friction").to_string();
+            RunError::Model { origin, error: Box::new(error) }
+        })?;
+    }
+    Ok(())
+}
+
+/// A mesh on which the unknowns cannot be counted.
+pub(super) fn uncounted(scene: &Scene) -> RunError {
+    RunError::Start {
+        file: scene.source().place("mesh").to_string(),
+        what: "the unknowns on this mesh cannot be counted".to_owned(),
+        hint: "take a coarser mesh; `monolayer mesh` tells what it is like".to_owned(),
+    }
+}
+
+/// What a scene takes, by the number of cells that its mesh will have; a mesh from a file is read.
+///
+/// # Errors
+/// A mesh that cannot be built, tags without conditions, unknowns that cannot be counted.
+pub fn forecast(scene: &Scene) -> Result<Count, RunError> {
+    let uncounted = || uncounted(scene);
+    if let Some(cells) = scene.mesh.expected().filter(|cells| *cells > COUNTED) {
+        return memory::samples(scene, cells).map(|samples| samples.at(cells)).ok_or_else(uncounted);
+    }
+    let mesh = Arc::new(build_mesh(scene)?);
+    scene.check_tags(&mesh.tags)?;
+    let cells = mesh.cells.len() as f64;
+    let large = (cells > COUNTED).then(|| memory::samples(scene, cells)).flatten();
+    large.map(|samples| samples.at(cells)).or_else(|| memory::count(scene, &mesh)).ok_or_else(uncounted)
+}
+
+/// The memory of a scene on its mesh: counted where that is quick, else judged by smaller meshes.
+///
+/// # Errors
+/// Unknowns that cannot be ordered.
+pub fn need_on(scene: &Scene, mesh: &Arc<Mesh>, samples: Option<Samples>) -> Result<Need, RunError> {
+    let cells = mesh.cells.len() as f64;
+    if cells > COUNTED
+        && let Some(samples) = samples.or_else(|| memory::samples(scene, cells))
+    {
+        return Ok(Need { bytes: samples.at(cells).bytes, structure: None });
+    }
+    Ok(memory::need(scene, &Unknowns::new(scene, mesh, &describe(scene, mesh)).layout())?)
+}
+
 /// The model of a kind.
 fn build(kind: ModelKind, mesh: &Arc<Mesh>, description: &Description) -> Result<Box<dyn Sheet>, MomentumError> {
     Ok(match kind {
@@ -148,15 +218,17 @@ impl Setup {
     /// As [`build_mesh`], [`Scene::check_tags`], [`memory::check`] and [`Incompressible::new`].
     pub fn within(scene: &Scene, available: Option<f64>) -> Result<Self, RunError> {
         let begin = std::time::Instant::now();
+        let large = scene.mesh.expected().filter(|cells| *cells > COUNTED);
+        let samples = large.and_then(|cells| Some((cells, memory::samples(scene, cells)?)));
+        if let Some((cells, samples)) = &samples {
+            // before the mesh is made, which takes its time and memory, too
+            memory::check(scene, samples.at(*cells).bytes, available)?;
+        }
         let mesh = Arc::new(build_mesh(scene)?);
-        scene.check_tags(&mesh.tags)?;
-        scene.check_bodies(&mesh)?;
-        super::tissue::check(scene)?;
-        check_measures(scene, &mesh)?;
-        check_exact(scene, &mesh)?;
+        check_on(scene, &mesh)?;
         let description = describe(scene, &mesh);
-        let need = memory::need(scene, &Unknowns::new(scene, &mesh, &description).layout())?;
-        memory::check(scene, &need, available)?;
+        let need = need_on(scene, &mesh, samples.map(|(_, samples)| samples))?;
+        memory::check(scene, need.bytes, available)?;
         let model: Result<Box<dyn Sheet>, _> = match &scene.bodies {
             None => build(scene.parameters.kind(), &mesh, &description),
             Some(bodies) => super::tissue::around(&mesh, &description, bodies).map(|model| Box::new(model) as _),
@@ -286,7 +358,7 @@ impl Setup {
                 }
             };
             past.insert(0, (t, y));
-            t += settings.length(settings.control.step, step);
+            t = plain(t + settings.length(settings.control.step, step), 0.0);
         }
         March::start_after(&*self.model, settings, past).map_err(failed)
     }
@@ -300,6 +372,17 @@ impl Setup {
             && saved.origin.as_ref().is_none_or(|o| o.fits(velocity, unknowns))
             && !saved.past.is_empty()
             && saved.past.iter().all(|(_, p)| p.len() == unknowns)
+    }
+
+    /// Refuses results that the disk of their folder cannot take.
+    ///
+    /// # Errors
+    /// [`RunError::Disk`]
+    pub fn check_disk(&self, scene: &Scene, folder: &Path) -> Result<(), RunError> {
+        let model = &self.model;
+        let counts = [model.velocity().dof_count(), model.volume().dof_count(), model.polarity().space.dof_count(), 0];
+        let bytes = super::report::written_on(scene, self.mesh.cells.len() as f64, counts.map(|n| n as f64));
+        super::disk::check(scene.source(), bytes, folder)
     }
 
     /// Remarks of the scene, and those that need the mesh.
@@ -420,7 +503,7 @@ fn exact_density(scene: &Scene) -> &Expression {
 /// The first key in which two resolved scenes differ, of those that define the problem.
 pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     let read = |text: &str| -> toml::Table {
-        let mut table: toml::Table = text.parse().unwrap_or_default();
+        let mut table = crate::scene::renamed::table(text).unwrap_or_default();
         for key in ["output", "title", "accuracy", "coupling", "steady", "strain"] {
             table.remove(key);
         }

@@ -10,6 +10,13 @@ pub(super) fn line(text: &str, at: usize) -> usize {
     text.bytes().take(at).filter(|&byte| byte == b'\n').count() + 1
 }
 
+/// The key on the line of the byte `at`, if it has letters that no key may have without quotes.
+pub(super) fn key_with_accents(text: &str, at: usize) -> Option<&str> {
+    let start = text.get(..at)?.rfind('\n').map_or(0, |end| end + 1);
+    let key = text[start..].lines().next()?.split('=').next()?.trim();
+    (!key.is_ascii() && !key.contains(['"', '\'', '#', '[', ' '])).then_some(key)
+}
+
 /// Byte position of the dotted `key`, or of the innermost table around it that exists.
 pub(super) fn position(document: &Document<&str>, key: &str) -> Option<usize> {
     let mut best = (0, None);
@@ -47,7 +54,7 @@ pub(super) fn path_of(document: &Document<&str>, wanted: &Range<usize>) -> Vec<S
 }
 
 /// Calls `visit` with the path and the byte range of every key and of every value below `item`.
-fn walk(item: &Item, path: &mut Vec<String>, visit: &mut dyn FnMut(&[String], Range<usize>)) {
+pub(super) fn walk(item: &Item, path: &mut Vec<String>, visit: &mut dyn FnMut(&[String], Range<usize>)) {
     if let (Some(span), false) = (item.span(), path.is_empty()) {
         visit(path, span);
     }

@@ -1,5 +1,6 @@
 //! serde's messages in the words of scenes: key, value, rule, hint.
 
+use serde::de::DeserializeOwned;
 use toml_edit::Document;
 
 use super::error::SceneError;
@@ -57,6 +58,63 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
     (key.clone(), SceneError::Value { place: source.place(&key), key, value, rule, hint })
 }
 
+/// Tables in which a key that stands in the wrong one may belong; the first is the file itself.
+const TABLES: [&str; 16] = [
+    "",
+    "model",
+    "mesh",
+    "space",
+    "time",
+    "initial",
+    "coupling",
+    "steady",
+    "strain",
+    "rigid",
+    "contact",
+    "source",
+    "exact",
+    "model.density",
+    "time.stop",
+    "space.degree",
+];
+
+/// An error about a key that is not known where it stands tells where it is; `T` is the whole file.
+pub(super) fn elsewhere<T: DeserializeOwned>(found: (String, SceneError)) -> (String, SceneError) {
+    let (path, error) = found;
+    let SceneError::UnknownKey { place, key, suggestion, known } = error else { return (path, error) };
+    let (around, name) = key.rsplit_once('.').unwrap_or(("", &key));
+    let has = |table: &&str| *table != around && keys_of::<T>(table).iter().any(|other| other == name);
+    let suggestion = match TABLES.into_iter().find(has).filter(|_| suggestion.is_empty()) {
+        Some("") => format!(" (`{name}` stands above the tables)"),
+        Some(table) => format!(" (`{name}` belongs into [{table}])"),
+        None => suggestion,
+    };
+    (path, SceneError::UnknownKey { place, key, suggestion, known })
+}
+
+/// A list with more elements than its key takes, which the tables read without a word.
+pub(super) fn too_long<T: DeserializeOwned>(source: &SceneSource, text: &str) -> Option<(String, SceneError)> {
+    let table: toml::Table = text.parse().ok()?;
+    let message = toml::Value::Table(table).try_into::<T>().err()?.to_string();
+    if !message.contains("fewer elements") {
+        return None;
+    }
+    let found = message.split_whitespace().find_map(|word| word.trim_end_matches(',').parse::<usize>().ok())?;
+    let key = message.split('`').nth(1).unwrap_or_default().to_owned();
+    let (value, rule) = (format!("(a list of {found})"), "the list is too long".to_owned());
+    let hint = "take away what is beyond the first elements: a vector has two, a box two corners".to_owned();
+    Some((key.clone(), SceneError::Value { place: source.place(&key), key, value, rule, hint }))
+}
+
+/// Keys of a table of the file `T`; none where it has no such table.
+fn keys_of<T: DeserializeOwned>(table: &str) -> Vec<String> {
+    const NONE: &str = "no-such-key";
+    let text = if table.is_empty() { format!("{NONE} = 0") } else { format!("[{table}]\n{NONE} = 0") };
+    let Err(error) = toml_edit::de::from_str::<T>(&text) else { return Vec::new() };
+    let mut quoted = error.message().split('`').skip(1).step_by(2).map(str::to_owned);
+    if quoted.next().as_deref() == Some(NONE) { quoted.collect() } else { Vec::new() }
+}
+
 /// The scene's other boundary tags, where a misspelt one may have made a new table.
 fn other_tags(source: &SceneSource, around: &[String]) -> String {
     let [boundary, tag] = around else { return String::new() };
@@ -88,6 +146,14 @@ fn example(message: &str) -> &'static str {
         "write a number such as 0.1, without quotes"
     } else if message.contains("expected usize") || message.contains("expected u64") {
         "write a whole number such as 10, without quotes"
+    } else if message.contains("array of length 2") {
+        "write a list of two, as in [0.0, 1.0]"
+    } else if message.contains("expected struct") || message.contains("expected a map") {
+        "write a table: braces around, as in { key = value }, or a section [table] of its own"
+    } else if message.contains("wanted string or table") {
+        "write one of the names, in quotes"
+    } else if message.contains("expected a string") {
+        "write a text, in quotes"
     } else {
         "studies/strip/strip.toml shows the form"
     }

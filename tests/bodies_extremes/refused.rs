@@ -95,7 +95,7 @@ fn particles_without_bodies_and_bodies_where_there_are_none() {
 fn sizes_and_weights_that_are_no_numbers_to_compute_with() {
     for radius in [1e-300, 1e-100, 1e100, 1e300] {
         let message = refused(&particles("", &disc("a", radius, 0.0, 0.0, ""), 0.1, 1.0));
-        has(&message, &["`body.0.shape`", "second moment of area"]);
+        has(&message, &["`body.0.shape.disc.radius`", "between 1e-9 and 1e9"]);
     }
     has(
         &refused(&particles("", &disc("a", 0.1, 0.0, 0.0, "density = 1e308"), 0.1, 1.0).replace("0.1 }", "1e3 }")),
@@ -110,7 +110,7 @@ fn sizes_and_weights_that_are_no_numbers_to_compute_with() {
         &["the ellipse is a sliver"],
     );
     has(
-        &refused(&stokes(8, REST, &disc("a", 1e-12, 0.5, 0.5, ""), 0.1, 1.0)),
+        &refused(&stokes(8, REST, &disc("a", 1e-9, 0.5, 0.5, ""), 0.1, 1.0)),
         &["`body.0`", "of the cell where it lies"],
     );
     let message = refused(&particles("", &disc("a", 0.1, 0.0, 0.0, ""), 1e-320, 1.0));

@@ -37,7 +37,7 @@ every = { time = 0.1 }
 maps = [{ of = "speed" }]
 every = { time = 0.1 }
 [[output]]
-measures = ["free-energy"]
+measures = ["free_energy"]
 every = { steps = 1 }
 "#
     .to_owned();

@@ -29,6 +29,19 @@ impl Shape {
         }
     }
 
+    /// Tags of the boundary; a racetrack may be without discs.
+    pub fn tags(self, without_discs: bool) -> &'static [&'static str] {
+        match self {
+            Shape::Square | Shape::SquareWithCircle => &["left", "right", "bottom", "top"],
+            Shape::Strip => &["inlet", "outlet", "walls"],
+            Shape::StripWithDisc => &["inlet", "outlet", "walls", "disc"],
+            Shape::Disc => &["wall"],
+            Shape::Annulus => &["inner", "outer"],
+            Shape::Racetrack if without_discs => &["outer", "inner"],
+            Shape::Racetrack => &["outer", "inner", "disc"],
+        }
+    }
+
     /// Keys that must be given.
     fn required(self) -> &'static [&'static str] {
         match self {

@@ -1,5 +1,6 @@
 //! Meshes that a scene describes by shape and local size.
 
+mod expect;
 mod fitted;
 mod front;
 mod keys;

@@ -252,8 +252,8 @@ impl Compressible {
         if let Some(l) = l {
             let b = m.elasticity;
             form = form - b * forms::rotation_force(velocity, p, l);
-            if m.slip != 0.0 {
-                form = form - b * m.slip * forms::stretching_force(velocity, p, l, Weight::One);
+            if m.alignment != 0.0 {
+                form = form - b * m.alignment * forms::stretching_force(velocity, p, l, Weight::One);
             }
             form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p, weight);
         }

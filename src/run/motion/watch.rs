@@ -20,9 +20,8 @@ pub(super) fn lost(bodies: &[Body], mover: &dyn Mover, t: f64) -> Option<String>
         }
         return Some(format!(
             "the body `{}` is lost at t = {t}: it is at ({:.3e}, {:.3e}), turned by {:.3e}, with velocity ({:.3e}, \
-             {:.3e}), and numbers of \
-             this size do not tell its place to a thousandth of its size {size:.3e}; hint: look at what drives it \
-             away, or give it a size that fits",
+             {:.3e}), and numbers of this size do not tell its place to a thousandth of its size {size:.3e}; hint: \
+             look at what drives it away, or give it a size that fits",
             body.name, pose.position.x, pose.position.y, pose.angle, twist.velocity.x, twist.velocity.y
         ));
     }

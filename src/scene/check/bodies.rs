@@ -114,7 +114,7 @@ impl Checker<'_> {
         let (shape, centre) = self.shape(&at("shape"), &table.shape)?;
         let density = *table.density.get_or_insert(1.0);
         self.positive(&at("density"), density, "mass per area; 1 is that of the medium")?;
-        self.computable(&at("shape"), &at("density"), &shape, density)?;
+        self.computable(&at("density"), &shape, density)?;
         let known = numbers(&shape, density, symbols);
         let motion = table.motion.get_or_insert(MotionTable::Free).clone();
         let start = self.start(key, table, &motion, centre, &known)?;
@@ -127,27 +127,13 @@ impl Checker<'_> {
         Ok(Body { name, key, shape, hold, density, force, torque, friction, start, start_twist })
     }
 
-    /// Area, mass and moments of inertia must be numbers that can be computed with.
-    pub(super) fn computable(
-        &self,
-        shape_key: &str,
-        density_key: &str,
-        shape: &Shape,
-        density: f64,
-    ) -> Result<(), SceneError> {
-        let (area, second) = (shape.area(), shape.second_moment());
-        let value = format!("a body that reaches {:e} from its centre", shape.circumradius());
-        let rule = format!(
-            "has an area of {area:e} and a second moment of area of {second:e}, which are no numbers to compute with"
-        );
-        let hint = "give lengths in a unit in which bodies are neither below 1e-70 nor above 1e70";
-        self.require(area.is_normal() && second.is_normal(), shape_key, value, &rule, hint)?;
-        let (mass, inertia) = (density * area, density * second);
-        let rule = format!(
-            "makes a mass of {mass:e} and a moment of inertia of {inertia:e}, which are no numbers to compute with"
-        );
+    /// Mass and moment of inertia must be numbers that can be computed with.
+    pub(super) fn computable(&self, key: &str, shape: &Shape, density: f64) -> Result<(), SceneError> {
+        let (mass, inertia) = (density * shape.area(), density * shape.second_moment());
+        let rule =
+            format!("makes a mass of {mass:e} and a moment of inertia of {inertia:e}: no numbers to compute with");
         let holds = mass.is_normal() && inertia.is_normal();
-        self.require(holds, density_key, shown(density), &rule, "1 is the density of the medium")
+        self.require(holds, key, shown(density), &rule, "1 is the density of the medium")
     }
 
     /// A name that tables, messages and `--set` can use.
@@ -300,7 +286,8 @@ impl Checker<'_> {
         formula: &Formula,
         known: &[(&str, f64)],
     ) -> Result<Expression, SceneError> {
-        formula.parse_of_body(known).map_err(|error| {
+        let parsed = formula.parse_of_body(known).map(|parsed| parsed.given_at(&self.given(key)));
+        parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
         })

@@ -41,7 +41,7 @@ impl Checker<'_> {
         let mut bodies = Vec::new();
         for (k, (&radius, centre)) in radii.iter().zip(&centres).enumerate() {
             let shape = Shape::Disc { radius };
-            self.computable(&at("radius"), &at("density"), &shape, density)?;
+            self.computable(&at("density"), &shape, density)?;
             let known = numbers(&shape, density, symbols);
             let start = Pose { position: *centre, angle: 0.0 };
             let hold = match (motion, &turning) {
