@@ -15,14 +15,32 @@ const HOSTILE: [&str; 3] = ["a.b", "my <wall> & 'x'", "back\\slash = [#1]"];
 
 /// A closed tissue on a file, whose tags get slip walls.
 fn scene_text(tags: &[&str]) -> String {
-    let mut text = "[model]\nkind = \"incompressible\"\nfriction = 1.0\nbeta = 1.0\npeclet = 1.0\ncoherence = \
-     0.5\nelasticity = 0.2\n\
-        [mesh]\nfile = \"mesh.msh\"\n[initial]\npolarity = [\"1 + 0.2*y\", \"0.3*x\"]\n[time]\nscheme = \
-         \"bdf2\"\nstep = 0.1\nend = 0.2\n\
-        [[output]]\nfields = [\"velocity\", \"pressure\", \"stream-function\"]\nmaps = [{ of = \"speed\" }]\nevery = \
-         { time = 0.1 }\n\
-        [[output]]\nmeasures = [\"free_energy\"]\nevery = { steps = 1 }\n"
-        .to_owned();
+    let mut text = r#"
+[model]
+kind = "incompressible"
+friction = 1.0
+peclet = 1.0
+coherence = 0.5
+elasticity = 0.2
+[mesh]
+file = "mesh.msh"
+[initial]
+polarity = ["1 + 0.2*y", "0.3*x"]
+[time]
+scheme = "bdf2"
+step = 0.1
+end = 0.2
+[[output]]
+fields = ["velocity", "pressure", "stream-function"]
+every = { time = 0.1 }
+[[output]]
+maps = [{ of = "speed" }]
+every = { time = 0.1 }
+[[output]]
+measures = ["free_energy"]
+every = { steps = 1 }
+"#
+    .to_owned();
     for tag in tags {
         let key = monolayer::scene::path::quoted(tag);
         text += &format!("[boundary.{key}]\nvelocity = \"slip\"\npolarity = \"neumann\"\n");
