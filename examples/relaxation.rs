@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 peclet: 1.0,
                 coherence: 0.3,
                 elasticity: 1.0,
-                slip: 1.0,
+                alignment: 1.0,
                 elastic_force: ElasticForce::Stress,
                 density: None,
             },

@@ -21,6 +21,7 @@ use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::output::{OutputError, lock, mark, say};
 use monolayer::run::{self, Ending, Options};
+use monolayer::scene::path;
 use monolayer::scene::{AnyScene, Scene, SceneKind, SceneSource};
 use monolayer::study::{self, BranchStudy, OrderStudy};
 
@@ -63,7 +64,7 @@ enum Command {
         #[arg(long, hide = true)]
         leash: bool,
     },
-    /// Read a scene and say what will be solved, or what is wrong; solve nothing.
+    /// Read a scene or a study and say what will be solved and what it takes, or what is wrong; solve nothing.
     Check {
         #[command(flatten)]
         scene: SceneArgs,
@@ -177,9 +178,11 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             run_scene(&scene.any(*steady)?, &options, *leash)
         }
         Command::Check { scene, json, steady } => {
-            let (text, value) = run::any::check(&scene.any(*steady)?)?;
-            let text = if *json { serde_json::to_string_pretty(&value)? } else { text };
-            say::answer(&text)?;
+            if let Some(kind) = study::check::kind(&scene.scene) {
+                return check_study(kind, scene, *json);
+            }
+            let report = run::any::check(&scene.any(*steady)?)?;
+            say::answer(&if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
             Ok(ExitCode::SUCCESS)
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
@@ -190,11 +193,12 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Plot(args) => tell(cli, args.execute()?),
         Command::Report(args) => tell(cli, args.execute()?),
         Command::Tradeoff { study, sets, out, repeat } => {
-            let (pairs, out, repeat) = (sets.pairs()?, study_folder(study, out.as_deref()), usize::from(*repeat));
+            let (pairs, out, repeat) =
+                (pairs_of_study(cli, study, sets)?, study_folder(study, out.as_deref()), usize::from(*repeat));
             signals::catch("keeping the settings that are finished")?;
             command::tradeoff::tradeoff(study, &pairs, &out, repeat, cli.verbosity(), &INTERRUPT)
         }
-        Command::Mesh { input, sets, out, ascii } => mesh(input, sets, out.as_deref(), *ascii),
+        Command::Mesh { input, sets, out, ascii } => mesh(cli, input, sets, out.as_deref(), *ascii),
     }
 }
 
@@ -237,13 +241,22 @@ impl Sets {
 
     fn pairs(&self) -> Result<Vec<(String, String)>, Failure> {
         let pair = |set: &String| {
-            let (key, value) = set.split_once('=').ok_or_else(|| {
+            let (key, value) = path::assignment(set).ok_or_else(|| {
                 format!("`--set {set}` has no `=`; hint: write `--set KEY=VALUE`, such as `--set model.peclet=4`")
             })?;
-            Ok((key.trim().to_owned(), value.trim().to_owned()))
+            Ok((key.to_owned(), value.to_owned()))
         };
         self.sets.iter().map(pair).collect()
     }
+}
+
+/// The overrides of a study; says which words of its file, its scene and the overrides have another name today.
+fn pairs_of_study(cli: &Cli, file: &Path, sets: &Sets) -> Result<Vec<(String, String)>, Failure> {
+    let pairs = sets.pairs()?;
+    if cli.verbosity() > Verbosity::Quiet {
+        study::renamed_words(file, &pairs).iter().for_each(|note| say::note(&format!("note: {note}")));
+    }
+    Ok(pairs)
 }
 
 fn tell(cli: &Cli, said: Vec<String>) -> Result<ExitCode, Failure> {
@@ -281,8 +294,16 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
     })
 }
 
+/// Says what a study will run, or what is wrong with it.
+fn check_study(kind: study::check::Kind, args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
+    let report = study::check::check(kind, &args.scene, &args.sets.pairs()?)?;
+    say::answer(&if json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
+    report.refused.iter().for_each(|(run, reason)| say::note(&format!("error: {run}: {reason}")));
+    Ok(if report.refused.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
 fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
-    let study = OrderStudy::read(file, &sets.pairs()?)?;
+    let study = OrderStudy::read(file, &pairs_of_study(cli, file, sets)?)?;
     let out = study_folder(file, out);
     signals::catch("writing the tables of what is complete")?;
     let outcomes = study::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
@@ -313,7 +334,7 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
 }
 
 fn branch(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {
-    let study = BranchStudy::read(file, &sets.pairs()?)?;
+    let study = BranchStudy::read(file, &pairs_of_study(cli, file, sets)?)?;
     let out = study_folder(file, out);
     signals::catch("writing the table of what is complete")?;
     let diagram = study::branch::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
@@ -346,13 +367,16 @@ fn default_folder(scene: &Path, resume: bool) -> PathBuf {
     taken.filter(is_begun).last().or_else(|| numbered_folders(scene).next()).unwrap_or_default()
 }
 
-fn mesh(input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
-    let mesh = if input.extension().is_some_and(|e| e == "msh") {
+fn mesh(cli: &Cli, input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -> Result<ExitCode, Failure> {
+    let mesh = if gmsh::is_mesh_file(input) {
         gmsh::read(input)?
     } else {
-        run::any::mesh(&sets.apply(input)?)?
+        let scene = sets.apply(input)?;
+        run::any::announce_mesh(&scene, cli.verbosity());
+        run::any::mesh(&scene)?
     };
-    let quality = mesh.quality().to_string();
+    let notes = run::setup::mesh_remarks(&mesh).into_iter().map(|note| format!("\nnote: {note}"));
+    let quality = mesh.quality().to_string() + &notes.collect::<String>();
     let Some(out) = out else {
         say::answer(&quality)?;
         return Ok(ExitCode::SUCCESS);

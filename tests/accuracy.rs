@@ -46,7 +46,7 @@ fn within_three(summary: &serde_json::Value, limits: &[(&str, f64)]) {
     }
 }
 
-const MEASURES: &str = r#"output=[{ measures = ["free-energy", "energy-budget"], estimate = true }]"#;
+const MEASURES: &str = r#"output=[{ measures = ["free_energy", "energy_budget"], estimate = true }]"#;
 
 /// `∫[(|p|²−1)²/4 + |∇p|²/2]` of the polarity of square.toml at t = 1, by the midpoint rule.
 fn energy_of_the_square() -> f64 {

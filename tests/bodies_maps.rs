@@ -26,7 +26,7 @@ force = ["0", "-500*area"]
 step = 0.02
 end = 0.06
 [[output]]
-maps = ["speed", "pressure", "bodies", { of = "velocity-2", name = "lines", arrows = "velocity", streamlines = true, mesh = true }]
+maps = ["speed", "pressure", "bodies", { of = "velocity_2", name = "lines", arrows = "velocity", streamlines = true, mesh = true }]
 every = { steps = 2 }
 [[output]]
 fields = ["velocity"]
@@ -42,7 +42,7 @@ beta = 0.75
 peclet = 2.0
 coherence = 0.3
 elasticity = 0.4
-slip = 1.0
+alignment = 1.0
 [mesh]
 shape = "strip"
 length = [-4.0, 4.0]
@@ -149,7 +149,7 @@ fn a_flow_with_a_body_in_it() {
     assert_eq!(usual.len(), 2, "{usual:?}");
     refused(&["map", "run", "--of", "polarity"], folder, &["`of` = \"polarity\"", "has no map of it"]);
     let set = |set: &'static str| ["check", "settling.toml", "--set", set];
-    refused(&set("output.0.maps=[\"density\"]"), folder, &["`output.0.maps.0` = \"density\"", "speed, velocity-1"]);
+    refused(&set("output.0.maps=[\"density\"]"), folder, &["`output.0.maps.0` = \"density\"", "speed, velocity_1"]);
     let arrows = set("output.0.maps=[{ of = \"speed\", arrows = \"polarity\" }]");
     refused(&arrows, folder, &["`output.0.maps.0.arrows`", "no polarity"]);
     let window = "output.0.maps=[{ of = \"speed\", window = [[5, 5], [6, 6]] }]";

@@ -27,7 +27,7 @@ polarity = "neumann"
 velocity = "slip"
 polarity = "neumann"
 
-[source]                  # nothing flows: the slip parameter acts only here
+[source]                  # nothing flows: the alignment parameter acts only here
 polarity = ["slip", "0"]
 
 [initial]
@@ -44,7 +44,7 @@ measures = ["asymmetry"]
 
 const STUDY: &str = r#"title = "Tiny"
 scene = "closed.toml"
-parameter = "model.slip"
+parameter = "model.alignment"
 range = [-1.0, 1.0]
 start = 0.8
 measure = "asymmetry_polarity"
@@ -127,7 +127,7 @@ fn every_measure_of_a_steady_state_can_be_shown() {
     for set in ["measure=free_energy", "max_points=3", "model.elasticity=0.4"] {
         arguments.extend(["--set", set]);
     }
-    let measures = "output.0.measures=[\"free-energy\", \"energy-budget\", \"overshoot\", \"asymmetry\"]";
+    let measures = "output.0.measures=[\"free_energy\", \"energy_budget\", \"overshoot\", \"asymmetry\"]";
     arguments.extend(["--set", measures]);
     let output = program(root.path(), &arguments);
     assert!(output.status.success(), "{}", error_of(&output));
@@ -174,15 +174,15 @@ fn wrong_studies_are_explained() {
     };
     let choices = "hint: the choices are model.friction, model.beta";
     line(
-        "model.slip",
-        "model.slop",
-        &["tiny.toml, line 3", "`parameter` = \"model.slop\"", "(did you mean `model.slip`?)", choices],
+        "model.alignment",
+        "model.alinment",
+        &["tiny.toml, line 3", "`parameter` = \"model.alinment\"", "(did you mean `model.alignment`?)", choices],
     );
-    line("model.slip", "model.kind", &["`parameter` = \"model.kind\"", "must be a number of [model]", choices]);
-    line("model.slip", "mesh.h", &["`parameter` = \"mesh.h\"", "must be a number of [model]", choices]);
+    line("model.alignment", "model.kind", &["`parameter` = \"model.kind\"", "must be a number of [model]", choices]);
+    line("model.alignment", "mesh.h", &["`parameter` = \"mesh.h\"", "must be a number of [model]", choices]);
     line("start = 0.8", "start = 1.5", &["tiny.toml, line 5", "`start` = 1.5", "must lie in the range", "hint"]);
     line("[-1.0, 1.0]", "[1.0, -1.0]", &["line 4", "`range` = [1.0, -1.0]", "the smaller first", "hint: such as"]);
-    let beyond = ["line 4", "`range`", "`model.slip` = 3", "must lie in [-1, 1]", "hint"];
+    let beyond = ["line 4", "`range`", "`model.alignment` = 3", "must lie in [-1, 1]", "hint"];
     line("[-1.0, 1.0]", "[-1.0, 3.0]", &beyond);
     let unknown = ["line 6", "`measure` = \"asymmetry_polarty\"", "(did you mean `asymmetry_polarity`?)"];
     line("asymmetry_polarity", "asymmetry_polarty", &[&unknown[..], &["it measures asymmetry_velocity"]].concat());
@@ -193,7 +193,10 @@ fn wrong_studies_are_explained() {
     set("scale=cubic", &["scale", "cubic", "linear", "log"]);
     set("step=0", &["`step` = 0", "above 0", "hint"]);
     set("max_step=2", &["step", "at most 1", "hint"]);
-    set("model.slip=0.5", &["`model.slip` = 0.5", "the branch is followed in it", "hint: set `range` and `start`"]);
+    set(
+        "model.alignment=0.5",
+        &["`model.alignment` = 0.5", "the branch is followed in it", "hint: set `range` and `start`"],
+    );
     set("model.peclet=-1", &["`model.peclet` = -1", "greater than 0", "hint"]);
     set("scene=other.toml", &["`scene` = \"other.toml\"", "there is no such file", "hint"]);
     set("source.polarity=[\"t\", \"0\"]", &["`source.polarity` = a formula of t", "must not depend on t", "hint"]);
@@ -217,7 +220,7 @@ fn scenes_and_other_studies_are_told_apart() {
             &["this is a study of branches", "`monolayer branch tiny.toml` runs it"],
         );
     }
-    for command in ["run", "check", "mesh"] {
+    for command in ["run", "mesh"] {
         refused(
             &root,
             &[command, "tiny.toml"],
@@ -234,7 +237,7 @@ fn no_steady_state_at_the_start_is_an_error() {
     let error = error_of(&output);
     assert!(!output.status.success() && !error.contains("panicked"), "{error}");
     for part in
-        ["no branch begins at model.slip = 0.8", "no steady state was found there", "hint: choose another `start`"]
+        ["no branch begins at model.alignment = 0.8", "no steady state was found there", "hint: choose another `start`"]
     {
         assert!(error.contains(part), "`{part}` is not in: {error}");
     }

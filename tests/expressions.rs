@@ -4,7 +4,7 @@ use monolayer::mesh::Point;
 use monolayer::model::Expression;
 
 fn parse(text: &str) -> Expression {
-    Expression::parse(text, &[("peclet", 2.0), ("slip", -0.5)]).unwrap()
+    Expression::parse(text, &[("peclet", 2.0), ("alignment", -0.5)]).unwrap()
 }
 
 fn at(text: &str, x: f64, y: f64, t: f64) -> f64 {
@@ -12,7 +12,7 @@ fn at(text: &str, x: f64, y: f64, t: f64) -> f64 {
 }
 
 fn refused(text: &str) -> String {
-    Expression::parse(text, &[("peclet", 2.0), ("slip", -0.5)]).unwrap_err().to_string()
+    Expression::parse(text, &[("peclet", 2.0), ("alignment", -0.5)]).unwrap_err().to_string()
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn values_follow_the_usual_precedence() {
         ("-3*2 + 1", -5.0),
         ("1e-3*2.5E2", 0.25),
         (".5 + 1.", 1.5),
-        ("peclet*slip", -1.0),
+        ("peclet*alignment", -1.0),
         ("max(1, min(2, 3)) + 4", 6.0),
         ("if(1 < 2, if(0, 1, 5), 7)", 5.0),
         ("heaviside(0) + sign(0) + sign(-3)", 0.0),
@@ -55,7 +55,7 @@ fn values_follow_the_usual_precedence() {
 #[test]
 fn what_a_formula_depends_on() {
     assert!(parse("peclet + pi").is_constant());
-    assert!(parse("0*slip").is_zero());
+    assert!(parse("0*alignment").is_zero());
     assert!(!parse("x").is_constant());
     assert!(parse("x*cos(t)").depends_on_time());
     assert!(!parse("x*y").depends_on_time());
@@ -103,7 +103,7 @@ fn powers_of_zero_and_of_negative_numbers_have_derivatives() {
 #[test]
 fn unknown_names_come_with_those_that_exist() {
     let message = refused("1 - pecle*y");
-    for part in ["`1 - pecle*y`", "`pecle`", "did you mean `peclet`?", "x, y, t, peclet, slip, pi"] {
+    for part in ["`1 - pecle*y`", "`pecle`", "did you mean `peclet`?", "x, y, t, peclet, alignment, pi"] {
         assert!(message.contains(part), "{message}");
     }
     let message = refused("sine(x)");
@@ -139,7 +139,7 @@ fn wrong_syntax_is_placed() {
 
 #[test]
 fn values_that_are_not_finite_are_refused() {
-    for text in ["1/0", "sqrt(-1)", "ln(0*slip)", "min(1, sqrt(-1))", "max(sqrt(-1), 1)", "sqrt(-1) < 1"] {
+    for text in ["1/0", "sqrt(-1)", "ln(0*alignment)", "min(1, sqrt(-1))", "max(sqrt(-1), 1)", "sqrt(-1) < 1"] {
         let message = refused(text);
         assert!(message.contains("must be finite"), "{text}: {message}");
     }
@@ -148,4 +148,47 @@ fn values_that_are_not_finite_are_refused() {
     let message = root.try_eval(Point::new(-1.0, 0.5), 2.0).unwrap_err().to_string();
     assert!(message.contains("`sqrt(x)` is NaN at x = -1, y = 0.5, t = 2"), "{message}");
     assert_eq!(root.try_eval(Point::new(4.0, 0.0), 0.0), Ok(2.0));
+}
+
+#[test]
+fn a_formula_tells_from_when_on_it_is_constant() {
+    let place = [[-3.0, 5.0], [0.0, 1.0]];
+    let from = |text: &str| parse(text).constant_from(place);
+    let next = |x: f64| Some(x.next_up());
+    for (text, expected) in [
+        ("x*y", Some(0.0)),
+        ("if(t < 1, 0, 1)", Some(1.0)),
+        ("if(t <= 1, 0, x)", next(1.0)),
+        ("if(1 > t, sin(t), y)", Some(1.0)),
+        ("if(t >= 2, 1, t/2)", Some(2.0)),
+        ("min(t, 3)", Some(3.0)),
+        ("max(0, 1 - t/4)", Some(4.0)),
+        ("0.5*min(max(t - 1, 0), 2)", Some(3.0)),
+        ("1 - heaviside(4 - t)*x", next(4.0)),
+        ("sign(t - 2)", next(2.0)),
+        ("t*(t < 7) + 7*(t >= 7)", Some(7.0)),
+        ("if(x < t, 1, 0)", next(5.0)),
+        ("if(t < x + 10, 1, y)", Some(15.0)),
+        ("min(t^2, 9)", Some(3.0)),
+        ("abs(min(t, 2) - 5)^3", Some(2.0)),
+        ("sin(t)", None),
+        ("1/(1 + t)", None),
+        ("floor(t)", None),
+        ("x*cos(2*t)", None),
+        ("if(sin(t) > 0, 1, 0)", None),
+        ("t - t", None),
+        ("min(t/1e40, 1)", None),
+    ] {
+        assert_eq!(from(text), expected, "{text}");
+    }
+    // to the last bit from then on
+    for text in ["1 - exp(-t)", "tanh(2*t)", "exp(-t)*sin(t)", "1 + exp(-t)*cos(x*t)"] {
+        let formula = parse(text);
+        let t = formula.constant_from(place).unwrap_or_else(|| panic!("{text}"));
+        assert!(t > 9.0 && t < 750.0, "{text}: {t}");
+        let value = |t: f64| formula.eval(Point::new(0.7, 0.2), t).abs();
+        assert!([1.1, 2.0, 10.0].iter().all(|k| value(k * t) == value(t)), "{text}");
+    }
+    // the derivative that manufactured sources take is at rest with the formula
+    assert_eq!(parse("min(t, 3)").diff("t").unwrap().constant_from(place), Some(3.0));
 }

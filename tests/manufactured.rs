@@ -95,7 +95,7 @@ impl Case {
         let l = m.elasticity * ((p.norm_squared() - 1.0) * p - kappa2 * self.laplacian(x, t));
         let entry = |j: usize| {
             let identity = if i == j { -(self.pressure)(x, t) } else { 0.0 };
-            let elastic = 0.5 * (m.slip + 1.0) * p[i] * l[j] + 0.5 * (m.slip - 1.0) * l[i] * p[j];
+            let elastic = 0.5 * (m.alignment + 1.0) * p[i] * l[j] + 0.5 * (m.alignment - 1.0) * l[i] * p[j];
             identity + dv[j][i] + dv[i][j] + elastic
                 - kappa2 * m.elasticity * dp[i].dot(&dp[j])
                 - m.active_stress * p[i] * p[j]
@@ -114,7 +114,7 @@ impl Case {
         let rate = slope(&|s| (self.polarity)(x, s.x), Point::new(t, 0.0), AXES[0], self.step);
         let gradient = nalgebra::Matrix2::from_columns(&[v_x, v_y]);
         let (stretch, spin) = (0.5 * (gradient + gradient.transpose()), 0.5 * (gradient - gradient.transpose()));
-        let objective = rate + v.x * p_x + v.y * p_y - spin * p - m.slip * stretch * p;
+        let objective = rate + v.x * p_x + v.y * p_y - spin * p - m.alignment * stretch * p;
         m.peclet * objective + (p.norm_squared() - 1.0) * p - m.coherence.powi(2) * self.laplacian(x, t)
     }
 }
@@ -137,7 +137,7 @@ impl Random {
             peclet: 0.2 + self.next(),
             coherence: 0.2 + self.next(),
             elasticity: if round % 3 == 2 { 0.0 } else { 0.2 + self.next() },
-            slip: 2.0 * self.next() - 1.0,
+            alignment: 2.0 * self.next() - 1.0,
             elastic_force: Default::default(),
             density: None,
         }
@@ -197,7 +197,7 @@ fn shear_of_a_uniform_polarity_by_hand() {
         peclet: 4.0,
         coherence: 0.1,
         elasticity: 1.0,
-        slip: 0.25,
+        alignment: 0.25,
         elastic_force: Default::default(),
         density: None,
     };

@@ -49,11 +49,11 @@ step = 1e-9
 end = 1e-9
 
 [[output]]
-maps = ["speed", { of = "polarity-laplacian-1", name = "spread", arrows = "velocity", streamlines = true, mesh = true }]
+maps = ["speed", { of = "polarity_laplacian_1", name = "spread", arrows = "velocity", streamlines = true, mesh = true }]
 [[output]]
 cuts = [{ name = "circle", center = [0.1, 0.0], radius = 0.5, points = 8 }, { name = "far", centre = [0, 0], radius = 1.2 }]
 [[output]]
-fields = ["polarity-laplacian"]
+fields = ["polarity_laplacian"]
 "#;
 
 /// A disc in a strip.
@@ -388,7 +388,7 @@ fn a_run_leaves_maps_and_cuts_and_the_command_draws_the_same() {
     // 23 degrees in each of them, and the head
     assert_eq!(far.lines().count(), 4 * 23 + 1);
     let vtu = std::fs::read_to_string(out.join("fields/step-000001.vtu")).expect("fields");
-    assert!(vtu.contains("Name=\"polarity-laplacian\" NumberOfComponents=\"3\""));
+    assert!(vtu.contains("Name=\"polarity_laplacian\" NumberOfComponents=\"3\""));
 
     let drawn = program(&["map", "square", "--of", "speed", "--out", "pictures"], root.path());
     assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
@@ -460,7 +460,7 @@ fn commands_that_fail(root: &Path) {
         parts.iter().for_each(|part| assert!(message.contains(part), "{part} is not in: {message}"));
     };
     fails(&["map", "nowhere"], &["nowhere", "scene.toml", "hint"]);
-    fails(&["map", "square", "--of", "speeed"], &["speeed", "speed", "polarity-laplacian"]);
+    fails(&["map", "square", "--of", "speeed"], &["speeed", "speed", "polarity_laplacian"]);
     fails(&["map", "square", "--of", "density"], &["square", "`of`", "density of an incompressible sheet", "hint"]);
     fails(&["map", "square", "--window", "-1,-1,1"], &["`--window` has 3 numbers", "hint"]);
     fails(&["map", "square", "--window", "1,-1,-1,1"], &["`window`", "lower left", "hint"]);

@@ -176,11 +176,11 @@ kind = "anderson"
 weissenberg = 0.2
 
 [[output]]
-fields = ["velocity", "elastic-strain"]
+fields = ["velocity", "elastic_strain"]
 [[output]]
 cuts = ["axis-1"]
 [[output]]
-measures = ["elastic-strain"]
+measures = ["elastic_strain"]
 every = { steps = 1 }
 "#;
 
@@ -209,7 +209,7 @@ fn the_strain_of_a_steady_flow_is_written_in_every_form() {
     let behind = cut.iter().filter(|row| value(row, "x1") > 1.0).map(|row| value(row, "strain_11"));
     assert!(behind.fold(f64::MIN, f64::max) > 0.05);
     let vtu = std::fs::read_to_string(root.path().join("fields/step-000002.vtu")).unwrap();
-    assert!(vtu.contains(r#"Name="elastic-strain" NumberOfComponents="6""#));
+    assert!(vtu.contains(r#"Name="elastic_strain" NumberOfComponents="6""#));
 }
 
 #[test]

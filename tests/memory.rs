@@ -174,3 +174,66 @@ fn the_program_refuses_and_check_tells() {
         assert!(error.contains(&format!("MONOLAYER_MEMORY = `{wrong}`: must be")) && error.contains("hint"), "{error}");
     }
 }
+
+#[test]
+fn a_mesh_that_cannot_fit_is_refused_without_being_built() {
+    // 4.5 million cells, some 2.5 TB
+    let folder = tempfile::tempdir().expect("a folder");
+    let square = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/mms/square.toml"))
+        .expect("a scene");
+    std::fs::write(folder.path().join("square.toml"), square).expect("written");
+    let begin = std::time::Instant::now();
+    let program = |command: &str, more: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_monolayer"));
+        program.current_dir(folder.path()).args([command, "square.toml", "--set", "mesh.n=1500"]).args(more);
+        program.env("MONOLAYER_MEMORY", "24000").output().expect("the program starts")
+    };
+    let error = error_of(&program("run", &["--out", "results"]));
+    assert!(error.contains("does not fit into memory") && error.contains("24000 MiB"), "{error}");
+    let said = program("check", &["--json"]);
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&said.stdout).expect("JSON");
+    assert_eq!((&report["mesh"]["cells"], &report["mesh"]["expected"]), (&4_500_000.into(), &true.into()));
+    assert_eq!(report["mesh"]["vertices"], 1501 * 1501);
+    assert!(report["memory_mib"].as_f64().is_some_and(|mib| mib > 1e5));
+    // building the mesh alone takes longer on any machine
+    assert!(begin.elapsed().as_secs_f64() < 30.0, "{:?}", begin.elapsed());
+}
+
+#[test]
+fn what_a_large_mesh_takes_is_judged_by_smaller_ones() {
+    // 5762 cells of the strip: counted here, judged by the program
+    for coupling in ["newton", "anderson"] {
+        let scene = strip(&[("mesh.h", "0.8"), ("mesh.h_disc", "0.1"), ("coupling.kind", coupling)]);
+        let expected = scene.mesh.expected().expect("a generated mesh");
+        let counted = unknowns(&scene);
+        let cells = counted.velocity.mesh.cells.len() as f64;
+        assert!((expected / cells - 1.0).abs() < 0.1, "{expected} cells instead of {cells}");
+        let exact = monolayer::run::memory::need(&scene, &counted.layout()).expect("a sound structure").bytes;
+        let judged = monolayer::run::memory::samples(&scene, cells).expect("two meshes").at(cells);
+        assert!((judged.bytes / exact - 1.0).abs() < 0.15, "{coupling}: {} instead of {exact}", judged.bytes);
+        for (judged, exact) in judged.unknowns.iter().zip(counted.counts()) {
+            assert!((judged / exact - 1.0).abs() < 0.03, "{judged} unknowns instead of {exact}");
+        }
+    }
+}
+
+#[test]
+fn results_are_counted_before_they_are_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sets = [
+        ("output", "[{ fields = [\"velocity\", \"polarity\"], every = { steps = 1 } }, { cuts = [\"axis-1\"] }]"),
+        ("time.stop", ""),
+        ("coupling.kind", "anderson"),
+    ];
+    let said = program(folder.path(), "check", None, &sets, &["--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&said.stdout).expect("JSON");
+    let told = report["disk_mib"].as_f64().expect("a number");
+    let run = program(folder.path(), "run", None, &sets, &["-q", "--out", "results"]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let size = |path: &Path| std::fs::metadata(path).expect("a file").len() as f64;
+    let fields = std::fs::read_dir(folder.path().join("results/fields")).expect("fields");
+    let fields: f64 = fields.map(|entry| size(&entry.expect("a file").path())).sum();
+    let written = (fields + size(&folder.path().join("results/checkpoint.bin"))) / MIB;
+    assert!((0.7..1.5).contains(&(told / written)), "{told} MiB told, {written} written");
+}

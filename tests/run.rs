@@ -53,14 +53,19 @@ kind = "anderson"
 depth = 4
 
 [[output]]
-fields = ["velocity", "pressure", "polarity", "molecular-field", "stream-function", "tissue-velocity"]
+fields = ["velocity", "pressure", "polarity", "molecular_field", "stream_function", "tissue_velocity"]
 every = { time = 0.25 }
 [[output]]
-measures = ["overshoot", "asymmetry", "free-energy"]
+measures = ["overshoot", "asymmetry", "free_energy"]
 every = { steps = 3 }
 [[output]]
 cuts = ["axis-1", "axis-3", { name = "oblique", from = [-3.0, -2.0], to = [5.0, 2.0], points = 40 }]
 "#;
+
+/// The scene with data that are constant from some time on, as they must be where a run may stop.
+fn settling() -> String {
+    SCENE.replace("0.1*sin(t)", "0.1*min(t, 0.35)")
+}
 
 fn scene_of(text: &str, sets: &[(&str, &str)]) -> Scene {
     let mut source = SceneSource::parse(text, Path::new("test.toml")).expect("the test's scene parses");
@@ -115,7 +120,7 @@ fn a_run_killed_after_a_scheduled_checkpoint_resumes_with_the_same_bits() {
     let root = tempfile::tempdir().unwrap();
     let (whole, parts) = (folder(&root, "whole"), folder(&root, "parts"));
     // the checkpoint falls between two landings, and the energy's rate counts towards an ending
-    let text = format!("{SCENE}\n[[output]]\ncheckpoint = true\nevery = {{ steps = 4 }}\n");
+    let text = format!("{}\n[[output]]\ncheckpoint = true\nevery = {{ steps = 4 }}\n", settling());
     let sets = [("time.stop.energy_rate", "1e-30")];
     let summary = run_in(&whole, &scene_of(&text, &sets), false).unwrap();
     // what a killed process leaves: rows and files beyond its last checkpoint
@@ -238,6 +243,89 @@ end = 100.0
     assert!(energies.len() > 10 && energies.windows(2).all(|w| w[1] <= w[0] + 1e-15), "{energies:?}");
 }
 
+const CHANNEL: &str = r#"
+[model]
+kind = "incompressible"
+friction = 1.0
+peclet = 1.0
+coherence = 0.5
+[mesh]
+shape = "strip"
+length = [0.0, 2.0]
+width = 1.0
+h = 0.5
+[boundary.inlet]
+velocity = { dirichlet = ["if(t < 1, 0, 1)", "0"] }
+polarity = "neumann"
+[boundary.outlet]
+velocity = "traction"
+polarity = "neumann"
+[boundary.walls]
+velocity = "slip"
+polarity = "neumann"
+[initial]
+polarity = ["0", "0"]
+[time]
+scheme = "bdf2"
+step = 0.1
+end = 3.0
+stop = { residual = 1e-6 }
+[[output]]
+measures = ["free-energy"]
+"#;
+
+#[test]
+fn a_run_does_not_stop_before_its_data_have_come_to_rest() {
+    let root = tempfile::tempdir().unwrap();
+    // nothing moves before t = 1, and nothing changes from then on: p = 0 stays, v follows at once
+    let sets = [("model.traction", "0")];
+    let switched = run_in(&folder(&root, "switched"), &scene_of(CHANNEL, &sets), false).unwrap();
+    assert_eq!((&switched.ending, switched.time, switched.counts.steps), (&Ending::Stationary, 1.0, 10));
+    assert!(switched.said.iter().any(|note| note.contains("the data change until t = 1;")), "{:?}", switched.said);
+    // a run that was cut off while the data only paused goes on
+    let cut = scene_of(CHANNEL, &[sets[0], ("time.max_steps", "4")]);
+    assert_eq!(run_in(&folder(&root, "parts"), &cut, false).unwrap().ending, Ending::MaxSteps);
+    let last = run_in(&folder(&root, "parts"), &scene_of(CHANNEL, &sets), true).unwrap();
+    assert_eq!((&last.ending, last.time), (&Ending::Stationary, 1.0));
+    // the rate of the energy counts from then on, too
+    let energy = CHANNEL.replace("stop = { residual = 1e-6 }", "stop = { energy_rate = 1e-9 }");
+    let sets = [sets[0], ("model.elasticity", "0.1")];
+    let energy = run_in(&folder(&root, "energy"), &scene_of(&energy, &sets), false).unwrap();
+    assert_eq!(energy.ending, Ending::EnergyAtRest);
+    assert!(energy.time >= 1.9 - 1e-12, "ten steps from t = 1 on: {}", energy.time);
+}
+
+#[test]
+fn times_of_equal_steps_are_the_multiples_of_the_step() {
+    let root = tempfile::tempdir().unwrap();
+    let long = CHANNEL.replace("stop = { residual = 1e-6 }", "max_steps = 90").replace("step = 0.1", "step = 0.05");
+    let summary = run_in(&folder(&root, "out"), &scene_of(&long, &[("time.end", "50.0")]), false).unwrap();
+    assert_eq!(summary.time, 4.5);
+    let mut reader = csv::Reader::from_path(folder(&root, "out").join("history.csv")).unwrap();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    for (k, row) in rows.iter().enumerate() {
+        let time = format!("{:.2}", 0.05 * (k + 1) as f64);
+        let shortest = time.trim_end_matches('0').trim_end_matches('.');
+        assert_eq!((&row[1], &row[2]), (shortest, "0.05"));
+    }
+}
+
+#[test]
+fn the_last_lines_of_a_run_are_true_for_marches_and_searches() {
+    let root = tempfile::tempdir().unwrap();
+    let march = run_in(&folder(&root, "march"), &scene_of(CHANNEL, &[("time.stop", "")]), false).unwrap().to_string();
+    assert!(march.starts_with("t = 3 after 30 steps (0 rejected): the end time was reached\n"), "{march}");
+    let line = march.lines().nth(1).unwrap();
+    assert!(line.contains("iterations a step, ") && line.contains("s each; ") && !line.contains("0.000 s"), "{line}");
+    let steady = CHANNEL.replace("if(t < 1, 0, 1)", "1").replace("[\"0\", \"0\"]", "[\"1\", \"0\"]");
+    let steady = scene_of(&steady, &[("time.stop", ""), ("steady.eigenvalues", "2")]);
+    let found = run_in(&folder(&root, "steady"), &steady, false).unwrap();
+    assert_eq!(found.ending, Ending::Steady);
+    let text = found.to_string();
+    let head = format!("{} steps of the search: a steady state was found; ", found.counts.steps);
+    assert!(text.starts_with(&head) && !text.contains("t = 0") && !text.contains("iterations a step"), "{text}");
+}
+
 #[track_caller]
 fn fails(text: &str, sets: &[(&str, &str)], parts: &[&str]) {
     let root = tempfile::tempdir().unwrap();
@@ -333,9 +421,9 @@ fn a_resumed_run_may_measure_more_and_write_other_fields() {
     let root = tempfile::tempdir().unwrap();
     let out = folder(&root, "out");
     let less =
-        [("output.1.measures", "[\"free-energy\"]"), ("output.0.fields", "[\"velocity\"]"), ("time.max_steps", "4")];
-    run_in(&out, &scene_of(SCENE, &less), false).unwrap();
-    run_in(&out, &scene_of(SCENE, &[("time.stop.residual", "1e-12")]), true).unwrap();
+        [("output.1.measures", "[\"free_energy\"]"), ("output.0.fields", "[\"velocity\"]"), ("time.max_steps", "4")];
+    run_in(&out, &scene_of(&settling(), &less), false).unwrap();
+    run_in(&out, &scene_of(&settling(), &[("time.stop.residual", "1e-12")]), true).unwrap();
     let mut reader = csv::Reader::from_path(out.join("history.csv")).unwrap();
     let column = |name: &str, headers: &csv::StringRecord| headers.iter().position(|h| h == name).unwrap();
     let headers = reader.headers().unwrap().clone();
@@ -551,7 +639,36 @@ end = 0.5
 fn a_failed_step_has_one_hint() {
     let inaccurate = SolveError::Inaccurate { system: "Newton".into(), residual: 1e-3, hint: "a smaller step".into() };
     let cause = Box::new(StepFailure::from(inaccurate));
-    let error = MarchError::StepTooSmall { step: 1, t: 0.0, step_min: 1e-6, cause, hint: "a finer mesh" }.to_string();
+    let step_min = monolayer::time::ControlSettings::new(1.0, 1e-6).step_min;
+    let error =
+        MarchError::StepTooSmall { step: 1, t: 0.0, step_min, cause, hint: "a finer mesh".to_owned() }.to_string();
     assert!(error.contains("with relative residual 1.0e-3 only; hint: a finer mesh"), "{error}");
     assert_eq!(error.matches("hint: ").count(), 1, "{error}");
+}
+
+#[test]
+fn check_refuses_what_a_run_refuses_before_its_first_step() {
+    use monolayer::run::report::report_within;
+    let cases: [(&[(&str, &str)], &str); 6] = [
+        (&[("mesh.centre", "[0.0, 0.7]"), ("output.1.measures", "[\"asymmetry\"]")], "mirror image"),
+        (&[("initial.polarity", "[\"sqrt(x)\", \"0\"]")], "is NaN"),
+        (&[("initial.polarity", "{ random = { seed = 1, h_coarse = 1e-6 } }")], "h_coarse"),
+        (&[("boundary.outlet.velocity", "{ dirichlet = [\"0\", \"0\"] }")], "net flux"),
+        (&[("output.2.cuts", "[{ name = \"far\", from = [20, 0], to = [30, 0] }]")], "far"),
+        (&[("output.2", "{ maps = [{ of = \"speed\", window = [[20, 20], [30, 30]] }] }")], "window"),
+    ];
+    for (sets, part) in cases {
+        let scene = scene_of(SCENE, sets);
+        let checked = report_within(&scene, None).expect_err(part).to_string();
+        let root = tempfile::tempdir().unwrap();
+        let run = run_in(&folder(&root, "out"), &scene, false).expect_err(part).to_string();
+        assert_eq!(checked, run);
+        assert!(checked.contains(part), "`{part}` is not in: {checked}");
+    }
+    // on a mesh that takes long, a coarser one of the same domain tells
+    let fine = [("mesh.h", "0.1"), ("mesh.h_disc", "0.02")];
+    let error = report_within(&scene_of(SCENE, &[&cases[0].0[..], &fine].concat()), None).expect_err("off the axis");
+    assert!(error.to_string().contains("mirror image"), "{error}");
+    let report = report_within(&scene_of(SCENE, &fine), None).unwrap();
+    assert!(report.mesh.cells() > 14_000 && report.memory_mib > 1000.0, "{} MiB", report.memory_mib);
 }

@@ -409,7 +409,7 @@ fn bodies_that_do_not_fit_a_flow() {
     wrong_in(STOKES, none, "", false, &["`wall` = (given)", "no body that it could act on"]);
     wrong_in(STOKES, "[[wall]]\ntag = \"bottom\"", "[contact]", false, &["`contact`", "a single body"]);
     let measure = "[[output]]\nmeasures = [\"overshoot\"]\n[time]";
-    wrong_in(STOKES, "[time]", measure, false, &["a Stokes flow", "no such measure", "kinetic-energy, gap"]);
+    wrong_in(STOKES, "[time]", measure, false, &["a Stokes flow", "no such measure", "kinetic_energy, gap"]);
     let fields = "[[output]]\nfields = [\"polarity\"]\n[time]";
     wrong_in(STOKES, "[time]", fields, false, &["no such field", "velocity, pressure"]);
 }

@@ -64,7 +64,7 @@ fn values_out_of_range() {
     wrong("beta = 0.75", "friction = -3", &["`model.friction` = -3", "not negative"]);
     wrong("coherence = 0.1", "coherence = nan", &["`model.coherence` = NaN", "greater than 0"]);
     wrong("elasticity = 0.4", "elasticity = -0.4", &["`model.elasticity` = -0.4", "must not be negative"]);
-    wrong("slip = 1.0", "slip = 1.5", &["`model.slip` = 1.5", "[-1, 1]", "upper-convected"]);
+    wrong("alignment = 1.0", "alignment = 1.5", &["`model.alignment` = 1.5", "[-1, 1]", "upper-convected"]);
     wrong("active_stress = 0.0", "active_stress = inf", &["`model.active_stress` = inf", "finite"]);
     wrong("k = 1 ", "k = 4 ", &["`space.k` = 4", "1, 2 or 3"]);
     wrong("peclet = 2.0", "peclet = 1e300", &["`model.peclet` = 1", "between 1e-40 and 1e40", "units"]);
@@ -83,8 +83,8 @@ fn values_out_of_range() {
 #[test]
 fn friction_and_beta_exclude_each_other() {
     wrong("beta = 0.75", "beta = 0.75\nfriction = 3.0", &["`model.beta` = 0.75", "here are both", "remove one"]);
-    let (text, line) = changed("beta = 0.75", "slip = 0.5");
-    let text = text.replace("slip = 1.0", "");
+    let (text, line) = changed("beta = 0.75", "alignment = 0.5");
+    let text = text.replace("alignment = 1.0", "");
     let at = format!("line {}", line - 2);
     says(&refused(&text), &[&at, "`model.friction` = (missing)", "exactly one", "beta = 0.75"]);
 }
@@ -123,8 +123,8 @@ fn models_and_conditions_that_do_not_exist() {
     wrong("\"aligned-around-disc\"", "{ rnadom = { seed = 1 } }", &["did you mean `random`?", "random, file"]);
     wrong("\"aligned-around-disc\"", "{ random = { sed = 1 } }", &["`initial.polarity.random.sed`", "`seed`?"]);
     wrong("\"axis-2a\"", "\"axis-2\"", &["`output.2.cuts.1` = \"axis-2\"", "axis-1, axis-2a"]);
-    wrong("\"pressure\"", "\"presure\"", &["`output.0.fields.1`", "did you mean `pressure`?", "molecular-field"]);
-    wrong("\"overshoot\"", "\"budget\"", &["`output.1.measures.0`", "overshoot, asymmetry, free-energy"]);
+    wrong("\"pressure\"", "\"presure\"", &["`output.0.fields.1`", "did you mean `pressure`?", "molecular_field"]);
+    wrong("\"overshoot\"", "\"budget\"", &["`output.1.measures.0`", "overshoot, asymmetry, free_energy"]);
 }
 
 #[test]
@@ -147,10 +147,10 @@ fn rules_between_keys() {
     let energy = "stop = { energy_rate = 1e-9 }";
     let text = changed("stop = { residual = 1e-8 }", energy).0.replace("elasticity = 0.4", "elasticity = 0");
     says(&refused(&text), &["`time.stop.energy_rate`", "free energy is zero", "use time.stop.residual"]);
-    let text = changed("\"pressure\"", "\"molecular-field\"").0.replace("elasticity = 0.4", "elasticity = 0");
-    says(&refused(&text), &["`output.0.fields` = \"molecular-field\"", "elasticity = 0"]);
-    let text = changed("\"pressure\"", "\"tissue-velocity\"").0.replace("beta = 0.75", "friction = 0");
-    says(&refused(&text), &["\"tissue-velocity\"", "friction > 0"]);
+    let text = changed("\"pressure\"", "\"molecular_field\"").0.replace("elasticity = 0.4", "elasticity = 0");
+    says(&refused(&text), &["`output.0.fields` = \"molecular_field\"", "elasticity = 0"]);
+    let text = changed("\"pressure\"", "\"tissue_velocity\"").0.replace("beta = 0.75", "friction = 0");
+    says(&refused(&text), &["\"tissue_velocity\"", "friction > 0"]);
     wrong("[[output]]\nfields", "[[output]]\ncheckpoint = true\nfields", &["`output.0`", "exactly one", "[[output]]"]);
     wrong("{ time = 10.0 }", "{ time = 10.0, steps = 3 }", &["`output.0.every`", "exactly one of `time` and `steps`"]);
     wrong("[\"velocity\", \"pressure\", \"polarity\"]", "[]", &["`output.0.fields` = []", "the list is empty"]);
@@ -274,7 +274,7 @@ fn choices_for_orders_of_convergence() {
     let kinds = ["`coupling.kind` = \"newtn\"", "did you mean `newton`?", "fixed-point, anderson, newton"];
     wrong_square("kind = \"newton\"", "kind = \"newtn\"", &kinds);
     let forces = ["`model.elastic_force` = \"energy\"", "not among the choices", "stress, energy-consistent"];
-    wrong_square("slip = 1.0", "elastic_force = \"energy\"", &forces);
+    wrong_square("alignment = 1.0", "elastic_force = \"energy\"", &forces);
     let start = ["`time.start` = \"exakt\"", "did you mean `exact`?", "low-order, exact"];
     wrong_square("scheme = \"bdf2\"", "start = \"exakt\"\nscheme = \"bdf2\"", &start);
     for alternate in ["0.5", "6", "nan", "-1", "inf"] {
@@ -334,7 +334,7 @@ fn keys_of_a_density_in_an_incompressible_scene() {
     let text = changed("[time]", "[source]\ndensity = \"x\"\n[time]").0;
     says(&refused(&text), &["`source.density` = \"x\"", one, hint]);
     wrong("\"pressure\"", "\"density\"", &["`output.0.fields` = \"density\"", one, hint]);
-    for measure in ["mass", "density-min", "limited-cells"] {
+    for measure in ["mass", "density_min", "limited_cells"] {
         let quoted = format!("\"{measure}\"");
         wrong("\"overshoot\"", &quoted, &[&format!("`output.1.measures` = {quoted}"), one, hint]);
     }
@@ -402,4 +402,42 @@ fn exact_fields_of_a_compressible_sheet() {
     refuses("density = -2", &["`exact.density` = \"-2\"", "must not be negative"]);
     let hint = "take kind = \"compressible\"";
     wrong_square("pressure = ", "density = 1\npressure = ", &["`exact.density` = \"1\"", "is 1 everywhere", hint]);
+}
+
+#[test]
+fn data_that_never_rest_and_a_stop() {
+    let moving = "[\"1 + 0.1*sin(t)\", \"0\"]";
+    let (text, line) =
+        changed("velocity = { dirichlet = [\"1\", \"0\"] }", &format!("velocity = {{ dirichlet = {moving} }}"));
+    let parts =
+        ["`boundary.inlet.velocity` = \"1 + 0.1*sin(t)\"", "not constant from some time on", "`time.stop.residual`"];
+    says(&refused(&text), &parts);
+    says(&refused(&text), &[&format!("line {line}"), "hint: remove `time.stop.residual`, or let the formula stay"]);
+    let rate = text.replace("residual = 1e-8", "energy_rate = 1e-8");
+    says(&refused(&rate), &["`boundary.inlet.velocity`", "`time.stop.energy_rate`"]);
+    let forced = |formula: &str| format!("{STRIP}\n[source]\nforce = [\"0\", \"{formula}\"]\n");
+    says(&refused(&forced("x*t")), &["`source.force` = \"x*t\"", "not constant"]);
+    let scene = Scene::parse(&forced("x*min(t, 2)"), Path::new("strip.toml")).expect("constant from t = 2 on");
+    assert_eq!(scene.time.rests_from, 2.0);
+    let without = text.replace("stop = { residual = 1e-8 }", "");
+    Scene::parse(&without, Path::new("strip.toml")).expect("without a stop, data may do what they like");
+}
+
+#[test]
+fn huge_amounts() {
+    let more = |text: &str| format!("{STRIP}\n[[output]]\n{text}\n");
+    let cut = more("cuts = [{ name = \"a\", from = [0, 0], to = [1, 0], points = 100000000000 }]");
+    says(&refused(&cut), &["points` = 100000000000", "between 2 and 10000000"]);
+    let circle = more("cuts = [{ name = \"a\", centre = [0, 0], radius = 2.0, points = 100000000000 }]");
+    says(&refused(&circle), &["points` = 100000000000", "between 3 and 10000000"]);
+    for what in ["fields = [\"velocity\"]", "maps = [\"speed\"]", "cuts = [\"axis-1\"]"] {
+        let often = more(&format!("{what}\nevery = {{ time = 1e-7 }}"));
+        says(&refused(&often), &["every.time` = 1e-7", "outputs until the end", "at most 1e6"]);
+    }
+    let measures = more("measures = [\"free-energy\"]\nevery = { time = 1e-12 }");
+    says(&refused(&measures), &["every.time`", "at most 1e9"]);
+    let step = changed("step = ", "step_min = 1e-15\nstep = 1e-9 # ").0;
+    says(&refused(&step), &["`time.step` = 1e-9", "steps, and at most 1e9 may be taken", "max_steps"]);
+    let few = step.replace("step_min = 1e-15", "step_min = 1e-15\nmax_steps = 10");
+    Scene::parse(&few, Path::new("strip.toml")).expect("ten steps are few, however short they are");
 }

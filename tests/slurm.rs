@@ -3,6 +3,8 @@
 //! Where Slurm cannot be set up, the test says so and passes; what this project's own part does wrong fails.
 #![cfg(unix)]
 
+mod skipped;
+
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -209,14 +211,14 @@ fn the_scripts_say_what_is_needed() {
 fn a_job_array_makes_the_table_of_a_plain_study() {
     let root = with_study();
     if let Err(reason) = install() {
-        println!("skipped: {reason}");
+        skipped::skip("a_job_array_makes_the_table_of_a_plain_study", &reason);
         return;
     }
     let daemons = tempfile::tempdir().unwrap();
     let cluster = match Cluster::start(daemons.path()) {
         Ok(cluster) => cluster,
         Err(reason) => {
-            println!("skipped: {reason}");
+            skipped::skip("a_job_array_makes_the_table_of_a_plain_study", &reason);
             return;
         }
     };

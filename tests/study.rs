@@ -90,11 +90,7 @@ fn every_combination_is_a_row_and_a_folder() {
     let said = table.column("said");
     let unresolved = |text: &str| text.contains("is larger than the coherence length 0.01");
     assert_eq!(said.iter().map(|text| unresolved(text)).collect::<Vec<_>>(), [false, true, false, true], "{said:?}");
-    assert!(
-        said[1].contains("zero mean, and the prescribed flow must conserve volume; the smallest cell"),
-        "{}",
-        said[1]
-    );
+    assert!(said[1].starts_with("the smallest cell"), "{}", said[1]);
     assert!(error_of(&output).contains("note: the smallest cell"));
 }
 
@@ -150,7 +146,7 @@ name = "good"
     assert_eq!(table.column("status"), ["finished", "refused", "refused", "refused", "refused"]);
     assert!(table.column("reason")[4].contains("friction"), "{:?}", table.column("reason"));
 
-    let root = with_study(&study.replace("model.beta\" = [0.5]", "model.slip\" = [0.5]"));
+    let root = with_study(&study.replace("model.beta\" = [0.5]", "model.alignment\" = [0.5]"));
     let output = program(root.path(), &base);
     assert_eq!(output.status.code(), Some(1));
     let table = results(&root);
@@ -215,10 +211,10 @@ fn an_interrupted_sweep_keeps_its_rows() {
 fn overrides_reach_every_run() {
     let root = with_study(STUDY);
     // they win over `set`, and the study's own keys can be set, too
-    let sets = ["--set", "time.step=0.25", "--set", "vary={ \"model.slip\" = [0, 1] }"];
+    let sets = ["--set", "time.step=0.25", "--set", "vary={ \"model.alignment\" = [0, 1] }"];
     succeeds(root.path(), &[&["study", "tiny.toml", "-q", "--out", "out"], &sets[..]].concat());
     let table = results(&root);
-    assert_eq!((table.column("steps"), table.column("model.slip")), (vec!["1", "1"], vec!["0", "1"]));
+    assert_eq!((table.column("steps"), table.column("model.alignment")), (vec!["1", "1"], vec!["0", "1"]));
     // what is left repeats it, from any folder
     std::fs::create_dir(root.path().join("elsewhere")).unwrap();
     std::fs::rename(root.path().join("out/study.toml"), root.path().join("elsewhere/study.toml")).unwrap();
@@ -314,17 +310,17 @@ fn wrong_cases_are_explained() {
 
 #[test]
 fn overrides_that_the_study_undoes_are_refused() {
-    let root = with_study(&format!("{STUDY}[[case]]\nname = \"a\"\nset = {{ \"model.slip\" = 0.5 }}\n"));
+    let root = with_study(&format!("{STUDY}[[case]]\nname = \"a\"\nset = {{ \"model.alignment\" = 0.5 }}\n"));
     let set = |set: &str, parts: &[&str]| refused_in(&root, &["study", "tiny.toml", "--set", set], parts);
     set("model.peclet=3", &["square.toml with `model.peclet` set: `model.peclet` = 3", "`vary` of the study sets it"]);
-    set("model.slip=0", &["`model.slip` = 0", "case `a` of the study sets it"]);
+    set("model.alignment=0", &["`model.alignment` = 0", "case `a` of the study sets it"]);
     set("vari={}", &["(did you mean `vary`?)", "of the study title, scene, set, vary, case"]);
 }
 
 #[test]
 fn scenes_sweeps_and_studies_of_orders_are_told_apart() {
     let root = with_study(STUDY);
-    for command in ["run", "check", "mesh"] {
+    for command in ["run", "mesh"] {
         let parts =
             ["tiny.toml: this is a study, not a scene", "`monolayer study tiny.toml`", "its scene is square.toml"];
         refused_in(&root, &[command, "tiny.toml"], &parts);
@@ -416,13 +412,13 @@ fn shards_make_the_table_of_the_whole() {
 fn ranges_pairs_and_seeds_are_rows() {
     let study = r#"scene = "square.toml"
 set = { "mesh.n" = 2, "time.step" = 0.25 }
-vary = { "model.slip" = { linspace = [-1, 1, 3] } }
+vary = { "model.alignment" = { linspace = [-1, 1, 3] } }
 together = [{ "model.peclet" = { logspace = [0.01, 1.0, 3] }, "model.beta" = [0.1, 0.2, 0.3] }]
 "#;
     let root = with_study(&study.replace("\"mesh.n\"", "\"model.friction\" = \"\", \"mesh.n\""));
     succeeds(root.path(), &["study", "tiny.toml", "-q", "--out", "out", "--set", "time.end=0.25"]);
     let table = results(&root);
-    assert_eq!(table.column("model.slip"), ["-1", "-1", "-1", "0", "0", "0", "1", "1", "1"]);
+    assert_eq!(table.column("model.alignment"), ["-1", "-1", "-1", "0", "0", "0", "1", "1", "1"]);
     assert_eq!(table.column("model.peclet")[..4], ["0.01", "0.1", "1", "0.01"]);
     assert_eq!(table.column("model.beta")[..4], ["0.1", "0.2", "0.3", "0.1"]);
     let seeds = "scene = \"square.toml\"\nset = { \"mesh.n\" = 2, \"time.step\" = 0.25, \"time.end\" = 0.25, \
@@ -446,7 +442,10 @@ fn wrong_ranges_pairs_names_and_plots_are_explained() {
         let line = format!("tiny.toml, line {}", STUDY.lines().count() + 1);
         refused_in(&root, &["study", "tiny.toml"], &[&[line.as_str()], parts].concat());
     };
-    with("together = [{ \"model.beta\" = [0.1, 0.2], \"model.slip\" = [1] }]", &["as many values as `model.beta`, 2"]);
+    with(
+        "together = [{ \"model.beta\" = [0.1, 0.2], \"model.alignment\" = [1] }]",
+        &["as many values as `model.beta`, 2"],
+    );
     with("together = [{ \"model.peclet\" = [0.1] }]", &["the key varies already"]);
     with("seeds = []", &["`seeds` = []", "one seed or more"]);
     with("seeds = -1", &["`seeds`", "must not be negative"]);
@@ -460,7 +459,7 @@ fn wrong_ranges_pairs_names_and_plots_are_explained() {
 #[test]
 fn a_plot_and_a_typed_table_lie_beside_the_text() {
     let plot = "plot = [{ x = \"model.peclet\", y = \"iterations\", log = \"x\" }]\nmeasures = [\"free_energy\"]\nduration = \"2 s\"\n";
-    let energy = ", \"output\" = [{ measures = [\"free-energy\", \"energy-budget\"] }] }";
+    let energy = ", \"output\" = [{ measures = [\"free_energy\", \"energy_budget\"] }] }";
     let root = with_study(&format!("{}{plot}", STUDY.replacen(" }", energy, 1)));
     let output = succeeds(root.path(), &["study", "tiny.toml", "--out", "out"]);
     assert!(error_of(&output).contains("4 runs, about 2 s on 2 cores"), "{}", error_of(&output));
@@ -471,4 +470,41 @@ fn a_plot_and_a_typed_table_lie_beside_the_text() {
     assert!(svg.contains("κ = 0.01") && svg.contains("iterations of the coupling"));
     assert!(root.path().join("out/plots/iterations-by-model.peclet.png").exists());
     assert!(std::fs::read(root.path().join("out/results.parquet")).unwrap().starts_with(b"PAR1"));
+}
+
+#[test]
+fn check_counts_what_a_study_runs_and_names_what_is_refused() {
+    let root = with_study(STUDY);
+    let output = succeeds(root.path(), &["check", "tiny.toml", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["kind"], &report["runs"]), (&"study".into(), &4.into()));
+    assert_eq!((&report["cells"], &report["steps"]), (&serde_json::json!([8, 8]), &serde_json::json!(8.0)));
+    assert!(report["memory_mib"].as_f64().unwrap() > 5.0 && report["refused"].as_array().unwrap().is_empty());
+    let text = String::from_utf8(succeeds(root.path(), &["check", "tiny.toml"]).stdout).unwrap();
+    assert!(text.contains("a sweep") && text.contains("runs     4") && text.contains("cells    8"), "{text}");
+    // two of four combinations have a value that the scene refuses
+    let root = with_study(&STUDY.replace("[0.5, 2.0]", "[0.5, -2.0]"));
+    let output = program(root.path(), &["check", "tiny.toml"]);
+    let error = error_of(&output);
+    assert_eq!((output.status.code(), error.lines().count()), (Some(1), 2), "{error}");
+    assert!(error.contains("error: run 03: ") && error.contains("`model.peclet` = -2"), "{error}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("refused  2"));
+    assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 2, "check writes nothing");
+    // every kind of study
+    let orders = with_study("scene = \"square.toml\"\nlevels = [2, 3]\nvary = { \"mesh.n\" = \"n\" }\n");
+    let text = String::from_utf8(succeeds(orders.path(), &["check", "tiny.toml"]).stdout).unwrap();
+    assert!(text.contains("a study of orders") && text.contains("cells    8 to 18"), "{text}");
+}
+
+#[test]
+fn huge_studies_are_refused() {
+    let seeds = with_study("scene = \"square.toml\"\nseeds = 100000000000000\n");
+    refused_in(&seeds, &["study", "tiny.toml"], &["`seeds` = 100000000000000", "at most 10000 seeds"]);
+    let list = "{ linspace = [1.0, 2.0, 1000000000] }";
+    let long = with_study(&format!("scene = \"square.toml\"\nvary = {{ \"model.peclet\" = {list} }}\n"));
+    refused_in(&long, &["check", "tiny.toml"], &["vary.model.peclet", "2 to 10000"]);
+    let list = "{ linspace = [1.0, 2.0, 9000] }";
+    let grid =
+        format!("scene = \"square.toml\"\nvary = {{ \"model.peclet\" = {list}, \"model.coherence\" = {list} }}\n");
+    refused_in(&with_study(&grid), &["check", "tiny.toml"], &["81000000 combinations", "at most 10000"]);
 }

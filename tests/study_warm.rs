@@ -14,7 +14,7 @@ traction = 0.0
 peclet = 1.0
 coherence = 0.2
 elasticity = 0.0
-slip = 0.0
+alignment = 0.0
 
 [mesh]
 shape = "disc"

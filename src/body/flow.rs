@@ -149,8 +149,7 @@ pub(super) fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, Ex
     if value.is_finite() {
         return Ok(value);
     }
-    let (text, at) = (formula.text().to_string(), pose.position);
-    Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t })
+    Err(formula.not_finite(value, pose.position, t))
 }
 
 /// Tells of which body a formula is.

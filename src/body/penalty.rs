@@ -50,7 +50,7 @@ pub enum BodyError {
     Contradiction { body: String, misfit: f64 },
     #[error(
         "the body `{body}` touches cells of a curved wall with slip, whose velocities are no nodal ones from degree 3 on; hint: set \
-         `space.slip = \"penalty\"`, a lower degree, or keep the body away from the wall"
+         `space.walls = \"penalty\"`, a lower degree, or keep the body away from the wall"
     )]
     Bent { body: String },
 }

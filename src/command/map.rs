@@ -13,6 +13,7 @@ use monolayer::run::finished::Finished;
 use monolayer::run::maps::{Caption, Draft};
 use monolayer::run::moved::Moved;
 use monolayer::run::{RunError, tissue};
+use monolayer::scene::renamed::name_now;
 use monolayer::scene::{AnyScene, ArrowsOf, MapOptions, MapRequest, Quantity};
 use serde::Deserialize;
 use serde::de::value::{Error as NameError, StrDeserializer};
@@ -56,7 +57,7 @@ pub struct MapArgs {
 
 /// A name as in a scene; the message lists those that exist.
 fn named<T: for<'de> Deserialize<'de>>(text: &str) -> Result<T, NameError> {
-    T::deserialize(StrDeserializer::new(text))
+    T::deserialize(StrDeserializer::new(&name_now(text).0))
 }
 
 /// Draws the pictures and says where they are.
@@ -169,7 +170,7 @@ fn draw_bodies(folder: &Path, stem: &str, out: Option<&Path>, seen: &Seen, look:
 
 fn request(options: &MapOptions) -> MapRequest {
     let MapOptions { of, name: _, arrows, streamlines, mesh, window, range } = options.clone();
-    MapRequest { name: of.name().to_owned(), of, arrows, streamlines, mesh, window, range }
+    MapRequest { name: of.file_name(), of, arrows, streamlines, mesh, window, range }
 }
 
 /// A run whose fields are drawn.

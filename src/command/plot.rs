@@ -14,8 +14,8 @@ pub struct Args {
     /// bodies, measures (all others), study [default: all that the folders have].
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     what: Vec<String>,
-    /// Quantities along sections: velocity-1, velocity-2, speed, pressure, polarity-1, polarity-2, polarity, density, or a
-    /// column of the tables [default: velocity-1, pressure, polarity-1, density].
+    /// Quantities along sections: velocity_1, velocity_2, speed, pressure, polarity_1, polarity_2, polarity, density, or a
+    /// column of the tables [default: velocity_1, pressure, polarity_1, density].
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     quantity: Vec<String>,
     /// Cuts, such as axis-3 [default: all].

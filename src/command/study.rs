@@ -64,7 +64,7 @@ pub fn execute(cli: &Cli, args: &StudyArgs) -> Result<ExitCode, Failure> {
     if args.launcher == Launcher::Local && (args.shards.is_some() || args.dry_run) {
         return Err("`--shards` and `--dry-run` are for a launcher; hint: add `--launcher slurm`".into());
     }
-    let study = SweepStudy::read(file, &args.sets.pairs()?)?;
+    let study = SweepStudy::read(file, &crate::pairs_of_study(cli, file, &args.sets)?)?;
     let out = folder(file, args);
     if let Some(duration) = study.duration.as_ref().filter(|_| cli.verbosity() > Verbosity::Quiet) {
         say::note(&format!("{} runs, about {duration} on 2 cores", study.cases.len()));

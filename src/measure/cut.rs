@@ -68,11 +68,12 @@ impl Circle {
     }
 }
 
-/// The sides of a line are looked for at this share of the longest edge of a cell there: far beyond rounding, far below the cells' heights.
+/// The sides of a line are looked for at this share of the longest edge of a cell there: far beyond rounding, far
+/// below the cells' heights.
 const ASIDE: f64 = 1e-7;
 
-/// The cells left and right of a line through `x`, and where `x` itself lies in them: a discontinuous field has two values where the line
-/// runs along faces, and neither is the better one.
+/// The cells left and right of a line through `x`, and where `x` itself lies in them: a discontinuous field has two
+/// values where the line runs along faces, and neither is the better one.
 pub fn both_sides(mesh: &Mesh, locator: &Locator, x: Point, direction: Point) -> Vec<(usize, Point)> {
     let Some((here, at)) = locator.locate(mesh, x) else { return Vec::new() };
     let [a, b, c] = mesh.corners(here);

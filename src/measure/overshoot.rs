@@ -24,8 +24,8 @@ const COARSE: usize = 4000;
 const NARROW: f64 = 1e-4;
 
 impl Overshoot {
-    /// Searches `x₁ > start` up to `end` on the line `x₂ = axis`: a scan, then golden-section search about its best point. `inflow` is the
-    /// first component `c_in` of what flows in on that line.
+    /// Searches `x₁ > start` up to `end` on the line `x₂ = axis`: a scan, then golden-section search about its best
+    /// point. `inflow` is the first component `c_in` of what flows in on that line.
     ///
     /// # Errors
     /// When the line meets no cell.

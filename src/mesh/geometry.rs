@@ -1,6 +1,6 @@
 //! The map from the reference triangle to a cell: affine, or isoparametric of degree 2 or 3 on curved boundary cells.
 
-use nalgebra::Matrix2;
+use nalgebra::{DMatrix, DVector, Matrix2};
 
 use super::{Mesh, MeshError, Point};
 use crate::element::{basis, quadrature};
@@ -105,27 +105,71 @@ impl Mesh {
         self.check_curved()
     }
 
-    /// Refuses curved cells whose Jacobian is not positive everywhere it is evaluated.
+    /// Refuses curved cells whose Jacobian is not positive everywhere, by the bounds of its Bernstein coefficients.
     ///
     /// # Errors
     /// The first such cell.
     pub fn check_curved(&self) -> Result<(), MeshError> {
+        let bounds = [2, 3].map(Bounds::of);
         for (cell, nodes) in self.curved.iter().enumerate() {
-            let Some(nodes) = nodes else { continue };
-            let map = self.map(cell);
-            let rule = quadrature::triangle(12);
+            let Some(nodes) = nodes.as_deref().filter(|nodes| nodes.degree > 1) else { continue };
             let [a, b, c] = self.corners(cell);
-            let straight = (b - a).perp(&(c - a));
-            for xi in rule.points.iter().copied().chain(basis::nodes(nodes.degree)) {
-                let (x, jacobian) = map.at(xi);
-                let area = jacobian.determinant();
-                if area <= 1e-3 * straight || area.is_nan() {
-                    let hint = "refine the mesh near the curved boundary, or use a lower `curved` degree";
-                    return Err(MeshError::Inverted { cell, x: x.x, y: x.y, area, hint });
-                }
+            let least = 1e-3 * (b - a).perp(&(c - a));
+            let whole = [Point::zeros(), Point::new(1.0, 0.0), Point::new(0.0, 1.0)];
+            if let Some((x, area)) = bounds[nodes.degree - 2].below(self.map(cell), whole, least, SPLITS) {
+                let hint = "refine the mesh near the curved boundary, or use a lower `curved` degree";
+                return Err(MeshError::Inverted { cell, x: x.x, y: x.y, area, hint });
             }
         }
         Ok(())
+    }
+}
+
+/// How often a cell is cut into four until its Jacobian counts as not positive.
+const SPLITS: usize = 5;
+
+/// From the values of a polynomial at the nodes of a triangle to its Bernstein coefficients, between which it lies.
+struct Bounds {
+    nodes: Vec<Point>,
+    transform: DMatrix<f64>,
+}
+
+impl Bounds {
+    /// Of the Jacobian `det ∂x/∂ξ` of a map of degree k, a polynomial of degree 2(k − 1).
+    fn of(k: usize) -> Self {
+        let degree = 2 * (k - 1);
+        let indices = basis::node_indices(degree);
+        let factorial = |n: usize| (1..=n).product::<usize>() as f64;
+        // B_m = d!/(i! j! k!) λ₁ⁱ λ₂ʲ λ₃ᵏ
+        let value = |at: &[usize; 3], m: &[usize; 3]| {
+            let power = |(i, n): (&usize, &usize)| (*i as f64 / degree as f64).powi(*n as i32) / factorial(*n);
+            factorial(degree) * at.iter().zip(m).map(power).product::<f64>()
+        };
+        let n = indices.len();
+        let matrix = DMatrix::from_fn(n, n, |i, j| value(&indices[i], &indices[j]));
+        let transform = matrix.try_inverse().expect("Bernstein polynomials are a basis");
+        Self { nodes: basis::nodes(degree), transform }
+    }
+
+    /// A place where the Jacobian is below `least`, if it is not certain that there is none.
+    fn below(&self, map: CellMap, [a, b, c]: [Point; 3], least: f64, splits: usize) -> Option<(Point, f64)> {
+        let at = |xi: &Point| map.at(a + (b - a) * xi.x + (c - a) * xi.y);
+        let values: Vec<(Point, f64)> = self.nodes.iter().map(|xi| at(xi)).map(|(x, j)| (x, j.determinant())).collect();
+        let lowest = *values.iter().min_by(|p, q| p.1.total_cmp(&q.1)).expect("a triangle has nodes");
+        if lowest.1 <= least || values.iter().any(|(_, area)| area.is_nan()) {
+            return Some(lowest);
+        }
+        let coefficients = &self.transform * DVector::from_iterator(values.len(), values.iter().map(|v| v.1));
+        if coefficients.min() > least {
+            return None;
+        }
+        if splits == 0 {
+            return Some(lowest);
+        }
+        let [p, q, r] = [(b + c) * 0.5, (c + a) * 0.5, (a + b) * 0.5];
+        [[a, r, q], [r, b, p], [q, p, c], [p, q, r]]
+            .into_iter()
+            .find_map(|part| self.below(map, part, least, splits - 1))
     }
 }
 

@@ -5,6 +5,7 @@
 //! from minus to plus, or outwards. Lengths are in the scene's unit (dimensionless).
 
 pub mod curve;
+pub mod embedding;
 pub mod generate;
 pub mod geometry;
 pub mod gmsh;
@@ -17,6 +18,7 @@ use std::collections::HashMap;
 use nalgebra::Vector2;
 
 pub use curve::Curve;
+pub use embedding::{Parts, Slits};
 pub use geometry::CellMap;
 
 /// A point or vector of the plane.
@@ -39,6 +41,32 @@ pub enum MeshError {
     BadVertex { cell: usize, vertex: usize, count: usize },
     #[error("the mesh has no cells")]
     Empty,
+    #[error(
+        "the mesh is folded at the edge from ({x0:.4}, {y0:.4}) to ({x1:.4}, {y1:.4}): cells {cells:?} lie on the \
+         same side of it; \
+         hint: move the vertex that lies beyond its neighbours, or mesh again"
+    )]
+    Folded { x0: f64, y0: f64, x1: f64, y1: f64, cells: [usize; 2] },
+    #[error(
+        "the mesh overlaps itself at ({x:.4}, {y:.4}): {what}; hint: look at this place in Gmsh; surfaces may touch \
+         but not \
+         overlap (`BooleanDifference`, `BooleanFragments`)"
+    )]
+    Overlap { x: f64, y: f64, what: String },
+    #[error(
+        "the mesh touches itself in the single vertex ({x:.4}, {y:.4}), where nothing can flow from one side to the \
+         other; hint: \
+         let the parts share an edge, or move them apart"
+    )]
+    Pinched { x: f64, y: f64 },
+    #[error(
+        "the mesh is cut through: {count} pairs of boundary edges lie on one another without sharing their nodes, \
+         the first from \
+         ({:.4}, {:.4}) to ({:.4}, {:.4}), of the tags `{}` and `{}` (connected parts: {parts}); hint: merge what touches before meshing \
+         (`Coherence;` or `BooleanFragments` in Gmsh) or the mesh itself (`Coherence Mesh;`), or set `mesh.slits = true` if these \
+         are walls without thickness", .ends[0], .ends[1], .ends[2], .ends[3], .tags[0], .tags[1]
+    )]
+    Cut { count: usize, ends: [f64; 4], tags: [String; 2], parts: usize },
     #[error("mesh key `{key}` = {value}: {rule}; hint: {hint}")]
     BadKey { key: String, value: String, rule: String, hint: String },
     #[error("{file}: {what}; hint: {hint}")]
@@ -88,14 +116,33 @@ pub struct Mesh {
     pub curves: Vec<Curve>,
     /// Geometry nodes (isoparametric degree and positions) of curved cells; `None` for affine cells.
     pub curved: Vec<Option<Box<geometry::Nodes>>>,
+    /// Vertices that lie where another one lies, of the boundary.
+    pub coincident: Vec<usize>,
+    /// What a reader of the mesh's file left out or had to decide.
+    pub notes: Vec<String>,
 }
 
 impl Mesh {
     /// Builds faces and adjacency from cells and tagged boundary edges. Cells given clockwise are turned.
     ///
     /// # Errors
-    /// Flat cells, non-manifold edges, boundary edges without a tag, tagged edges that are not on the boundary.
+    /// Flat cells, non-manifold edges, boundary edges without a tag, tagged edges that are not on the boundary; folds,
+    /// overlaps, and parts that touch in a vertex or along edges without sharing their nodes.
     pub fn build(
+        vertices: Vec<Point>,
+        cells: Vec<[usize; 3]>,
+        boundary: &[BoundaryEdge],
+        tags: Vec<String>,
+        curves: Vec<Curve>,
+    ) -> Result<Self, MeshError> {
+        let mut mesh = Self::connected(vertices, cells, boundary, tags, curves)?;
+        mesh.check_embedding(Slits::Refused)?;
+        Ok(mesh)
+    }
+
+    /// As [`Mesh::build`], of a mesh whose cells are still to be bent: whether parts far from each other overlap is
+    /// not checked.
+    pub(crate) fn connected(
         vertices: Vec<Point>,
         mut cells: Vec<[usize; 3]>,
         boundary: &[BoundaryEdge],
@@ -106,7 +153,7 @@ impl Mesh {
             return Err(MeshError::Empty);
         }
         orient(&vertices, &mut cells)?;
-        let (mut faces, cell_faces, by_edge) = connect(&cells)?;
+        let (mut faces, cell_faces, by_edge) = connect(&vertices, &cells)?;
         for edge in boundary {
             let [a, b] = edge.vertices;
             match by_edge.get(&key(a, b)).map(|&f| &mut faces[f]) {
@@ -120,11 +167,22 @@ impl Mesh {
             }
         }
         let curved = vec![None; cells.len()];
-        let mesh = Self { vertices, cells, faces, cell_faces, tags, curves, curved };
+        let mesh = Self {
+            vertices,
+            cells,
+            faces,
+            cell_faces,
+            tags,
+            curves,
+            curved,
+            coincident: Vec::new(),
+            notes: Vec::new(),
+        };
         if let Some(face) = mesh.faces.iter().find(|f| f.plus.is_none() && f.tag.is_none()) {
             let [p, q] = mesh.face_vertices(face).map(|v| mesh.vertices[v]);
             return Err(MeshError::Untagged { x0: p.x, y0: p.y, x1: q.x, y1: q.y });
         }
+        mesh.check_fans()?;
         Ok(mesh)
     }
 
@@ -202,7 +260,7 @@ fn orient(vertices: &[Point], cells: &mut [[usize; 3]]) -> Result<(), MeshError>
 type Connections = (Vec<Face>, Vec<[usize; 3]>, HashMap<(usize, usize), usize>);
 
 /// Numbers the faces in the order in which the cells meet them.
-fn connect(cells: &[[usize; 3]]) -> Result<Connections, MeshError> {
+fn connect(vertices: &[Point], cells: &[[usize; 3]]) -> Result<Connections, MeshError> {
     let mut faces: Vec<Face> = Vec::with_capacity(cells.len() * 3 / 2 + 16);
     let mut cell_faces = vec![[0; 3]; cells.len()];
     let mut by_edge = HashMap::with_capacity(cells.len() * 2);
@@ -218,6 +276,13 @@ fn connect(cells: &[[usize; 3]]) -> Result<Connections, MeshError> {
             if face.minus != side {
                 if face.plus.is_some() {
                     return Err(MeshError::NonManifold { a, b, count: 3 });
+                }
+                let first = cells[face.minus.cell];
+                // counterclockwise neighbours run along their face in opposite directions
+                if first[(face.minus.face + 1) % 3] == a {
+                    let (p, q) = (vertices[a], vertices[b]);
+                    let cells = [face.minus.cell, index];
+                    return Err(MeshError::Folded { x0: p.x, y0: p.y, x1: q.x, y1: q.y, cells });
                 }
                 face.plus = Some(side);
             }

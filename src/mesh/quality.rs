@@ -21,6 +21,12 @@ pub struct Quality {
     pub vertices: usize,
     pub faces: usize,
     pub boundary_faces: usize,
+    /// Parts that hang together by faces.
+    pub parts: usize,
+    /// Boundary vertices that lie where another one lies, and the place of the first.
+    pub coincident_vertices: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coincident_at: Option<[f64; 2]>,
     /// Cells with a geometry of degree 2 or 3.
     pub curved_cells: usize,
     /// Highest degree of the geometry.
@@ -65,6 +71,9 @@ impl Mesh {
             vertices: self.vertices.len(),
             faces: self.faces.len(),
             boundary_faces: self.faces.iter().filter(|f| f.plus.is_none()).count(),
+            parts: self.parts().count,
+            coincident_vertices: self.coincident.len(),
+            coincident_at: self.coincident.first().map(|&v| self.vertices[v].into()),
             curved_cells: self.curved.iter().flatten().count(),
             degree: self.curved.iter().flatten().map(|nodes| nodes.degree).max().unwrap_or(1),
             area: self.area(),
@@ -95,6 +104,12 @@ fn shape([a, b, c]: [Point; 3]) -> Shape {
     Shape { longest, angle, stretch: longest * longest / double_area }
 }
 
+/// A tag in a line of text, quoted where its end could be missed.
+fn shown(tag: &str) -> std::borrow::Cow<'_, str> {
+    let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | ' ' | '.');
+    if tag.trim() == tag && tag.chars().all(plain) { tag.into() } else { format!("{tag:?}").into() }
+}
+
 impl fmt::Display for Worst {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [x, y] = self.centroid;
@@ -108,7 +123,10 @@ impl fmt::Display for Quality {
         writeln!(f, "vertices        {}", self.vertices)?;
         writeln!(f, "faces           {} ({} on the boundary)", self.faces, self.boundary_faces)?;
         for (name, count) in &self.tags {
-            writeln!(f, "  {name:<14}{count}")?;
+            writeln!(f, "  {:<14}{count}", shown(name))?;
+        }
+        if self.parts > 1 {
+            writeln!(f, "parts           {}, which share no faces", self.parts)?;
         }
         writeln!(f, "area            {:.12}", self.area)?;
         writeln!(f, "longest edges   {:.4} to {:.4}", self.h_min, self.h_max)?;

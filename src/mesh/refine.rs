@@ -1,6 +1,6 @@
 //! Uniform refinement.
 
-use super::{BoundaryEdge, Mesh, MeshError, Point};
+use super::{BoundaryEdge, Mesh, MeshError, Point, Slits};
 
 impl Mesh {
     /// Every cell cut into four. Midpoints of faces on a curve lie on the curve; tags, curves and the degree of curved
@@ -25,9 +25,12 @@ impl Mesh {
             let halves = [[a, old + index], [old + index, b]];
             boundary.extend(halves.map(|vertices| BoundaryEdge { vertices, tag, curve: face.curve }));
         }
-        let mut fine = Mesh::build(vertices, cells, &boundary, self.tags.clone(), self.curves.clone())?;
+        let mut fine = Mesh::connected(vertices, cells, &boundary, self.tags.clone(), self.curves.clone())?;
+        fine.notes.clone_from(&self.notes);
         let degree = self.curved.iter().flatten().map(|nodes| nodes.degree).max().unwrap_or(1);
         fine.bend(degree)?;
+        // slits of the coarse mesh have been accepted
+        fine.check_embedding(Slits::Kept)?;
         Ok(fine)
     }
 

@@ -57,19 +57,34 @@ impl Conditions {
         self.density.as_ref().map_or(0.0, |density| density.eval(x, t))
     }
 
-    /// Which of the conditions have formulas of `t`.
-    pub fn depend_on_time(&self) -> [(&'static str, bool); 3] {
-        let moving = |pair: &[Expression; 2]| pair.iter().any(Expression::depends_on_time);
+    /// The same conditions, whose formulas know where they were given: `place` makes the beginning of a message from a key.
+    #[must_use]
+    pub fn given_at(self, place: &dyn Fn(&str) -> String) -> Self {
+        let pair = |pair: [Expression; 2], key: &str| pair.map(|formula| formula.given_at(&place(key)));
+        let velocity = match self.velocity {
+            VelocityCondition::Dirichlet(values) => VelocityCondition::Dirichlet(pair(values, "velocity.dirichlet")),
+            VelocityCondition::Traction(values) => VelocityCondition::Traction(pair(values, "velocity.traction")),
+            other @ (VelocityCondition::Slip | VelocityCondition::NoTangential) => other,
+        };
+        let polarity = match self.polarity {
+            PolarityCondition::Dirichlet(values) => PolarityCondition::Dirichlet(pair(values, "polarity.dirichlet")),
+            PolarityCondition::Neumann => PolarityCondition::Neumann,
+        };
+        let density = self.density.map(|density| density.given_at(&place("density")));
+        Self { velocity, polarity, density }
+    }
+
+    /// The formulas of the conditions, by key.
+    pub fn formulas(&self) -> [(&'static str, Vec<&Expression>); 3] {
         let velocity = match &self.velocity {
-            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => moving(pair),
-            VelocityCondition::Slip | VelocityCondition::NoTangential => false,
+            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => pair.iter().collect(),
+            VelocityCondition::Slip | VelocityCondition::NoTangential => Vec::new(),
         };
         let polarity = match &self.polarity {
-            PolarityCondition::Dirichlet(pair) => moving(pair),
-            PolarityCondition::Neumann => false,
+            PolarityCondition::Dirichlet(pair) => pair.iter().collect(),
+            PolarityCondition::Neumann => Vec::new(),
         };
-        let density = self.density.as_ref().is_some_and(Expression::depends_on_time);
-        [("velocity", velocity), ("polarity", polarity), ("density", density)]
+        [("velocity", velocity), ("polarity", polarity), ("density", self.density.iter().collect())]
     }
 }
 

@@ -58,12 +58,7 @@ pub fn check_inflow(loops: &Integrator, conditions: &[Conditions], t: f64) -> Re
         loops.each_face_point(index, FORMULA_DEGREE, &mut |s| {
             let x = s.minus.x;
             if first.is_ok() {
-                first = formula.try_eval(x, t).and_then(|value| match value >= 0.0 {
-                    true => Ok(()),
-                    false => {
-                        Err(ExpressionError::Negative { text: formula.text().to_owned(), value, x: x.x, y: x.y, t })
-                    }
-                });
+                first = formula.try_density(x, t).map(|_| ());
             }
         });
     }
@@ -78,6 +73,7 @@ fn check_sources(
     parameters: &Parameters,
     t: f64,
 ) -> Result<(), ExpressionError> {
+    let given = sources.exact.as_ref().map_or_else(String::new, |exact| exact.velocity()[0].given().to_owned());
     let sources = sources.at_time(t);
     let mut first = Ok(());
     for cell in 0..loops.mesh.cells.len() {
@@ -87,8 +83,8 @@ fn check_sources(
             let density = if sources.has_density() { sources.density(at, t) } else { 0.0 };
             let values = [("f_v", f.x), ("f_v", f.y), ("f_p", g.x), ("f_p", g.y), ("f_ρ", density)];
             if let (Ok(()), Some((name, value))) = (&first, values.into_iter().find(|v| !v.1.is_finite())) {
-                let text = format!("{name} of [exact]");
-                first = Err(ExpressionError::NotFinite { text, value, x: at.x, y: at.y, t });
+                let (given, text) = (given.clone(), format!("{name} of [exact]"));
+                first = Err(ExpressionError::NotFinite { given, text, value, x: at.x, y: at.y, t });
             }
         });
     }

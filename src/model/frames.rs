@@ -18,6 +18,7 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3};
 
 use self::joints::Piece;
 use super::boundary::{Conditions, VelocityCondition};
+use super::closed::part_of_nodes;
 use super::expression::ExpressionError;
 use crate::element::{basis, lobatto, quadrature};
 use crate::mesh::{CellMap, Curve, Face, Mesh, Point};
@@ -168,16 +169,32 @@ impl Frames {
         Ok(out)
     }
 
-    /// Whether the conditions, at the [`WallPoints::Nodes`], leave no rigid motion free: translations and the rotation, or a combination of them (the
-    /// rotation about the centre of a disc).
-    pub fn hold_rigid_motions(&self, space: &Space) -> bool {
+    /// The first connected part whose rigid motions, translations and the rotation, or a combination of them (the
+    /// rotation about the centre of a disc), the conditions at the [`WallPoints::Nodes`] do not all hold: as messages
+    /// name it, empty where the mesh is connected.
+    pub fn free_part(&self, space: &Space) -> Option<String> {
+        let parts = space.mesh.parts();
+        let part_of = part_of_nodes(&space.mesh, space, &parts);
         let positions = space.node_positions();
-        let centre = positions.iter().sum::<Point>() / positions.len() as f64;
-        let size = positions.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        (0..parts.count).find_map(|part| {
+            let nodes: Vec<usize> = (0..positions.len()).filter(|&node| part_of[node] == part).collect();
+            let centre = nodes.iter().map(|&node| positions[node]).sum::<Point>() / nodes.len() as f64;
+            let place = if parts.count == 1 {
+                String::new()
+            } else {
+                format!(" of the part of the mesh around ({:.4}, {:.4})", centre.x, centre.y)
+            };
+            (!self.hold_rigid_motions(&nodes, &positions, centre)).then_some(place)
+        })
+    }
+
+    /// Whether the conditions at some nodes leave no rigid motion of them free.
+    fn hold_rigid_motions(&self, nodes: &[usize], positions: &[Point], centre: Point) -> bool {
+        let size = nodes.iter().map(|&node| (positions[node] - centre).norm()).fold(0.0, f64::max);
         // G = Σ over nodes of Rᵀ(1 − T Tᵀ)R, R the three motions at the node: zero along a motion that meets no constraint
         let mut gram = Matrix3::zeros();
-        for (node, x) in positions.iter().enumerate() {
-            let y = (x - centre) / size;
+        for &node in nodes {
+            let y = (positions[node] - centre) / size;
             let motions = Matrix2x3::new(1.0, 0.0, -y.y, 0.0, 1.0, y.x);
             let mut free = Matrix2::zeros();
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {

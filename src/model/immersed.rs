@@ -24,6 +24,7 @@ use balance::{Filled, Source, sparse_dot};
 use border::Bordering;
 use constraints::Constraints;
 
+use super::closed::ClosedParts;
 use super::frames::Frames;
 use super::lagged::{Layout, Structure};
 use crate::body::kernel::{Kernel, Sparse};
@@ -75,6 +76,7 @@ pub(super) struct Ground<'m> {
     pub velocity: &'m Space,
     pub pressure: &'m Space,
     pub frames: &'m Frames,
+    pub closed: &'m ClosedParts,
 }
 
 /// The system of flow and bodies, factorised for one placement of the bodies.
@@ -84,13 +86,12 @@ pub struct Immersed {
     kernel: Kernel,
     /// Friction of the fluid, which is no friction of the bodies.
     friction: f64,
-    closed: bool,
     neighbours: Neighbours,
     /// Of `S A S`.
     factors: Multifrontal,
     /// Powers of two S that bring all diagonal entries near 1, whatever ε; those of pressures bring their pivots there.
     scales: Vec<f64>,
-    /// Blocks of the balance without bodies, of `b(w,ξ)`, and `∫ ξ` in a closed domain, cell after cell.
+    /// Blocks of the balance without bodies, of `b(w,ξ)`, and `∫ ξ` where there are closed parts, cell after cell.
     stiffness: Vec<f64>,
     divergence: Vec<f64>,
     means: Vec<f64>,
@@ -117,7 +118,7 @@ impl Immersed {
     pub(super) fn new(
         ground: Ground,
         blocks: (Vec<f64>, Vec<f64>),
-        means: Option<Vec<f64>>,
+        means: Vec<f64>,
         friction: f64,
         immersion: Immersion,
         rigidity: Rigidity,
@@ -129,11 +130,10 @@ impl Immersed {
         for cell in 0..mesh.cells.len() {
             ground.velocity.cell_nodes(cell).iter().for_each(|&node| around[node as usize].push(cell as u32));
         }
-        let (neighbours, closed) = (blocks::neighbours(mesh), means.is_some());
-        let layout = ground.layout(closed, &neighbours);
+        let neighbours = blocks::neighbours(mesh);
+        let layout = ground.layout(&neighbours);
         let structure = Structure::new("Stokes", &layout)?;
         let (stiffness, divergence) = blocks;
-        let means = means.unwrap_or_default();
         let source = Source { layout, immersion: &immersion, rigidity: &rigidity, friction, hosts: &kernel.hosts };
         let source = Filled { source, stiffness: &stiffness, divergence: &divergence, means: &means };
         let scales = source.scales();
@@ -143,7 +143,6 @@ impl Immersed {
             rigidity,
             kernel,
             friction,
-            closed,
             neighbours,
             factors,
             scales,
@@ -158,10 +157,6 @@ impl Immersed {
         };
         this.couple(ground);
         Ok(this)
-    }
-
-    pub fn is_closed(&self) -> bool {
-        self.closed
     }
 
     /// Moves the bodies: integrates and eliminates anew what changed.
@@ -179,7 +174,7 @@ impl Immersed {
         let mesh = &ground.velocity.mesh;
         let mut element = Element::default();
         if !renewed.is_empty() {
-            let layout = ground.layout(self.closed, &self.neighbours);
+            let layout = ground.layout(&self.neighbours);
             for cell in 0..mesh.cells.len() {
                 layout.unknowns(cell, &mut element);
                 if element.rows.iter().any(|&u| renewed.contains(&(u as usize))) {
@@ -188,10 +183,10 @@ impl Immersed {
             }
         }
         // the pressures of a cell are in the element of their mean too
-        let means = if self.closed { mesh.cells.len() } else { 0 };
-        let cells: Vec<usize> =
-            cells.iter().copied().chain(cells.iter().filter(|_| means > 0).map(|c| c + means)).collect();
-        let layout = ground.layout(self.closed, &self.neighbours);
+        let of_mean = |cell: &usize| ground.closed.cells().binary_search(&(*cell as u32)).ok();
+        let means = cells.iter().filter_map(of_mean).map(|k| mesh.cells.len() + k);
+        let cells: Vec<usize> = cells.iter().copied().chain(means).collect();
+        let layout = ground.layout(&self.neighbours);
         let (immersion, rigidity) = (&self.immersion, &self.rigidity);
         let source = Source { layout, immersion, rigidity, friction: self.friction, hosts: &self.kernel.hosts };
         let filled = Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means };
@@ -202,7 +197,7 @@ impl Immersed {
     }
 
     fn filled<'s>(&'s self, ground: Ground<'s>) -> Filled<'s> {
-        let layout = ground.layout(self.closed, &self.neighbours);
+        let layout = ground.layout(&self.neighbours);
         let source = Source {
             layout,
             immersion: &self.immersion,
@@ -331,8 +326,9 @@ impl Immersed {
 }
 
 impl<'m> Ground<'m> {
-    fn layout(self, closed: bool, neighbours: &'m Neighbours) -> Layout<'m> {
-        let (velocity, pressure, frames) = (self.velocity, Some(self.pressure), self.frames);
+    fn layout(self, neighbours: &'m Neighbours) -> Layout<'m> {
+        let Ground { velocity, pressure, frames, closed } = self;
+        let pressure = Some(pressure);
         Layout { velocity, pressure, carried: [None, None], frames, closed, neighbours }
     }
 }

@@ -319,8 +319,8 @@ impl Incompressible {
         if let Some(l) = molecular {
             let b = m.elasticity;
             form = form - b * polarity::rotation_force(velocity, p, l);
-            if m.slip != 0.0 {
-                form = form - b * m.slip * polarity::stretching_force(velocity, p, l, Density::One);
+            if m.alignment != 0.0 {
+                form = form - b * m.alignment * polarity::stretching_force(velocity, p, l, Density::One);
             }
             match m.elastic_force {
                 ElasticForce::Stress => {
@@ -495,7 +495,7 @@ impl Incompressible {
             pressure: Some(&self.momentum.pressure),
             carried: [None, Some(&self.polarity.space)],
             frames: &self.momentum.frames,
-            closed: self.momentum.is_closed(),
+            closed: &self.momentum.closed,
             neighbours: self.polarity.neighbours(),
         }
     }
@@ -511,8 +511,8 @@ impl Incompressible {
                 let p = &state.p;
                 let density = |x: &CellPoint| m.elasticity * power::energy_density(p, &x.site, m.coherence);
                 let mut shift = self.momentum.project_pressure(self.tissue(), 4 * p.space.degree, density)?;
-                let mean = if self.momentum.is_closed() { self.momentum.mean(&shift) } else { 0.0 };
-                shift.iter_mut().zip(&state.pressure().values).for_each(|(s, pi)| *s = pi - (*s - mean));
+                self.momentum.take_off_means(&mut shift);
+                shift.iter_mut().zip(&state.pressure().values).for_each(|(s, pi)| *s = pi - *s);
                 Ok(Field::new(&self.momentum.pressure, shift))
             }
             ElasticForce::Energy | ElasticForce::Stress => Ok(state.pressure().clone()),

@@ -6,15 +6,16 @@
 //! [ Gᵀ   0     0    ]        F′ = F_p + F_L M⁻¹ Λ′
 //! [ D    0    J_pp  ]
 //! ```
-//! Unknowns are numbered `û | Π | λ | p`, where λ is the multiplier of the pressure's zero mean and only there in a closed
-//! domain. The energy-consistent force couples cells two faces apart; these factors take the local force in its stead, which
-//! is close enough for a preconditioner.
+//! Unknowns are numbered `û | Π | λ | p`, where λ has a multiplier of the pressure's zero mean for every closed part
+//! of the domain. The energy-consistent force couples cells two faces apart; these factors take the local force in
+//! its stead, which is close enough for a preconditioner.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::DMatrix;
 
+use super::closed::ClosedParts;
 use super::frames::Frames;
 use super::incompressible::Incompressible;
 use super::parameters::ElasticForce;
@@ -79,8 +80,9 @@ impl Structure {
     pub fn new(name: &str, layout: &Layout) -> Result<Self, SolveError> {
         let first = layout.first();
         let size = first + layout.carried_count();
-        // the constant pressure is settled at the very end, together with the multiplier of the mean
-        let last: Vec<u32> = if layout.closed { vec![first as u32 - 2, first as u32 - 1] } else { Vec::new() };
+        // the constant pressures are settled at the very end, together with the multipliers of the means
+        let constants = layout.closed.last().iter().map(|&dof| (layout.frames.free + dof) as u32);
+        let last: Vec<u32> = constants.chain((first - layout.closed.count()) as u32..first as u32).collect();
         let (groups, adjacency, late) = layout.groups();
         let tree = dissect(&groups, &adjacency, &late, &last, LEAF);
         let cells = layout.velocity.mesh.cells.len();
@@ -91,8 +93,9 @@ impl Structure {
                 layout.mean_unknowns(e - cells, element);
             }
         };
-        // the multiplier's rows are elements of their own: it is eliminated last, and the cells' elements need not wait for it
-        let elements = if layout.closed { 2 * cells } else { cells };
+        // the multipliers' rows are elements of their own: they are eliminated last, and the cells' elements need not
+        // wait for them
+        let elements = cells + layout.closed.cells().len();
         let symbolic = Symbolic::new(name, size, &tree, elements, pattern)?;
         Ok(Self { symbolic: Arc::new(symbolic), first })
     }
@@ -173,16 +176,16 @@ pub struct Layout<'m> {
     /// Discontinuous fields that the flow carries: density and polarity, one after the other in a cell and among all unknowns.
     pub carried: [Option<&'m Space>; 2],
     pub frames: &'m Frames,
-    /// Whether the pressure has a multiplier of its mean.
-    pub closed: bool,
+    /// The parts in which the pressure has a multiplier of its mean.
+    pub closed: &'m ClosedParts,
     /// Cells next to each cell.
     pub neighbours: &'m Neighbours,
 }
 
 impl Layout<'_> {
-    /// Where the carried fields begin: after the free velocities, the pressures and the multiplier.
+    /// Where the carried fields begin: after the free velocities, the pressures and the multipliers.
     pub fn first(&self) -> usize {
-        self.frames.free + self.pressure.map_or(0, Space::dof_count) + usize::from(self.closed)
+        self.frames.free + self.pressure.map_or(0, Space::dof_count) + self.closed.count()
     }
 
     /// Unknowns of the carried fields.
@@ -202,12 +205,16 @@ impl Layout<'_> {
         ranges.into_iter().flatten()
     }
 
-    /// Rows and columns of the mean's element of a cell: its pressures and the multiplier.
-    pub(super) fn mean_unknowns(&self, cell: usize, out: &mut Element) {
+    /// Rows and columns of the mean's element of the k-th cell of closed parts: its pressures and the multiplier.
+    /// Returns the cell.
+    pub(super) fn mean_unknowns(&self, k: usize, out: &mut Element) -> usize {
+        let cell = self.closed.cells()[k] as usize;
+        let part = self.closed.of_cell(cell).expect("the cell of a closed part");
         out.rows.clear();
         out.rows.extend(self.pressures(cell));
-        out.rows.push(self.first() as u32 - 1);
+        out.rows.push((self.first() - self.closed.count() + part) as u32);
         out.columns.clone_from(&out.rows);
+        cell
     }
 
     /// Unknowns of the pressure on a cell.
@@ -303,7 +310,7 @@ pub struct Parts<'t> {
     local: Option<ForceTangent>,
     stiffness: Vec<f64>,
     divergence: Vec<f64>,
-    /// `∫ ξ` of every pressure function on every cell, in a closed domain.
+    /// `∫ ξ` of every pressure function on every cell, where there are closed parts.
     means: Vec<f64>,
 }
 
@@ -329,8 +336,8 @@ impl<'t> Parts<'t> {
     }
 
     /// `λ ∫ ξ` and its transposed.
-    fn fill_mean(&self, cell: usize, out: &mut Element) {
-        self.model().layout().mean_unknowns(cell, out);
+    fn fill_mean(&self, k: usize, out: &mut Element) {
+        let cell = self.model().layout().mean_unknowns(k, out);
         let np = out.rows.len() - 1;
         out.values.clear();
         out.values.resize((np + 1) * (np + 1), 0.0);

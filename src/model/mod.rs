@@ -1,6 +1,7 @@
 //! What is solved: parameters, formulas, boundary conditions. Knows nothing of files; [`crate::scene`] does.
 
 pub mod boundary;
+pub mod closed;
 pub mod compressible;
 pub mod expression;
 pub mod floating;
@@ -24,6 +25,7 @@ pub mod start;
 pub mod state;
 pub mod tangent;
 pub mod terms;
+mod words;
 
 pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
 pub use expression::{Expression, ExpressionError};

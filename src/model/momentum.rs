@@ -1,10 +1,11 @@
 //! The velocity and pressure of a given polarity: a generalised Stokes problem, factorised once.
 
+mod factors;
+
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
-
 use super::boundary::{Conditions, VelocityCondition};
+use super::closed::ClosedParts;
 use super::expression::{Expression, ExpressionError};
 use super::frames::{Frames, WallPoints};
 use super::immersed::{Carried, Ground, Immersed, Rigidity, Rule};
@@ -16,10 +17,10 @@ use crate::body::penalty::{BodyError, Immersion, Wrench};
 use crate::form::words::Vector;
 use crate::form::{Bilinear, CellPoint, FacePoint, Faces, Integrator, Linear, mass, stokes};
 use crate::mesh::Point;
-use crate::solve::bordered::Bordered;
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, norm};
 use crate::space::Space;
+use factors::{System, factorise};
 
 /// How `v·n = 0` is imposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,10 +51,11 @@ pub enum MomentumError {
     #[error(transparent)]
     Body(#[from] BodyError),
     #[error(
-        "`model.friction` = 0 and the boundary conditions leave a rigid motion free: nothing holds the tissue in place; hint: \
-         give a friction, or a Dirichlet velocity on one tag"
+        "`model.friction` = 0 and the boundary conditions leave a rigid motion{part} free: nothing holds the tissue \
+         in place; hint: \
+         give a friction, or a Dirichlet velocity on one tag{}", of_every(.part)
     )]
-    Unheld,
+    Unheld { part: String },
     #[error(
         "the density vanishes, and with `model.friction` = 0 nothing but viscosity, which vanishes with it, holds the tissue: its \
          velocity is not determined there; hint: give a friction, or keep the density away from 0"
@@ -63,20 +65,16 @@ pub enum MomentumError {
     #[error("{0}")]
     Weighted(SolveError),
     #[error(
-        "the prescribed velocities carry a net flux of {flux:.3e} through the closed boundary, but div v = 0; hint: make \
+        "the prescribed velocities carry a net flux of {flux:.3e} through the closed boundary{part}, but div v = 0; \
+         hint: make \
          inflow and outflow equal, or give one tag `velocity = \"traction\"`"
     )]
-    Flux { flux: f64 },
+    Flux { flux: f64, part: String },
 }
 
-#[derive(Debug)]
-enum System {
-    /// Some boundary part fixes the pressure.
-    Open(Factored),
-    /// The pressure has zero mean: one pressure unknown and the multiplier border the rest.
-    Closed { bordered: Bordered, means: Vec<f64> },
-    /// Rigid bodies, with a system of their own.
-    Immersed { bodies: Box<Immersed>, means: Vec<f64> },
+/// Where there are several parts.
+fn of_every(part: &str) -> &'static str {
+    if part.is_empty() { "" } else { " of every part" }
 }
 
 /// `2(D(v)|D(w)) + C_F(v|w) + b(w,Π) = F(w)`, `b(v,ξ) = 0`   [7.11a], [7.11b]
@@ -86,6 +84,10 @@ pub struct Momentum {
     pub pressure: Arc<Space>,
     pub slip: SlipTreatment,
     pub frames: Frames,
+    /// The parts in which the pressure is determined up to a constant, and has zero mean.
+    pub closed: ClosedParts,
+    /// `∫ ξ` of every pressure function.
+    means: Vec<f64>,
     /// `2(D(v)|D(w)) + C_F(v|w)`, and the slip penalty.
     stiffness: Matrix,
     /// `b(w,Π)`: velocity rows, pressure columns.
@@ -144,8 +146,8 @@ impl Momentum {
         bodies: Option<(Immersion, Rigidity)>,
     ) -> Result<Self, MomentumError> {
         let frames = Frames::new(velocity, conditions, slip.points());
-        if friction == 0.0 && !Frames::new(velocity, conditions, WallPoints::Nodes).hold_rigid_motions(velocity) {
-            return Err(MomentumError::Unheld);
+        if friction == 0.0 {
+            check_held(velocity, conditions)?;
         }
         let penalty = match slip {
             SlipTreatment::Rotated => None,
@@ -168,20 +170,20 @@ impl Momentum {
         let reduced_mass = Matrix::from_triplets(frames.free, frames.free, &frames.reduce(&velocity_mass));
         let residual_masses =
             (Factored::new("velocity mass", reduced_mass)?, Factored::new("pressure mass", pressure_mass.clone())?);
-        let closed = !conditions.iter().any(|c| c.velocity.fixes_pressure());
+        let closed = ClosedParts::new(pressure, conditions);
+        let means = pressure_mass.times(&vec![1.0; np]);
         let unit = pressure_unit(loops.mesh.area());
         let system = match bodies {
             None => {
-                let system = factorise(&frames, &stiffness, &gradient, (&pressure_mass, unit), closed);
+                let system = factorise(&frames, &stiffness, &gradient, (&means, unit), &closed);
                 system.map_err(|error| blame_penalty(slip, error))?
             }
             Some((immersion, rigidity)) => {
                 let blocks = element_blocks(loops, (velocity, pressure), friction, penalty);
-                let means = closed.then(|| cell_means(loops, pressure));
-                let ground = Ground { velocity, pressure, frames: &frames };
+                let means = if closed.count() > 0 { cell_means(loops, pressure) } else { Vec::new() };
+                let ground = Ground { velocity, pressure, frames: &frames, closed: &closed };
                 let bodies = Immersed::new(ground, blocks, means, friction, immersion, rigidity)?;
-                let means = pressure_mass.times(&vec![1.0; pressure.dof_count()]);
-                System::Immersed { bodies: Box::new(bodies), means }
+                System::Immersed(Box::new(bodies))
             }
         };
         Ok(Self {
@@ -189,6 +191,8 @@ impl Momentum {
             pressure: pressure.clone(),
             slip,
             frames,
+            closed,
+            means,
             stiffness,
             gradient,
             divergence,
@@ -213,25 +217,21 @@ impl Momentum {
         blocks
     }
 
-    /// Whether the pressure is only defined up to a constant, and normalised to mean zero.
+    /// Whether the pressure of some part is only defined up to a constant, and normalised to mean zero.
     pub fn is_closed(&self) -> bool {
-        match &self.system {
-            System::Open(_) => false,
-            System::Closed { .. } => true,
-            System::Immersed { bodies, .. } => bodies.is_closed(),
-        }
+        self.closed.count() > 0
     }
 
     /// The rigid bodies in the flow.
     pub fn bodies(&self) -> Option<&Immersed> {
         match &self.system {
-            System::Open(_) | System::Closed { .. } => None,
-            System::Immersed { bodies, .. } => Some(bodies),
+            System::Open(_) | System::Closed(_) => None,
+            System::Immersed(bodies) => Some(bodies),
         }
     }
 
     fn ground(&self) -> Ground<'_> {
-        Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames }
+        Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames, closed: &self.closed }
     }
 
     /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of
@@ -243,10 +243,11 @@ impl Momentum {
     /// # Panics
     /// Without bodies.
     pub fn place_bodies(&mut self, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
-        let ground = Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames };
+        let (velocity, pressure) = (&self.velocity, &self.pressure);
+        let ground = Ground { velocity, pressure, frames: &self.frames, closed: &self.closed };
         match &mut self.system {
-            System::Open(_) | System::Closed { .. } => panic!("there are no bodies to move"),
-            System::Immersed { bodies, .. } => bodies.move_to(ground, loops, poses),
+            System::Open(_) | System::Closed(_) => panic!("there are no bodies to move"),
+            System::Immersed(bodies) => bodies.move_to(ground, loops, poses),
         }
     }
 
@@ -265,12 +266,10 @@ impl Momentum {
         loads: &[Wrench],
         rules: &[Rule],
     ) -> Result<Carried, MomentumError> {
-        let System::Immersed { bodies, means } = &self.system else { panic!("there are no bodies to carry") };
+        let System::Immersed(bodies) = &self.system else { panic!("there are no bodies to carry") };
         let count = bodies.immersion.parts.len();
         assert!(loads.len() == count && rules.len() == count, "every body has a load and a rule");
-        if bodies.is_closed() {
-            self.check_flux(&self.divergence.times(prescribed), prescribed, means)?;
-        }
+        self.check_flux(&self.divergence.times(prescribed), prescribed)?;
         bodies.solve(self.ground(), (f, prescribed), loads, rules)
     }
 
@@ -283,12 +282,22 @@ impl Momentum {
         bodies.immersion.means.iter().zip(loads).for_each(|(means, load)| means.add_load(*load, f));
     }
 
-    /// A closed boundary lets nothing through.
-    fn check_flux(&self, volume: &[f64], prescribed: &[f64], means: &[f64]) -> Result<(), MomentumError> {
-        let flux: f64 = volume.iter().sum();
-        let fastest = prescribed.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        if flux.abs() > 1e-3 * fastest * means.iter().sum::<f64>().sqrt() {
-            return Err(MomentumError::Flux { flux });
+    /// A closed boundary lets nothing through, part by part.
+    fn check_flux(&self, volume: &[f64], prescribed: &[f64]) -> Result<(), MomentumError> {
+        let space = &self.velocity;
+        let mut fastest = vec![0.0_f64; self.closed.count()];
+        for &cell in self.closed.cells() {
+            let cell = cell as usize;
+            let part = self.closed.of_cell(cell).expect("the cell of a closed part");
+            let values =
+                (0..space.cell_dof_count()).map(|k| prescribed[space.dof(cell, k / space.n, k % space.n)].abs());
+            fastest[part] = values.fold(fastest[part], f64::max);
+        }
+        let (fluxes, areas) = (self.closed.sums(volume), self.closed.sums(&self.means));
+        for (part, ((&flux, fastest), area)) in fluxes.iter().zip(fastest).zip(areas).enumerate() {
+            if flux.abs() > 1e-3 * fastest * area.sqrt() {
+                return Err(MomentumError::Flux { flux, part: self.closed.shown(part) });
+            }
         }
         Ok(())
     }
@@ -298,11 +307,11 @@ impl Momentum {
         cell_means(loops, &self.pressure)
     }
 
-    /// `(1/|Ω|) ∫ π` of a pressure.
-    pub fn mean(&self, pi: &[f64]) -> f64 {
-        let weights = self.pressure_mass.times(pi);
-        let area: f64 = self.pressure_mass.times(&vec![1.0; pi.len()]).iter().sum();
-        weights.iter().sum::<f64>() / area
+    /// Takes `(1/|Ω|) ∫_Ω π` off a pressure in every closed part Ω.
+    pub fn take_off_means(&self, pi: &mut [f64]) {
+        let sums = self.closed.sums(&self.pressure_mass.times(pi));
+        let means: Vec<f64> = sums.iter().zip(self.closed.sums(&self.means)).map(|(sum, area)| sum / area).collect();
+        self.closed.shift(pi, &means, |_| 1.0);
     }
 
     /// The L² projection of `f`, of degree `degree`, on the pressure space.
@@ -329,7 +338,7 @@ impl Momentum {
     /// # Errors
     /// As [`Factored::solve`]; prescribed values with a net flux through a closed boundary.
     pub fn solve(&self, f: &[f64], prescribed: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
-        if let System::Immersed { bodies, .. } = &self.system {
+        if let System::Immersed(bodies) = &self.system {
             let count = bodies.immersion.parts.len();
             let carried = self.carry(f, prescribed, &vec![Wrench::ZERO; count], &vec![Rule::Free; count])?;
             return Ok((carried.v, carried.pi));
@@ -339,21 +348,25 @@ impl Momentum {
         let mut right = self.frames.restrict(&force);
         let volume: Vec<f64> = self.divergence.times(prescribed).iter().map(|v| -v).collect();
         let (free, pressure) = match &self.system {
-            System::Immersed { .. } => unreachable!("bodies have been dealt with"),
+            System::Immersed(_) => unreachable!("bodies have been dealt with"),
             System::Open(factored) => {
                 right.extend(volume.iter().map(|v| self.unit * v));
                 let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.slip, error))?;
                 let pressure = x.split_off(self.frames.free);
                 (x, pressure)
             }
-            System::Closed { bordered, means } => {
-                self.check_flux(&volume, prescribed, means)?;
-                let last = volume.len() - 1;
-                right.extend(volume[..last].iter().map(|v| self.unit * v));
-                let solved = bordered.solve(&right, &[self.unit * volume[last], 0.0]);
+            System::Closed(bordered) => {
+                self.check_flux(&volume, prescribed)?;
+                let last = self.closed.last();
+                let kept = volume.iter().enumerate().filter(|(dof, _)| !last.contains(dof));
+                right.extend(kept.map(|(_, value)| self.unit * value));
+                let border: Vec<f64> = last.iter().flat_map(|&dof| [self.unit * volume[dof], 0.0]).collect();
+                let solved = bordered.solve(&right, &border);
                 let (mut x, border) = solved.map_err(|error| blame_penalty(self.slip, error))?;
-                let mut pressure = x.split_off(self.frames.free);
-                pressure.push(border[0]);
+                let mut kept = x.split_off(self.frames.free).into_iter();
+                let own = |dof| last.iter().position(|&other| other == dof).map(|part| border[2 * part]);
+                let pressure = (0..volume.len()).map(|dof| own(dof).or_else(|| kept.next()).unwrap_or(f64::NAN));
+                let pressure = pressure.collect();
                 (x, pressure)
             }
         };
@@ -378,12 +391,10 @@ impl Momentum {
     /// As [`Factored::solve`].
     pub fn residual_norms(&self, f: &[f64], v: &[f64], pi: &[f64]) -> Result<[f64; 2], SolveError> {
         let (momentum, mut volume) = self.residual(f, v, pi);
-        if let (System::Closed { means, .. } | System::Immersed { means, .. }, true) = (&self.system, self.is_closed())
-        {
-            // the multiplier of the zero mean takes the part of div v that no pressure can see
-            let shift = volume.iter().sum::<f64>() / means.iter().sum::<f64>();
-            volume.iter_mut().zip(means).for_each(|(r, m)| *r -= shift * m);
-        }
+        // the multiplier of the zero mean takes the part of div v that no pressure can see
+        let sums = self.closed.sums(&volume);
+        let shifts: Vec<f64> = sums.iter().zip(self.closed.sums(&self.means)).map(|(sum, area)| sum / area).collect();
+        self.closed.shift(&mut volume, &shifts, |dof| self.means[dof]);
         let size = |mass: &Factored, r: &[f64]| -> Result<f64, SolveError> {
             if norm(r) == 0.0 {
                 return Ok(0.0);
@@ -468,7 +479,7 @@ fn blame_penalty(slip: SlipTreatment, mut error: SolveError) -> SolveError {
     if let (SlipTreatment::Penalty { epsilon }, SolveError::Inaccurate { hint, .. }) = (slip, &mut error) {
         *hint = format!(
             "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
-             take `space.slip = \"rotated\"`"
+             take `space.walls = \"rotated\"`"
         );
     }
     error
@@ -480,45 +491,19 @@ pub fn tagged(conditions: &[Conditions], kind: impl Fn(&VelocityCondition) -> bo
     of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
 }
 
+/// Refuses conditions that leave a rigid motion of some part free.
+///
+/// # Errors
+/// [`MomentumError::Unheld`].
+pub fn check_held(velocity: &Space, conditions: &[Conditions]) -> Result<(), MomentumError> {
+    match Frames::new(velocity, conditions, WallPoints::Nodes).free_part(velocity) {
+        None => Ok(()),
+        Some(part) => Err(MomentumError::Unheld { part }),
+    }
+}
+
 /// The power of two next to `|Ω|^-½`: with it as unit of pressure the matrix does not depend on the unit of length, and its factors are as
 /// exact in any.
 fn pressure_unit(area: f64) -> f64 {
     (-0.5 * area.log2()).round().exp2()
-}
-
-/// `[TᵀAT  sTᵀBᵀ; sBT  0]` with the unit s of pressure, bordered by the zero mean of the pressure where no condition fixes it.
-fn factorise(
-    frames: &Frames,
-    stiffness: &Matrix,
-    gradient: &Matrix,
-    (pressure_mass, unit): (&Matrix, f64),
-    closed: bool,
-) -> Result<System, SolveError> {
-    let (free, np) = (frames.free, pressure_mass.rows());
-    let kept = if closed { np - 1 } else { np };
-    let mut triplets = frames.reduce(stiffness);
-    let mut column = vec![0.0; free + kept];
-    for (i, j, value) in frames.reduce_rows(gradient) {
-        let value = unit * value;
-        if j < kept {
-            triplets.push((i, free + j, value));
-            triplets.push((free + j, i, value));
-        } else {
-            column[i] += value;
-        }
-    }
-    let size = free + kept;
-    let inner = Factored::new("Stokes", Matrix::from_triplets(size, size, &triplets))?;
-    if !closed {
-        return Ok(System::Open(inner));
-    }
-    let means = pressure_mass.times(&vec![1.0; np]);
-    let mut mean = vec![0.0; size];
-    // the mean of the pressure over the area: a weight that has no unit
-    let share = unit * unit;
-    mean[free..].iter_mut().zip(&means).for_each(|(m, mean)| *m = share * mean);
-    let last = share * means[kept];
-    let corner = DMatrix::from_row_slice(2, 2, &[0.0, last, last, 0.0]);
-    let bordered = Bordered::new(inner, &[column.clone(), mean.clone()], vec![column, mean], corner)?;
-    Ok(System::Closed { bordered, means })
 }

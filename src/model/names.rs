@@ -1,15 +1,142 @@
-//! The nearest of the names that exist, for messages about one that does not.
+//! Hints for names that do not exist: the word that another paper or program has for it, else the nearest name that does.
 
-/// ` (did you mean `…`?)` with the nearest of `known`, or nothing if none is near.
+use super::words::{Row, WORDS};
+
+/// Keys that have had another name, and their names now: one row each. Only the last part of a path changes.
+pub const RENAMED: [(&str, &str); 2] = [("model.slip", "model.alignment"), ("space.slip", "space.walls")];
+
+/// The name that a parameter of formulas has now.
+pub(super) fn parameter_now(name: &str) -> Option<&'static str> {
+    let row = RENAMED.iter().find(|row| row.0.strip_prefix("model.") == Some(name))?;
+    row.1.strip_prefix("model.")
+}
+
+/// ` (did you mean `…`?)` with one of `known`, ` (…)` with what is to be written instead, or nothing where nothing is known.
 pub fn did_you_mean(name: &str, known: &[&str]) -> String {
+    if let Some(say) = said_elsewhere(name, known) {
+        return format!(" ({say})");
+    }
     nearest(name, known).map_or_else(String::new, |found| format!(" (did you mean `{found}`?)"))
 }
 
-/// The nearest of `known` within a third of the name's length in edits (at least one); the first of equals.
+/// The nearest of `known` within a third of the name's length in edits (at least one), the first of equals; never its opposite.
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    let allowed = (name.chars().count() / 3).max(1);
-    let best = known.iter().map(|candidate| (distance(name, candidate), *candidate)).min_by_key(|(d, _)| *d)?;
+    let allowed = near_enough(name);
+    let candidates = known.iter().filter(|candidate| !opposite(name, candidate));
+    let best = candidates.map(|candidate| (distance(name, candidate), *candidate)).min_by_key(|(d, _)| *d)?;
     (best.0 <= allowed).then_some(best.1)
+}
+
+/// A third of the name's length in edits; in the shortest names every letter counts.
+fn near_enough(name: &str) -> usize {
+    match name.chars().count() {
+        0..=2 => 0,
+        length => (length / 3).max(1),
+    }
+}
+
+/// What the table of words says of a name, alone or behind dots: `model.kappa` where `model.coherence` is known.
+fn said_elsewhere(name: &str, known: &[&str]) -> Option<String> {
+    // a word that is meant goes before one that might have been mistyped, but not before the name itself
+    let typing = if word(name, known, false).is_some() { 0 } else { near_enough(name).min(1) };
+    if known.iter().any(|candidate| distance(name, candidate) <= typing && !opposite(name, candidate)) {
+        return None;
+    }
+    if known.iter().all(|path| path.contains('.')) && !known.is_empty() {
+        let (before, last) = name.rsplit_once('.').unwrap_or(("", name));
+        let end = |path: &&'_ str| path.rsplit_once('.').is_some_and(|(table, _)| before.is_empty() || table == before);
+        let inside: Vec<&str> = known.iter().copied().filter(end).collect();
+        let ends: Vec<&str> = inside.iter().filter_map(|path| path.rsplit('.').next()).collect();
+        let found = word(last, &ends, true).filter(|found| ends.contains(found)).or_else(|| nearest(last, &ends))?;
+        let path = inside[ends.iter().position(|end| *end == found)?];
+        return (path != name).then(|| format!("did you mean `{path}`?"));
+    }
+    let found = word(name, known, true)?;
+    if known.contains(&found) { Some(format!("did you mean `{found}`?")) } else { Some(found.to_owned()) }
+}
+
+/// The answer of the first row that fits; where none fits and `near` is set, of the first that fits but for one letter.
+fn word(name: &str, known: &[&str], near: bool) -> Option<&'static str> {
+    let name = plain(name);
+    let here = |row: &&Row| row.0.is_empty() || row.0.split(' ').all(|key| known.contains(&key));
+    let words = |row: &Row| row.1.split(' ').collect::<Vec<_>>();
+    let exact = WORDS.iter().filter(here).find(|row| words(row).contains(&name.as_str()));
+    let almost = || {
+        let close = |word: &&str| word.len() >= 6 && distance(word, &name) == 1;
+        WORDS.iter().filter(here).find(|row| words(row).iter().any(|word| close(word)))
+    };
+    exact.or_else(|| almost().filter(|_| near)).map(|row| row.2)
+}
+
+/// Lower case, Greek letters by their names, and nothing but letters and digits: `S_a` and `s-a` are `sa`.
+fn plain(name: &str) -> String {
+    const GREEK: [(char, &str); 20] = [
+        ('α', "alpha"),
+        ('β', "beta"),
+        ('γ', "gamma"),
+        ('δ', "delta"),
+        ('ε', "epsilon"),
+        ('ζ', "zeta"),
+        ('η', "eta"),
+        ('θ', "theta"),
+        ('κ', "kappa"),
+        ('λ', "lambda"),
+        ('μ', "mu"),
+        ('ν', "nu"),
+        ('ξ', "xi"),
+        ('π', "pi"),
+        ('ρ', "rho"),
+        ('σ', "sigma"),
+        ('τ', "tau"),
+        ('φ', "phi"),
+        ('ψ', "psi"),
+        ('ω', "omega"),
+    ];
+    let mut out = String::new();
+    for letter in name.chars().flat_map(char::to_lowercase) {
+        match GREEK.iter().find(|(greek, _)| *greek == letter) {
+            Some((_, latin)) => out.push_str(latin),
+            None if letter == '\'' => out.push_str("prime"),
+            None => out.extend(letter.is_alphanumeric().then_some(letter)),
+        }
+    }
+    out
+}
+
+/// Whether one name is the other with its meaning turned round: `noslip` and `slip`, `step_max` and `step_min`.
+fn opposite(a: &str, b: &str) -> bool {
+    const NOT: [&str; 8] = ["no", "non", "not", "un", "in", "im", "anti", "dis"];
+    const GREEK_NOT: [(&str, &str); 2] = [("asymm", "symm"), ("aniso", "iso")];
+    const PAIRS: [(&str, &str); 14] = [
+        ("min", "max"),
+        ("in", "out"),
+        ("left", "right"),
+        ("top", "bottom"),
+        ("upper", "lower"),
+        ("plus", "minus"),
+        ("start", "end"),
+        ("first", "last"),
+        ("free", "fixed"),
+        ("inner", "outer"),
+        ("before", "after"),
+        ("implicit", "explicit"),
+        ("high", "low"),
+        ("on", "off"),
+    ];
+    let (a, b) = (plain(a), plain(b));
+    let close = |x: &str, y: &str| x == y || (x.len() >= 6 && distance(x, y) <= 1);
+    let negates = |x: &str, y: &str| {
+        let greek = GREEK_NOT.iter().any(|(one, other)| x.starts_with(one) && close(&x.replacen(one, other, 1), y));
+        greek || NOT.iter().any(|not| x.strip_prefix(not).is_some_and(|rest| rest.len() > 2 && close(rest, y)))
+    };
+    let turned = |x: &str, y: &str| {
+        PAIRS.iter().any(|(one, other)| {
+            [(one, other), (other, one)].iter().any(|(one, other)| {
+                x.matches(**one).count() == 1 && !x.contains(**other) && close(&x.replacen(**one, other, 1), y)
+            })
+        })
+    };
+    a != b && (negates(&a, &b) || negates(&b, &a) || turned(&a, &b))
 }
 
 /// Edits (insert, delete, replace, swap neighbours) from `a` to `b`, without regard to case and `-` against `_`.

@@ -29,9 +29,9 @@ pub struct ModelScene {
     /// `B ≥ 0`, polar elasticity over viscosity (default 0).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elasticity: Option<f64>,
-    /// `a ∈ [−1, 1]`, slip parameter of the objective derivative (default 1).
+    /// `a ∈ [−1, 1]`, alignment of the polarity with the flow's stretching, in the objective derivative (default 1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub slip: Option<f64>,
+    pub alignment: Option<f64>,
     /// How the elastic force is discretised: `"stress"` (default) or `"energy-consistent"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic_force: Option<ElasticForce>,
@@ -73,6 +73,9 @@ pub enum ElasticForce {
     Energy,
 }
 
+/// Kinds of scenes.
+const KINDS: [&str; 4] = ["incompressible", "compressible", "stokes", "particles"];
+
 /// Which equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
@@ -111,7 +114,7 @@ pub struct Parameters {
     /// `B`
     pub elasticity: f64,
     /// `a`
-    pub slip: f64,
+    pub alignment: f64,
     /// How the elastic force is discretised.
     pub elastic_force: ElasticForce,
     /// `c_0`, `γ`, `ρ_min` and `S_a'`; `None` in the incompressible sheet, whose density is 1.
@@ -128,8 +131,9 @@ impl ModelScene {
             "incompressible" => Ok(ModelKind::Incompressible),
             "compressible" => Ok(ModelKind::Compressible),
             other => {
-                let rule = format!("no such model{}", names::did_you_mean(other, &["incompressible", "compressible"]));
-                let hint = "the kinds that exist are \"incompressible\" and \"compressible\"";
+                let rule = format!("no such model{}", names::did_you_mean(other, &KINDS));
+                let hint =
+                    "the kinds that exist are \"incompressible\", \"compressible\", \"stokes\" and \"particles\"";
                 Err(ModelError::new("kind", format!("\"{other}\""), rule, hint))
             }
         }
@@ -145,7 +149,7 @@ impl ModelScene {
             traction: Some(p.traction),
             active_stress: Some(p.active_stress),
             elasticity: Some(p.elasticity),
-            slip: Some(p.slip),
+            alignment: Some(p.alignment),
             elastic_force: Some(p.elastic_force),
             active_stress_iso: p.density.map(|law| law.active_stress_iso),
             ..self.clone()
@@ -161,7 +165,7 @@ impl ModelScene {
         let friction = self.check_friction()?;
         let (pe, kappa) = (self.peclet, self.coherence);
         let elasticity = self.elasticity.unwrap_or(0.0);
-        let slip = self.slip.unwrap_or(1.0);
+        let alignment = self.alignment.unwrap_or(1.0);
         let stationary = "Pe = 0 would leave the polarity without a time derivative; use a small value such as 0.01";
         let smooth = "κ is the length over which the polarity varies; about 0.1 disc radii is usual";
         let elastic = "B = 0 switches the elastic stress off";
@@ -173,7 +177,7 @@ impl ModelScene {
             peclet: require("peclet", pe, pe > 0.0, "must be greater than 0", stationary)?,
             coherence: require("coherence", kappa, kappa > 0.0, "must be greater than 0", smooth)?,
             elasticity: require("elasticity", elasticity, elasticity >= 0.0, "must not be negative", elastic)?,
-            slip: require("slip", slip, slip.abs() <= 1.0, "must lie in [-1, 1]", objective)?,
+            alignment: require("alignment", alignment, alignment.abs() <= 1.0, "must lie in [-1, 1]", objective)?,
             elastic_force: self.elastic_force.unwrap_or_default(),
             density: match kind {
                 ModelKind::Incompressible => self.check_no_density()?,
@@ -309,7 +313,7 @@ impl Parameters {
             ("peclet", self.peclet),
             ("coherence", self.coherence),
             ("elasticity", self.elasticity),
-            ("slip", self.slip),
+            ("alignment", self.alignment),
         ];
         if let Some(law) = self.density {
             symbols.extend([

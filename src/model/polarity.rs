@@ -247,7 +247,7 @@ impl Polarity {
     /// `−Pe [ω(p,q,v) + a δ(p,q,v)]`, trial p, test q   [7.11c]
     fn turning_form<'a>(&self, flow: &'a Field) -> Bilinear<'a, Vector, Vector> {
         let (m, space) = (&self.parameters, &*self.space);
-        match m.slip {
+        match m.alignment {
             0.0 => -m.peclet * polarity::rotation(space, flow, Density::One),
             a => -m.peclet * polarity::objective(space, flow, a, Density::One),
         }
@@ -300,7 +300,10 @@ impl Polarity {
     pub fn carried(&self, loops: &Integrator, carrier: Carrier, p: &Field, t: f64) -> Vec<f64> {
         let (m, flow) = (&self.parameters, carrier.flow);
         let advection = upwind::advection(p, carrier, self.dirichlet, |s| self.data(s, t));
-        loops.vector(&(m.peclet * advection - m.peclet * polarity::turning(p, flow, m.slip, Density::One)), &self.space)
+        loops.vector(
+            &(m.peclet * advection - m.peclet * polarity::turning(p, flow, m.alignment, Density::One)),
+            &self.space,
+        )
     }
 
     /// `Δ_h p = M⁻¹ [l_swip(q) − a_swip(p,q)]`, the discrete Laplacian   [7.2]

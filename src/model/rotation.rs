@@ -11,7 +11,8 @@ use crate::space::Space;
 /// Circles whose centres differ by less than this share of their radius have one centre.
 const CONCENTRIC: f64 = 1e-9;
 
-/// The common centre of circles that are the whole boundary, all of them with slip: the tissue can rotate about it as a rigid body.
+/// The common centre of circles that are the whole boundary, all of them with slip: the tissue can rotate about it as
+/// a rigid body.
 pub fn free_centre(mesh: &Mesh, conditions: &[Conditions]) -> Option<Point> {
     let mut found: Option<Point> = None;
     for face in mesh.faces.iter().filter(|face| face.plus.is_none()) {
@@ -25,8 +26,9 @@ pub fn free_centre(mesh: &Mesh, conditions: &[Conditions]) -> Option<Point> {
     found
 }
 
-/// `2‖D(I x^⊥)‖²/‖I x^⊥‖²` of the interpolated rotation about `centre`: the friction that it costs in cells of higher degree than the
-/// velocities, in which a linear field is none of theirs. Zero, without a look, where all cells have that degree at most.
+/// `2‖D(I x^⊥)‖²/‖I x^⊥‖²` of the interpolated rotation about `centre`: the friction that it costs in cells of higher
+/// degree than the velocities, in which a linear field is none of theirs. Zero, without a look, where all cells have
+/// that degree at most.
 pub fn drag(mesh: &Arc<Mesh>, velocity: &Space, centre: Point) -> f64 {
     if mesh.curved.iter().flatten().all(|nodes| nodes.degree <= velocity.degree) {
         return 0.0;
@@ -52,9 +54,9 @@ pub fn remark(mesh: &Arc<Mesh>, velocity: &Space, conditions: &[Conditions], fri
     (drag > 1e-3 * friction).then(|| {
         let (share, degree) = (friction / (friction + drag), velocity.degree);
         format!(
-            "the tissue can rotate as a whole about ({:.3}, {:.3}), and velocities of degree {degree} do not turn rigidly in cells of a higher \
-             degree: that costs as much as a friction of {drag:.1e} beside {friction:.1e}, and what should turn with the speed 1 turns with {share:.3}; \
-             hint: take `mesh.curved` = {}, or `space.k` larger",
+            "the tissue can rotate as a whole about ({:.3}, {:.3}), and velocities of degree {degree} do not turn \
+             rigidly in cells of a higher degree: that costs as much as a friction of {drag:.1e} beside {friction:.1e}, \
+             and what should turn with the speed 1 turns with {share:.3}; hint: take `mesh.curved` = {}, or `space.k` larger",
             centre.x,
             centre.y,
             degree.min(3)

@@ -16,10 +16,11 @@ pub struct Scales {
 impl Scales {
     /// With the root mean square velocity `v` and pressure `Π` of states on a domain of an `area`:
     ///
-    /// `V = max(v, (|T_a| + (|S_a| + B)/√|Ω|)/c, 10⁻³ Π/(c√|Ω|))`, `c = C_F + 1/|Ω|`; the force is `c V`, the pressure `max(Π, c V √|Ω|)`.
+    /// `V = max(v, (|T_a| + (|S_a| + B)/√|Ω|)/c, 10⁻³ Π/(c√|Ω|))`, `c = C_F + 1/|Ω|`; the force is `c V`, the
+    /// pressure `max(Π, c V √|Ω|)`.
     ///
-    /// The second velocity is what the polarity can drive, the third what rounding of the pressure may leave. All change with the units of
-    /// length and time as the fields themselves do.
+    /// The second velocity is what the polarity can drive, the third what rounding of the pressure may leave. All
+    /// change with the units of length and time as the fields themselves do.
     pub fn new(parameters: &Parameters, area: f64, v: f64, pressure: f64) -> Self {
         let (drag, length) = (parameters.friction + 1.0 / area, area.sqrt());
         let driven = parameters.traction.abs() + (parameters.active_stress.abs() + parameters.elasticity) / length;

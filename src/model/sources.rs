@@ -38,16 +38,16 @@ impl Sources {
         self.density.is_some() || self.exact.as_ref().is_some_and(|exact| exact.volume().density().is_some())
     }
 
-    /// Which keys of a scene give formulas of `t`.
-    pub fn depend_on_time(&self) -> [(&'static str, bool); 4] {
-        let given = |pair: &Option<[Expression; 2]>| pair.iter().flatten().any(Expression::depends_on_time);
-        let exact = self.exact.as_ref().is_some_and(|exact| exact.depends_on_time());
-        let density = self.density.as_ref().is_some_and(Expression::depends_on_time);
+    /// The formulas that a scene gives, by key.
+    pub fn data(&self) -> [(&'static str, Vec<&Expression>); 4] {
+        fn given(pair: &Option<[Expression; 2]>) -> Vec<&Expression> {
+            pair.iter().flatten().collect()
+        }
         [
             ("source.force", given(&self.force)),
             ("source.polarity", given(&self.polarity)),
-            ("source.density", density),
-            ("exact", exact),
+            ("source.density", self.density.iter().collect()),
+            ("exact", self.exact.iter().flat_map(|exact| exact.formulas()).collect()),
         ]
     }
 

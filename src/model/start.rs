@@ -35,12 +35,7 @@ pub fn formulas(space: &Arc<Space>, formulas: &[Expression; 2], t: f64) -> Resul
 /// A formula that is not finite or below zero at a node or a point of the quadrature.
 pub fn density(limiter: &Limiter, formula: &Expression, t: f64) -> Result<Field, ExpressionError> {
     let formula = formula.at_time(t);
-    let value = |x: Point| match formula.try_eval(x, t)? {
-        value if value < 0.0 => {
-            Err(ExpressionError::Negative { text: formula.text().to_owned(), value, x: x.x, y: x.y, t })
-        }
-        value => Ok([value]),
-    };
+    let value = |x: Point| formula.try_density(x, t).map(|value| [value]);
     let space = limiter.space();
     space.node_positions().into_iter().try_for_each(|x| value(x).map(drop))?;
     let field = project::project(space, &formula.breaks(t), value)?;

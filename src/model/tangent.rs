@@ -54,7 +54,7 @@ impl<'m> Tangent<'m> {
         let l = model.molecular(p, t);
         let force = ForceTangent::new(model, state, carrier, l.as_ref(), model.parameters.elastic_force, t);
         let data = |s: &FacePoint| model.polarity.data(s, t);
-        let (pe, a) = (model.parameters.peclet, model.parameters.slip);
+        let (pe, a) = (model.parameters.peclet, model.parameters.alignment);
         let velocity = &*model.momentum.velocity;
         let form = pe * upwind::advection_by_flow(p, carrier, model.polarity.dirichlet, data)
             - pe * polarity::turning_by_flow(velocity, p, a, Density::One);
@@ -146,8 +146,8 @@ impl ForceTangent {
             return Self { by_polarity: rows(model, &form, kind), by_field: None };
         };
         let b = m.elasticity;
-        form = form - polarity::force_by_polarity(velocity, l, b, b * m.slip);
-        let pushed = -polarity::force_by_field(velocity, p, b, b * m.slip, Density::One);
+        form = form - polarity::force_by_polarity(velocity, l, b, b * m.alignment);
+        let pushed = -polarity::force_by_field(velocity, p, b, b * m.alignment, Density::One);
         match kind {
             ElasticForce::Stress => {
                 form = form + m.coherence.powi(2) * b * elastic::ericksen_tangent(velocity, p, Density::One);

@@ -52,7 +52,7 @@ impl Parameters {
             always("polarity rate", "Pe (∂_t p|q)"),
             always("polarity advection", "Pe a_upw(p,q;v)"),
             always("polarity rotation", "−Pe ω(p,q,v)"),
-            by("polarity stretching", "−Pe a δ(p,q,v)", "slip", self.slip),
+            by("polarity stretching", "−Pe a δ(p,q,v)", "alignment", self.alignment),
             always("polarity relaxation", "((|p|²−1)p|q)"),
             always("polarity coherence", "κ² a_swip(p,q)"),
         ]
@@ -77,7 +77,7 @@ impl Parameters {
             always("polarity rate", "Pe (ρ∂_t p|q)"),
             always("polarity advection", "Pe a_upw(p,q;ρv)"),
             always("polarity rotation", "−Pe ω(p,ρq,v)"),
-            by("polarity stretching", "−Pe a δ(p,ρq,v)", "slip", self.slip),
+            by("polarity stretching", "−Pe a δ(p,ρq,v)", "alignment", self.alignment),
             always("polarity relaxation", "([ρ|p|²−(ρ−ρ_min)]p|q)"),
             always("polarity coherence", "κ² a_swip(p,q;ρ)"),
         ]
@@ -87,7 +87,7 @@ impl Parameters {
         let (name, formula) = ("elastic stretching", "−a δ(p,L_h,w)");
         match self.elasticity == 0.0 {
             true => by(name, formula, "elasticity", self.elasticity),
-            false => by(name, formula, "slip", self.slip),
+            false => by(name, formula, "alignment", self.alignment),
         }
     }
 

@@ -28,6 +28,20 @@ pub struct Status {
     pub residual: Option<f64>,
 }
 
+impl Status {
+    /// Beside a bar: what matters most comes first, and all of it fits into 80 columns as long as the numbers are usual ones.
+    fn short(&self, left: &str) -> String {
+        let residual = self.residual.map_or_else(String::new, |r| format!("  residual {r:.1e}"));
+        format!("step {}  t {:.4} of {}  {left} left{residual}", self.step, self.t, self.end)
+    }
+
+    fn long(&self, left: &str) -> String {
+        let residual = self.residual.map_or_else(String::new, |r| format!("  residual {r:.2e}"));
+        let Self { step, t, end, dt, iterations, .. } = self;
+        format!("step {step}  t {t:.4} of {end}  dt {dt:.3e}  {iterations} iterations{residual}  {left} left at most")
+    }
+}
+
 /// A bar on a terminal, a line now and then elsewhere, nothing when quiet.
 #[derive(Debug)]
 pub struct Progress {
@@ -50,7 +64,7 @@ impl Progress {
     pub fn new(verbosity: Verbosity, t: f64) -> Self {
         let on_terminal = std::io::stderr().is_terminal() && verbosity == Verbosity::Normal;
         let bar = on_terminal.then(|| {
-            let style = ProgressStyle::with_template("{bar:30} {percent:>3}%  {msg}").expect("a valid template");
+            let style = ProgressStyle::with_template("{bar:12} {percent:>3}%  {wide_msg}").expect("a valid template");
             ProgressBar::new(TICKS as u64).with_style(style)
         });
         let now = Instant::now();
@@ -79,17 +93,12 @@ impl Progress {
 
     /// Shows where the run is.
     pub fn show(&mut self, status: &Status) {
-        let residual = status.residual.map_or_else(String::new, |r| format!("  residual {r:.2e}"));
         let left = self.time_left(status);
-        let text = format!(
-            "step {}  t {:.4} of {}  dt {:.3e}  {} iterations{residual}  {left} left at most",
-            status.step, status.t, status.end, status.dt, status.iterations
-        );
         if let Some(bar) = &self.bar {
             bar.set_position((TICKS * status.t / status.end) as u64);
-            bar.set_message(text);
+            bar.set_message(status.short(&left));
         } else {
-            self.line(&text);
+            self.line(&status.long(&left));
         }
     }
 
@@ -129,5 +138,21 @@ impl Progress {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_beside_the_bar_fits_into_a_terminal() {
+        let status =
+            Status { step: 123_456, t: 1234.5678, end: 2000.0, dt: 0.01, iterations: 12, residual: Some(1.2e-10) };
+        let text = status.short("123:59:59");
+        assert_eq!(text, "step 123456  t 1234.5678 of 2000  123:59:59 left  residual 1.2e-10");
+        // the bar, its percents, and the gaps; what is longer is cut at the end of the line
+        let usual = Status { step: 9999, t: 49.95, end: 50.0, ..status };
+        assert!(12 + 1 + 4 + 2 + usual.short("0:59:59").len() <= 80);
     }
 }

@@ -56,7 +56,8 @@ fn verdict(found: &Results) -> Markup {
             p.ending {
                 "The data are " strong { (short(relative)) }
                 @if let Some(error) = entry(found, "relative", "standard_error") { " ± " (short(error)) }
-                " from the run (root mean square, relative). Their own scatter makes " strong { (short(noise)) } " of this."
+                " from the run (root mean square, relative). Their own scatter makes "
+                strong { (short(noise)) } " of this."
             }
             @if let [Some(x1), Some(x2)] = at {
                 p { "The largest difference is at (" (short(x1)) ", " (short(x2)) "), in disc radii." }
@@ -90,8 +91,10 @@ fn readings(found: &Results) -> Markup {
                             tr {
                                 th scope="row" { (name.replace('_', " ")) }
                                 td.number { (number(row, "value").map_or_else(String::new, short)) }
-                                td.number { @if let Some(error) = number(row, "standard_error") { "± " (short(error)) } }
-                                td { (MEANINGS.iter().find(|(other, _)| *other == name).map_or("", |(_, words)| words)) }
+                                td.number {
+                                    @if let Some(error) = number(row, "standard_error") { "± " (short(error)) }
+                                }
+                                td { (meaning(name)) }
                             }
                         }
                     }
@@ -99,6 +102,10 @@ fn readings(found: &Results) -> Markup {
             }
         }
     }
+}
+
+fn meaning(measure: &str) -> &'static str {
+    MEANINGS.iter().find(|(name, _)| *name == measure).map_or("", |(_, words)| words)
 }
 
 /// What was read and averaged.

@@ -66,7 +66,7 @@ fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> Dr
     let few = study.parts.len() <= FEW;
     for what in over_parameters.into_iter().chain(COMPARED.into_iter().filter(|_| few)) {
         // of the sections one quantity is enough for a page of many runs
-        let wish = Wish { what: vec![what], quantities: vec!["velocity-1".to_owned()], ..Wish::default() };
+        let wish = Wish { what: vec![what], quantities: vec!["velocity_1".to_owned()], ..Wish::default() };
         // what the folder does not have is an error for a wish by name alone
         let drawn = curves(&[study], &wish).unwrap_or_default();
         all.pictures.extend(drawn.pictures);

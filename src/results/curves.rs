@@ -39,7 +39,7 @@ pub enum What {
 pub struct Wish {
     /// Kinds of curves; all that the folders have if empty.
     pub what: Vec<What>,
-    /// Quantities of sections, such as `velocity-1`, or columns of their tables; the usual ones if empty.
+    /// Quantities of sections, such as `velocity_1`, or columns of their tables; the usual ones if empty.
     pub quantities: Vec<String>,
     /// Names of cuts; all if empty.
     pub axes: Vec<String>,
@@ -131,11 +131,11 @@ impl What {
     fn needs(self) -> &'static str {
         match self {
             What::Sections => "`cuts` in an [[output]] of the scene",
-            What::Energy | What::Lissajous => "the measure `free-energy` with `every` in the scene",
+            What::Energy | What::Lissajous => "the measure `free_energy` with `every` in the scene",
             What::Residual => "`time.stop.residual`, [steady] or any measure with `every` in the scene",
             What::Overshoot => "the measure `overshoot` with `every` in the scene",
             What::Asymmetry => "the measure `asymmetry` with `every` in the scene",
-            What::Budget => "the measure `energy-budget` with `every` in the scene",
+            What::Budget => "the measure `energy_budget` with `every` in the scene",
             What::Step | What::Iterations => "a history.csv of two or more steps",
             What::Bodies => "`bodies = true` with `every` in an [[output]] of the scene",
             What::Measures => "measures with `every` in the scene",

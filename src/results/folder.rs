@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::{ResultsError, Table};
+use crate::scene::renamed;
 
 /// What a folder holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,7 +79,8 @@ impl Results {
     /// Reads a folder; of a study the folders of its runs as well.
     ///
     /// # Errors
-    /// [`ResultsError::Folder`]: no folder, or one without results. What is broken inside of it is a problem of the results.
+    /// [`ResultsError::Folder`]: no folder, or one without results. What is broken inside of it is a problem of the
+    /// results.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
         let wrong =
             |what: &str, hint| ResultsError::Folder { folder: path.display().to_string(), what: what.to_owned(), hint };
@@ -177,7 +179,7 @@ impl Results {
         }
         match std::fs::read_to_string(&path) {
             Ok(text) => {
-                match text.parse::<toml::Table>() {
+                match renamed::table(&text) {
                     Ok(table) => self.scene = Some(table),
                     Err(error) => self.problems.push(format!("{name} is not TOML: {}", error.message())),
                 }
@@ -327,8 +329,8 @@ fn foreign(path: &Path) -> (&'static str, &'static str) {
         ),
         () => (
             "holds no results",
-            "a run leaves history.csv and summary.json there, a study results.csv, runs.csv or branches.csv, a comparison \
-             comparison.csv",
+            "a run leaves history.csv and summary.json there, a study results.csv, runs.csv or branches.csv, a \
+             comparison comparison.csv",
         ),
     }
 }
@@ -349,7 +351,8 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
 }
 
-/// Pictures of the folder itself, of its `plots/` and `maps/`; a PNG beside an SVG of the same name is the same picture.
+/// Pictures of the folder itself, of its `plots/` and `maps/`; a PNG beside an SVG of the same name is the same
+/// picture.
 fn pictures(path: &Path) -> Vec<PathBuf> {
     let places = [path.to_owned(), path.join("plots"), path.join("maps")];
     let all: Vec<PathBuf> = places.iter().flat_map(|folder| entries(folder)).collect();

@@ -13,7 +13,7 @@ pub(super) const SYMBOLS: [(&str, &str, &str); 25] = [
     ("model.active_stress_iso", "S_a'", "isotropic active stress"),
     ("model.coherence", "κ", "length over which the polarity is coherent"),
     ("model.elasticity", "B", "polar elasticity over viscosity"),
-    ("model.slip", "a", "slip parameter of the objective derivative"),
+    ("model.alignment", "a", "alignment of the polarity with the flow"),
     ("model.density.penalty", "c_0", "density penalty"),
     ("model.density.exponent", "γ", "exponent of the density penalty"),
     ("model.density.critical", "ρ_{min}", "density below which the polarity vanishes"),

@@ -4,6 +4,7 @@ use super::curves::{Drawn, Picture, What, Wish};
 use super::folder::SectionFile;
 use super::{Results, ResultsError, Table, label};
 use crate::output::plot::{Axis, Line, Markers, Plot, Series};
+use crate::scene::renamed::name_now;
 
 /// What is shown along a section.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,17 +18,17 @@ struct Quantity {
 
 /// Name, symbol, columns, and whether it is drawn without being asked for.
 const KNOWN: [(&str, &str, &[&str], bool); 11] = [
-    ("velocity-1", "v₁", &["v1"], true),
-    ("velocity-2", "v₂", &["v2"], false),
+    ("velocity_1", "v₁", &["v1"], true),
+    ("velocity_2", "v₂", &["v2"], false),
     ("speed", "|v|", &["v1", "v2"], false),
     ("pressure", "pressure Π", &["pressure"], true),
-    ("polarity-1", "p₁", &["p1"], true),
-    ("polarity-2", "p₂", &["p2"], false),
+    ("polarity_1", "p₁", &["p1"], true),
+    ("polarity_2", "p₂", &["p2"], false),
     ("polarity", "|p|", &["p1", "p2"], false),
     ("density", "density ρ", &["density"], true),
-    ("polarity-laplacian-1", "κ²Δₕp₁", &["laplacian1"], false),
-    ("polarity-laplacian-2", "κ²Δₕp₂", &["laplacian2"], false),
-    ("polarity-laplacian", "|κ²Δₕp|", &["laplacian1", "laplacian2"], false),
+    ("polarity_laplacian_1", "κ²Δₕp₁", &["laplacian1"], false),
+    ("polarity_laplacian_2", "κ²Δₕp₂", &["laplacian2"], false),
+    ("polarity_laplacian", "|κ²Δₕp|", &["laplacian1", "laplacian2"], false),
 ];
 
 /// Points farther apart than so many times the usual distance lie on both sides of a hole.
@@ -63,10 +64,16 @@ impl Quantity {
             return KNOWN.iter().filter(|known| known.3).map(Self::known).collect();
         }
         let named = |name: &String| {
+            let now = &name_now(name).0;
             let raw = || Self { name: name.clone(), symbol: name.replace('_', " "), columns: vec![name.clone()] };
-            KNOWN.iter().find(|known| known.0 == name).map_or_else(raw, Self::known)
+            KNOWN.iter().find(|known| known.0 == now).map_or_else(raw, Self::known)
         };
         wish.quantities.iter().map(named).collect()
+    }
+
+    /// As in names of files.
+    fn file_name(&self) -> String {
+        self.name.replace('_', "-")
     }
 
     fn values(&self, table: &Table) -> Option<Vec<f64>> {
@@ -272,8 +279,8 @@ impl Sheet<'_> {
             };
             let series = all.iter().enumerate().flat_map(|(k, s)| self.series(k, &label(s), &s.2, quantity)).collect();
             let file = match &all[..] {
-                [only] => format!("section-{}-{}", only.1, quantity.name),
-                [] | [_, ..] => format!("sections-{name}-{}", quantity.name),
+                [only] => format!("section-{}-{}", only.1, quantity.file_name()),
+                [] | [_, ..] => format!("sections-{name}-{}", quantity.file_name()),
             };
             let title = match &all[..] {
                 [only] => format!("{} on {}", quantity.symbol, label(only)),
@@ -284,7 +291,7 @@ impl Sheet<'_> {
         for (_, name, section) in self.sections.iter().filter(|s| matches!(s.2.way, Way::Round | Way::Other)) {
             let series = self.series(0, "", section, quantity);
             let title = format!("{} on {}", quantity.symbol, name.replace('-', " "));
-            let file = format!("section-{name}-{}", quantity.name);
+            let file = format!("section-{name}-{}", quantity.file_name());
             pictures.extend(self.picture(file, title, section.way, quantity, series));
         }
         pictures
@@ -300,7 +307,7 @@ impl Sheet<'_> {
             let place = way.place();
             let place = if place.is_empty() { place } else { format!(" ({place})") };
             let title = format!("{} on {}{place}", quantity.symbol, name.replace('-', " "));
-            self.picture(format!("section-{name}-{}", quantity.name), title, way, quantity, series)
+            self.picture(format!("section-{name}-{}", quantity.file_name()), title, way, quantity, series)
         };
         names.iter().filter_map(picture).collect()
     }

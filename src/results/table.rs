@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::ResultsError;
+use crate::scene::renamed::path_now;
 
 /// Rows of texts below a header.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,7 +27,7 @@ impl Table {
         };
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_path(path).map_err(|e| broken(e.to_string()))?;
         let header: Vec<String> =
-            reader.headers().map_err(|e| broken(e.to_string()))?.iter().map(|name| name.trim().to_owned()).collect();
+            reader.headers().map_err(|e| broken(e.to_string()))?.iter().map(|name| path_now(name.trim()).0).collect();
         if header.iter().all(String::is_empty) {
             return Err(broken("the table is empty".to_owned()));
         }

@@ -5,6 +5,7 @@ use std::fmt;
 use super::motion::MotionSummary;
 use super::{Ending, Options, Record, RunError, Summary, folder, particles, report, stokes, tissue};
 use crate::mesh::Mesh;
+use crate::output::progress::Verbosity;
 use crate::scene::{AnyScene, SceneError};
 
 /// What a run of any kind has come to.
@@ -55,6 +56,7 @@ pub fn run(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunError> 
 /// As [`run`].
 pub fn run_held(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunError> {
     let made = !options.out.exists();
+    announce_mesh(scene, options.verbosity);
     let result = match scene {
         AnyScene::Tissue(scene) if tissue::has_moving_bodies(scene) => tissue::run(scene, options),
         AnyScene::Tissue(scene) => {
@@ -71,19 +73,77 @@ pub fn run_held(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunEr
     result.map(|summary| AnySummary::Motion(Box::new(summary)))
 }
 
-/// What `check` says of a scene, as text and as JSON.
+/// What `check` says of a scene.
+#[derive(Debug, Clone, serde::Serialize)]
+#[serde(untagged)]
+pub enum AnyReport {
+    Tissue(Box<report::Report>),
+    Stokes(Box<stokes::StokesReport>),
+    Particles(Box<particles::ParticlesReport>),
+}
+
+impl fmt::Display for AnyReport {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tissue(report) => report.fmt(out),
+            Self::Stokes(report) => report.fmt(out),
+            Self::Particles(report) => report.fmt(out),
+        }
+    }
+}
+
+/// How much a run takes.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Amounts {
+    pub cells: usize,
+    /// Of the full length; none of a search for a steady state.
+    pub steps: f64,
+    pub memory_mib: f64,
+    pub disk_mib: f64,
+}
+
+impl AnyReport {
+    /// The amounts that every kind has.
+    pub fn amounts(&self) -> Amounts {
+        match self {
+            Self::Tissue(report) => Amounts {
+                cells: report.mesh.cells(),
+                steps: report.steps.unwrap_or(0.0),
+                memory_mib: report.memory_mib,
+                disk_mib: report.disk_mib,
+            },
+            Self::Stokes(report) => Amounts {
+                cells: report.mesh.cells(),
+                steps: report.steps,
+                memory_mib: report.memory_mib,
+                disk_mib: report.disk_mib,
+            },
+            Self::Particles(report) => {
+                Amounts { cells: 0, steps: report.steps, memory_mib: 0.0, disk_mib: report.disk_mib }
+            }
+        }
+    }
+}
+
+/// What `check` says of a scene.
 ///
 /// # Errors
-/// As [`report::report`].
-pub fn check(scene: &AnyScene) -> Result<(String, serde_json::Value), RunError> {
-    fn both(report: &(impl fmt::Display + serde::Serialize)) -> (String, serde_json::Value) {
-        (report.to_string(), serde_json::to_value(report).unwrap_or_default())
-    }
+/// All that a run could say before its first step, besides what its folder holds.
+pub fn check(scene: &AnyScene) -> Result<AnyReport, RunError> {
     Ok(match scene {
-        AnyScene::Tissue(scene) => both(&report::report(scene)?),
-        AnyScene::Stokes(scene) => both(&stokes::report(scene)?),
-        AnyScene::Particles(scene) => both(&particles::report(scene)),
+        AnyScene::Tissue(scene) => AnyReport::Tissue(Box::new(report::report(scene)?)),
+        AnyScene::Stokes(scene) => AnyReport::Stokes(Box::new(stokes::report(scene)?)),
+        AnyScene::Particles(scene) => AnyReport::Particles(Box::new(particles::report(scene)?)),
     })
+}
+
+/// Says so where making the mesh takes a while.
+pub fn announce_mesh(scene: &AnyScene, verbosity: Verbosity) {
+    match scene {
+        AnyScene::Tissue(scene) => super::setup::announce_mesh(&scene.mesh, verbosity),
+        AnyScene::Stokes(scene) => super::setup::announce_mesh(&scene.mesh, verbosity),
+        AnyScene::Particles(_) => {}
+    }
 }
 
 /// The mesh of a scene.

@@ -48,7 +48,7 @@ impl Caption {
             unless("γ", law.exponent, f64::NAN);
             unless("ρ_{min}", law.critical, 0.0);
         }
-        list.extend([("B", p.elasticity), ("κ", p.coherence), ("a", p.slip)]);
+        list.extend([("B", p.elasticity), ("κ", p.coherence), ("a", p.alignment)]);
         let parameters: Vec<String> =
             list.iter().map(|(name, value)| format!("{name}\u{a0}=\u{a0}{}", short(*value, 4))).collect();
         Self { parameters: parameters.join(", "), steady: scene.steady.is_some() }

@@ -178,7 +178,8 @@ impl<'s> Gauges<'s> {
         Ok(())
     }
 
-    /// Every measure that the scene names at a steady state of a model, and its residuals; [`OF_A_MARCH`] are not among them.
+    /// Every measure that the scene names at a steady state of a model, and its residuals; [`OF_A_MARCH`] are not among
+    /// them.
     ///
     /// # Errors
     /// A measure that cannot be taken.
@@ -331,17 +332,8 @@ fn holding(model: &dyn Sheet, state: &State, t: f64, values: &mut BTreeMap<&'sta
 }
 
 /// Columns that belong to a march in time, or to bodies that move: a steady state by itself has none of them.
-pub const OF_A_MARCH: [&str; 9] = [
-    "mass_defect",
-    "limited_cells",
-    "kinetic_energy",
-    "gap",
-    "overlap",
-    "contacts",
-    "wall_force_x1",
-    "wall_force_x2",
-    "rejected",
-];
+pub const OF_A_MARCH: [&str; 8] =
+    ["mass_defect", "limited_cells", "kinetic_energy", "gap", "overlap", "contacts", "wall_force_x1", "wall_force_x2"];
 
 /// The numbers that a measure has, in the order in which they are written.
 pub fn columns_of(measure: Measure) -> Vec<&'static str> {

@@ -9,14 +9,17 @@
 use std::sync::Arc;
 
 use super::RunError;
+use super::forecast::{Count, Samples};
+use super::setup::describe;
 use crate::form::Faces;
 use crate::measure::Strain;
 use crate::mesh::Mesh;
+use crate::model::closed::ClosedParts;
 use crate::model::frames::Frames;
 use crate::model::incompressible::Description;
 use crate::model::lagged::{Layout, Structure};
 use crate::model::parameters::{ElasticForce, ModelKind};
-use crate::scene::{Field, Initial, Scene, What};
+use crate::scene::{Cut, Field, Initial, Scene, What};
 use crate::solve::SolveError;
 use crate::solve::blocks::{Neighbours, neighbours};
 use crate::solve::sparse::factor_bound;
@@ -47,6 +50,8 @@ const STREAM: f64 = 1.5;
 const FIXED_POINT: f64 = 0.15;
 /// Bytes of drawing curves, and of drawing maps: pixels, the encoded picture, tables.
 const PICTURES: [f64; 2] = [19.0 * MIB, 32.0 * MIB];
+/// Bytes of a point of a section: its place, and those in the cells on both sides; a row of its table.
+const POINT: f64 = 300.0;
 /// For whatever is small.
 const MARGIN: f64 = 1.03;
 /// Vectors that GMRES usually holds.
@@ -61,7 +66,7 @@ pub struct Unknowns {
     pub polarity: Space,
     pub frames: Frames,
     kind: ModelKind,
-    closed: bool,
+    closed: ClosedParts,
     neighbours: Neighbours,
 }
 
@@ -89,18 +94,31 @@ impl Unknowns {
         let velocity = Space::new(mesh, Continuity::Continuous, scene.space.velocity, 2);
         let frames = Frames::new(&velocity, &description.conditions, scene.space.slip.points());
         let kind = scene.parameters.kind();
+        let (volume, closed) = match kind {
+            ModelKind::Incompressible => {
+                let pressure = Space::new(mesh, Continuity::Continuous, scene.space.pressure, 1);
+                let closed = ClosedParts::new(&pressure, &description.conditions);
+                (pressure, closed)
+            }
+            ModelKind::Compressible => {
+                (Space::new(mesh, Continuity::Discontinuous, scene.space.density, 1), ClosedParts::default())
+            }
+        };
         Self {
-            volume: match kind {
-                ModelKind::Incompressible => Space::new(mesh, Continuity::Continuous, scene.space.pressure, 1),
-                ModelKind::Compressible => Space::new(mesh, Continuity::Discontinuous, scene.space.density, 1),
-            },
+            volume,
             kind,
             polarity: Space::new(mesh, Continuity::Discontinuous, scene.space.polarity, 2),
             frames,
-            closed: scene.pressure_is_free(),
+            closed,
             neighbours: neighbours(mesh),
             velocity,
         }
+    }
+
+    /// Of velocity, pressure or density, polarity, and the flow's linear system.
+    pub fn counts(&self) -> [f64; 4] {
+        let Self { velocity, volume, polarity, .. } = self;
+        [velocity.dof_count(), volume.dof_count(), polarity.dof_count(), self.layout().first()].map(|n| n as f64)
     }
 
     /// How they hang together.
@@ -114,7 +132,7 @@ impl Unknowns {
             pressure,
             carried: [density, Some(&self.polarity)],
             frames: &self.frames,
-            closed: self.closed,
+            closed: &self.closed,
             neighbours: &self.neighbours,
         }
     }
@@ -142,7 +160,7 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
 }
 
 /// Bytes that a Stokes flow takes at most at one time, the program and pictures included.
-pub fn of_flow(velocity: &Space, pressure: &Space, frames: &Frames, closed: bool) -> f64 {
+pub fn of_flow(velocity: &Space, pressure: &Space, frames: &Frames, closed: &ClosedParts) -> f64 {
     let neighbours = neighbours(&velocity.mesh);
     let layout =
         Layout { velocity, pressure: Some(pressure), carried: [None, None], frames, closed, neighbours: &neighbours };
@@ -202,7 +220,46 @@ pub fn need(scene: &Scene, layout: &Layout) -> Result<Need, SolveError> {
     Ok(need)
 }
 
-/// What the largest picture takes that a run draws.
+/// What a scene has on a mesh of its own or on one that stands for it; `None` where its unknowns cannot be ordered.
+pub fn count(scene: &Scene, mesh: &Arc<Mesh>) -> Option<Count> {
+    let unknowns = Unknowns::new(scene, mesh, &describe(scene, mesh));
+    let layout = unknowns.layout();
+    let coupled = scene.steady.is_some() || scene.coupling.kind == CouplingKind::Newton;
+    let kernels = if coupled { KERNELS * rayon::current_num_threads() as f64 } else { 0.0 };
+    Some(Count {
+        cells: mesh.cells.len() as f64,
+        faces: mesh.faces.len() as f64,
+        vertices: mesh.vertices.len() as f64,
+        unknowns: unknowns.counts(),
+        bytes: need(scene, &layout).ok()?.bytes,
+        fixed: MARGIN * (PROGRAM + kernels) + pictures(scene),
+    })
+}
+
+/// Of velocity, pressure, nothing, and the linear system of a Stokes flow.
+pub fn unknowns_of_flow(velocity: &Space, pressure: &Space, frames: &Frames) -> [f64; 4] {
+    [velocity.dof_count(), pressure.dof_count(), 0, frames.free + pressure.dof_count()].map(|n| n as f64)
+}
+
+/// As [`count`] for a Stokes flow of these degrees.
+pub fn count_flow(velocity: &Space, pressure: &Space, frames: &Frames, closed: &ClosedParts) -> Count {
+    let mesh = &velocity.mesh;
+    Count {
+        cells: mesh.cells.len() as f64,
+        faces: mesh.faces.len() as f64,
+        vertices: mesh.vertices.len() as f64,
+        unknowns: unknowns_of_flow(velocity, pressure, frames),
+        bytes: of_flow(velocity, pressure, frames, closed),
+        fixed: MARGIN * PROGRAM + PICTURES[0],
+    }
+}
+
+/// Two meshes by which those of a scene are judged; `None` where there are none.
+pub fn samples(scene: &Scene, cells: f64) -> Option<Samples> {
+    Samples::new((&scene.mesh, cells), scene.source(), |table, mesh| count(&scene.on(table, &mesh.tags), &mesh))
+}
+
+/// What the points of sections take, and the largest picture that a run draws.
 fn pictures(scene: &Scene) -> f64 {
     let told = scene.time.stop_residual.is_some() || scene.time.stop_energy_rate.is_some() || scene.steady.is_some();
     let drawn = scene.outputs.iter().map(|output| match &output.what {
@@ -210,7 +267,11 @@ fn pictures(scene: &Scene) -> f64 {
         What::Maps(_) => PICTURES[1],
         What::Fields(_) | What::Bodies { .. } | What::Checkpoint => 0.0,
     });
-    drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max)
+    let points = scene.outputs.iter().filter_map(|output| match &output.what {
+        What::Cuts(cuts) => Some(cuts.iter().map(Cut::points).sum::<usize>() as f64),
+        What::Measures(_) | What::Fields(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
+    });
+    drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max) + POINT * points.sum::<f64>()
 }
 
 /// What a scene takes: of a search for steady states with its eigenvalues, else of the coupling.
@@ -249,11 +310,11 @@ fn apart(scene: &Scene, layout: &Layout, depth: usize) -> Need {
 ///
 /// # Errors
 /// [`RunError::Memory`]
-pub fn check(scene: &Scene, need: &Need, available: Option<f64>) -> Result<(), RunError> {
+pub fn check(scene: &Scene, bytes: f64, available: Option<f64>) -> Result<(), RunError> {
     match available {
-        Some(available) if need.bytes > available => Err(RunError::Memory {
+        Some(available) if bytes > available => Err(RunError::Memory {
             origin: scene.source().origin().into(),
-            needed: need.bytes / MIB,
+            needed: bytes / MIB,
             available: available / MIB,
             hint: hint(scene),
         }),
@@ -279,7 +340,7 @@ fn polarity_of<'m>(layout: &Layout<'m>) -> &'m Space {
 fn stokes_pattern(layout: &Layout) -> Vec<Vec<usize>> {
     let (velocity, frames) = (layout.velocity, layout.frames);
     let count = layout.pressure.map_or(0, |space| space.dof_count());
-    let mut columns = vec![Vec::new(); frames.free + count - usize::from(layout.closed)];
+    let mut columns = vec![Vec::new(); frames.free + count - layout.closed.count()];
     for cell in 0..velocity.mesh.cells.len() {
         let dofs = (0..velocity.cell_dof_count()).map(|k| velocity.dof(cell, k / velocity.n, k % velocity.n));
         let mut moving: Vec<usize> = dofs.flat_map(|dof| frames.of(dof)).map(|(free, _)| free).collect();

@@ -2,11 +2,14 @@
 
 pub mod any;
 pub mod available;
+pub mod bodies;
 pub mod defects;
+pub mod disk;
 pub mod estimate;
 pub mod exact;
 pub mod finished;
 pub mod folder;
+pub mod forecast;
 pub mod last_state;
 pub mod maps;
 pub mod measures;
@@ -57,11 +60,11 @@ pub enum RunError {
     Scene(#[from] Box<SceneError>),
     #[error("{origin}: {error}")]
     Mesh { origin: String, error: Box<MeshError> },
-    #[error("{origin}: {error}")]
+    #[error("{}", located(origin, error))]
     Model { origin: String, error: Box<MomentumError> },
     #[error("{origin}: the start cannot be solved for: {error}")]
     Begin { origin: String, error: Box<StepFailure> },
-    #[error("{origin}: {error}")]
+    #[error("{}", located(origin, error))]
     Formula { origin: String, error: Box<ExpressionError> },
     #[error("{origin}: {error}")]
     Contact { origin: String, error: Box<ContactError> },
@@ -95,10 +98,22 @@ pub enum RunError {
         "{origin}: the run does not fit into memory: it would take about {needed:.0} MiB, and must take at most the {available:.0} MiB that are available; hint: {hint}"
     )]
     Memory { origin: String, needed: f64, available: f64, hint: String },
+    #[error(
+        "{origin}: the results do not fit onto the disk: a run would write about {needed:.0} MiB, and {free:.0} MiB are free at {folder}; hint: write less often or fewer fields, or choose another `--out`"
+    )]
+    Disk { origin: String, folder: String, needed: f64, free: f64 },
     #[error("MONOLAYER_MEMORY = `{value}`: must be a positive number of MiB; hint: leave it unset to ask the system")]
     BadMemory { value: String },
     #[error("{file}: {what}; hint: {hint}")]
     Start { file: String, what: String, hint: String },
+}
+
+/// An error behind its place; one that begins with the file itself has it once.
+fn located(origin: &str, error: &dyn std::fmt::Display) -> String {
+    let text = error.to_string();
+    let file = origin.split(", line ").next().unwrap_or(origin);
+    let rest = text.strip_prefix(file).and_then(|rest| rest.strip_prefix(": "));
+    format!("{origin}: {}", rest.unwrap_or(&text))
 }
 
 impl RunError {
@@ -175,6 +190,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     let counts_before = crate::solve::sparse::counts();
     let saved = checkpoint_of(scene, options)?;
     let setup = Setup::new(scene)?;
+    setup.check_disk(scene, &options.out)?;
     let model = &setup.model;
     let (kept, known) = (saved.as_ref().map(|s| s.kept.clone()), saved.as_ref().map(|s| s.scene.clone()));
     let mut march = match saved {
@@ -200,7 +216,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     let resumed = kept.as_ref().map(|_| Resumed::at(&options.out, march.counts.steps, march.t));
     let _stake = stake::Stake::new();
     folder::write_scene(&options.out, &scene.resolved_toml(), known.as_deref())?;
-    let mut writer = Writer::new(scene, &setup, &options.out, &march, resumed)?;
+    let mut writer = Writer::new(scene, &setup, &options.out, resumed)?;
     let mut progress = Progress::new(options.verbosity, march.t);
     for remark in setup.remarks(scene) {
         progress.say(&format!("note: {remark}"));
@@ -316,9 +332,11 @@ fn step_to_the_end(
             Ok(readings) => readings,
             Err(error) => return Ok(Ending::Failed { reason: error.to_string() }),
         };
+        // while the data still change, a state at rest is none
+        let settled = march.t >= time.rests_from;
         let mut at_rest = false;
         if let (Some(bound), Some((_, rate))) = (time.stop_energy_rate, readings.energy) {
-            march.quiet = if rate.abs() < bound { march.quiet + 1 } else { 0 };
+            march.quiet = if settled && rate.abs() < bound { march.quiet + 1 } else { 0 };
             at_rest = march.quiet >= QUIET_STEPS;
         }
         if !writer.kept.told && march.nominal_step() < 0.1 * time.control.step {
@@ -344,7 +362,7 @@ fn step_to_the_end(
             iterations: report.iterations,
             residual,
         });
-        if time.stop_residual.is_some_and(|bound| residual.is_some_and(|r| r < bound)) {
+        if settled && time.stop_residual.is_some_and(|bound| residual.is_some_and(|r| r < bound)) {
             return Ok(Ending::Stationary);
         }
         if at_rest {
@@ -355,7 +373,7 @@ fn step_to_the_end(
 
 /// Of a run that is resumed after it came to rest: another step would change what it has found.
 fn rests_already(scene: &Scene, march: &mut March) -> Result<Option<Ending>, RunError> {
-    if march.counts.steps == 0 {
+    if march.counts.steps == 0 || march.t < scene.time.rests_from {
         return Ok(None);
     }
     if let Some(bound) = scene.time.stop_residual

@@ -6,11 +6,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::bodies::BodiesReport;
 use super::maps::Source;
+use super::memory::MIB;
 use super::motion::easel::Easel;
 use super::motion::{self, MotionSummary, Mover, Plan, Stride, shortened};
 use super::stokes::{contact_term, head};
-use super::{Options, RunError};
+use super::{Options, RunError, disk};
 use crate::body::penalty::Wrench;
 use crate::body::stiffness::Stiffness;
 use crate::body::{Hold, Pose, Twist};
@@ -39,18 +41,29 @@ pub struct ParticlesReport {
     pub mass: f64,
     pub walls: usize,
     pub steps: f64,
+    /// How the bodies are and meet.
+    pub body: BodiesReport,
+    /// Estimate of what a run writes.
+    pub disk_mib: f64,
     pub remarks: Vec<String>,
 }
 
-/// Counts what a scene has; computes nothing.
-pub fn report(scene: &ParticlesScene) -> ParticlesReport {
+/// Says what a scene has; moves nothing.
+///
+/// # Errors
+/// All that a run could say before its first step, besides what its folder holds.
+pub fn report(scene: &ParticlesScene) -> Result<ParticlesReport, RunError> {
+    Stepper::new(scene)?;
+    let bytes = written(scene);
+    let mut remarks = remarks(scene);
+    remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
     let bodies = &scene.bodies.bodies;
     let moves = |hold: &Hold| match hold {
         Hold::Free | Hold::Pinned(_) => true,
         Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => false,
     };
     let sizes = || bodies.iter().map(|body| body.shape.circumradius());
-    ParticlesReport {
+    Ok(ParticlesReport {
         title: scene.title.clone(),
         terms: terms(scene),
         bodies: bodies.len(),
@@ -59,14 +72,31 @@ pub fn report(scene: &ParticlesScene) -> ParticlesReport {
         area: bodies.iter().map(|body| body.shape.area()).sum(),
         mass: bodies.iter().map(|body| body.mass()).sum(),
         walls: scene.bodies.walls.len(),
-        steps: (scene.time.end / scene.time.pace.step).ceil(),
-        remarks: remarks(scene),
-    }
+        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        disk_mib: bytes / MIB,
+        body: BodiesReport::new(&scene.bodies),
+        remarks,
+    })
+}
+
+/// Bytes that a run writes.
+fn written(scene: &ParticlesScene) -> f64 {
+    let bodies = scene.bodies.bodies.len();
+    let sizes = disk::Sizes {
+        cells: 0.0,
+        degree: 1,
+        bodies,
+        checkpoint: 12.0 * bodies as f64,
+        columns: motion::asked(&scene.outputs).len(),
+        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        end: scene.time.end,
+    };
+    disk::bytes(&scene.outputs, &sizes)
 }
 
 /// What is worth knowing before the run and no error.
 fn remarks(scene: &ParticlesScene) -> Vec<String> {
-    let mut remarks = Vec::new();
+    let mut remarks = scene.source().notes().to_vec();
     let steps = scene.time.end / scene.time.pace.step;
     if steps > 1e6 && scene.time.max_steps.is_none() {
         remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.pace.step, scene.time.end));
@@ -102,7 +132,8 @@ impl fmt::Display for ParticlesReport {
         writeln!(out, "size           {} to {} from centre to edge", self.size[0], self.size[1])?;
         writeln!(out, "area, mass     {:.6}, {:.6} in all", self.area, self.mass)?;
         writeln!(out, "walls          {}", self.walls)?;
-        write!(out, "steps          {:.0}", self.steps)?;
+        writeln!(out, "steps          {:.0}", self.steps)?;
+        write!(out, "disk           about {}", disk::shown(self.disk_mib))?;
         self.remarks.iter().try_for_each(|remark| write!(out, "\n\nnote: {remark}"))
     }
 }
@@ -115,6 +146,7 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
     let begin = Instant::now();
     let text = scene.resolved_toml();
     let saved = motion::prepare(&text, options)?;
+    disk::check(scene.source(), written(scene), &options.out)?;
     let mut stepper = Stepper::new(scene)?;
     if let Some(saved) = &saved {
         stepper.restore(&saved.state, &options.out.join("checkpoint.bin"))?;

@@ -1,27 +1,84 @@
 //! What `check` says of a scene before anything is solved.
 
 use std::fmt;
+use std::path::Path;
 
 use serde::Serialize;
 
 use super::available::available;
-use super::exact::check_exact;
+use super::bodies::BodiesReport;
+use super::disk::{self, Sizes};
+use super::forecast::{self, COUNTED, Count};
+use super::measures::{self, Gauges};
 use super::memory::{self, Unknowns};
-use super::setup::{build_mesh, describe};
-use super::{RunError, setup};
+use super::setup::build_mesh;
+use super::writer::Writer;
+use super::{RunError, Setup, setup, tissue};
 use crate::mesh::quality::Quality;
-use crate::model::frames::{Frames, WallPoints};
-use crate::model::momentum::MomentumError;
 use crate::model::{ModelKind, Term, rotation};
 use crate::scene::Scene;
 use crate::scene::presets::MEASURED;
+use crate::space::{Continuity, Space};
+
+/// A mesh, or what is expected of one that takes long to build.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum MeshReport {
+    Built(Quality),
+    Expected(Expected),
+}
+
+impl MeshReport {
+    /// How many there are, or are expected.
+    pub fn cells(&self) -> usize {
+        match self {
+            Self::Built(quality) => quality.cells,
+            Self::Expected(expected) => expected.cells,
+        }
+    }
+}
+
+/// About how large a mesh will be.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Expected {
+    pub cells: usize,
+    pub vertices: usize,
+    pub faces: usize,
+    /// Always: the mesh was not built.
+    pub expected: bool,
+}
+
+impl Expected {
+    pub(super) fn new(count: &Count) -> Self {
+        let [cells, vertices, faces] = [count.cells, count.vertices, count.faces].map(|n| n as usize);
+        Self { cells, vertices, faces, expected: true }
+    }
+}
+
+impl fmt::Display for MeshReport {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Built(quality) => quality.fmt(out),
+            Self::Expected(Expected { cells, vertices, faces, .. }) => write!(
+                out,
+                "cells           about {cells}\nvertices        about {vertices}\nfaces           about {faces}\n\
+                 (not built, as that takes a while: `monolayer mesh` builds and measures it)"
+            ),
+        }
+    }
+}
 
 /// What will be solved, and with how much.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
     pub title: Option<String>,
     pub terms: Vec<Term>,
-    pub mesh: Quality,
+    pub mesh: MeshReport,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<BodiesReport>,
+    /// Steps of the full length, where the scene is marched in time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<f64>,
     pub velocity_unknowns: usize,
     /// `pressure` or `density`.
     pub volume: &'static str,
@@ -34,6 +91,8 @@ pub struct Report {
     /// What the system can give, where it tells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub available_mib: Option<f64>,
+    /// Estimate of what a run writes.
+    pub disk_mib: f64,
     pub remarks: Vec<String>,
     /// What `accuracy` sets, where the scene names one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,7 +118,7 @@ impl PresetReport {
     }
 }
 
-/// Builds the mesh of a scene and counts; solves nothing.
+/// Says what a scene is and takes; solves nothing.
 ///
 /// # Errors
 /// As [`report_within`] and [`available`].
@@ -69,47 +128,130 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 
 /// As [`report`] with so many bytes of memory, where they are known.
 ///
+/// Whatever a run would refuse before its first step is refused here, by the same functions: on the mesh itself where a run would be
+/// begun within a second or two, else on a coarser one of the same domain.
+///
 /// # Errors
-/// As [`build_mesh`], [`Scene::check_tags`], [`check_exact`] and [`memory::need`].
+/// All that a run could say before its first step, besides what its folder holds.
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
-    let mesh = std::sync::Arc::new(build_mesh(scene)?);
-    scene.check_tags(&mesh.tags)?;
-    scene.check_bodies(&mesh)?;
-    super::tissue::check(scene)?;
-    setup::check_measures(scene, &mesh)?;
-    check_exact(scene, &mesh)?;
-    let description = describe(scene, &mesh);
-    let unknowns = Unknowns::new(scene, &mesh, &description);
-    let Unknowns { velocity, volume, polarity, .. } = &unknowns;
-    let held = || Frames::new(velocity, &description.conditions, WallPoints::Nodes).hold_rigid_motions(velocity);
-    if scene.parameters.friction == 0.0 && !held() {
-        let origin = scene.source().place("model.friction").to_string();
-        return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
+    let Judged { mesh, count, counted, said } = mesh_and_count(scene)?;
+    let fits = available.is_none_or(|available| count.bytes <= available);
+    if counted && count.bytes <= QUICK && fits {
+        try_start(scene)?;
+    } else {
+        try_coarse(scene, count.cells)?;
     }
-    let need = memory::need(scene, &unknowns.layout())?;
-    let quality = mesh.quality();
     let mut remarks = scene.remarks();
-    remarks.extend(setup::mesh_remarks(scene, &mesh, &quality));
-    let friction = scene.parameters.friction;
-    remarks.extend(rotation::remark(&mesh, velocity, &description.conditions, friction));
-    remarks.extend(memory::check(scene, &need, available).err().map(|error| error.to_string()));
+    remarks.extend(said);
+    remarks.extend(memory::check(scene, count.bytes, available).err().map(|error| error.to_string()));
+    let steps = disk::steps(scene.time.control.step, scene.time.end, scene.time.max_steps);
+    let bytes = written(scene, &count);
+    remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
     Ok(Report {
         title: scene.title.clone(),
         terms: scene.terms(),
-        memory_mib: need.bytes / memory::MIB,
+        memory_mib: count.bytes / memory::MIB,
         available_mib: available.map(|bytes| bytes / memory::MIB),
-        velocity_unknowns: velocity.dof_count(),
+        disk_mib: bytes / memory::MIB,
+        steps: scene.steady.is_none().then_some(steps),
+        bodies: scene.bodies.as_ref().map(BodiesReport::new),
+        velocity_unknowns: count.unknowns[0] as usize,
         volume: match scene.parameters.kind() {
             ModelKind::Incompressible => "pressure",
             ModelKind::Compressible => "density",
         },
-        volume_unknowns: volume.dof_count(),
-        polarity_unknowns: polarity.dof_count(),
-        flow_unknowns: unknowns.layout().first(),
+        volume_unknowns: count.unknowns[1] as usize,
+        polarity_unknowns: count.unknowns[2] as usize,
+        flow_unknowns: count.unknowns[3] as usize,
         remarks,
         accuracy: PresetReport::new(scene),
-        mesh: quality,
+        mesh,
     })
+}
+
+/// A mesh, and what there is on it.
+struct Judged {
+    mesh: MeshReport,
+    count: Count,
+    /// Whether that was counted there, not judged by smaller meshes.
+    counted: bool,
+    /// What is worth knowing of the scene on this mesh.
+    said: Vec<String>,
+}
+
+/// The mesh of a scene, where it is there soon, and what there is on it.
+fn mesh_and_count(scene: &Scene) -> Result<Judged, RunError> {
+    if let Some(cells) = scene.mesh.expected().filter(|cells| *cells > scene.mesh.quickly_built()) {
+        let count = memory::samples(scene, cells).ok_or_else(|| setup::uncounted(scene))?.at(cells);
+        let mesh = MeshReport::Expected(Expected::new(&count));
+        return Ok(Judged { mesh, count, counted: false, said: Vec::new() });
+    }
+    let mesh = std::sync::Arc::new(build_mesh(scene)?);
+    setup::check_on(scene, &mesh)?;
+    let cells = mesh.cells.len() as f64;
+    let (count, counted) = match (cells > COUNTED).then(|| memory::samples(scene, cells)).flatten() {
+        Some(samples) => {
+            let unknowns = Unknowns::new(scene, &mesh, &setup::describe(scene, &mesh)).counts();
+            (Count { unknowns, ..samples.at(cells) }, false)
+        }
+        None => (memory::count(scene, &mesh).ok_or_else(|| setup::uncounted(scene))?, true),
+    };
+    let (quality, friction) = (mesh.quality(), scene.parameters.friction);
+    let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
+    let turning = rotation::remark(&mesh, &velocity, &setup::describe(scene, &mesh).conditions, friction);
+    let of_mesh = setup::mesh_remarks(&mesh).into_iter().chain(setup::resolution_remarks(scene, &mesh, &quality));
+    let said = of_mesh.chain(turning).collect();
+    Ok(Judged { mesh: MeshReport::Built(quality), count, counted, said })
+}
+
+/// As [`try_start`] on a coarser mesh of the same domain, where there is one; what goes wrong with these cells alone is no error.
+fn try_coarse(scene: &Scene, cells: f64) -> Result<(), RunError> {
+    let coarse = forecast::smaller(&scene.mesh, (cells / TRIED).sqrt(), scene.source());
+    let tried = coarse.map_or(Ok(()), |(table, mesh)| try_start(&scene.on(&table, &mesh.tags)));
+    tried.or_else(|error| if is_about_the_scene(&error) { Err(error) } else { Ok(()) })
+}
+
+/// A run that takes no more bytes than this is begun by `check`, but for its first step.
+const QUICK: f64 = 200.0 * memory::MIB;
+/// Cells of the mesh on which a larger one is begun.
+const TRIED: f64 = 700.0;
+
+/// Begins a run as far as its first step, and leaves nothing.
+fn try_start(scene: &Scene) -> Result<(), RunError> {
+    let setup = Setup::within(scene, None)?;
+    Writer::check(scene, &setup)?;
+    if tissue::has_moving_bodies(scene) {
+        return tissue::try_start(scene, &setup);
+    }
+    setup.start(scene)?;
+    Gauges::new(scene, &setup).map(|_| ())
+}
+
+/// Whether an error on a coarser mesh is one of the scene itself, not of these cells.
+fn is_about_the_scene(error: &RunError) -> bool {
+    let of_start = matches!(error, RunError::Formula { .. } | RunError::Start { .. });
+    of_start || matches!(error, RunError::Measure(_) | RunError::Map { .. } | RunError::Scene(_))
+}
+
+/// Bytes that a run writes.
+fn written(scene: &Scene, count: &Count) -> f64 {
+    written_on(scene, count.cells, count.unknowns)
+}
+
+/// Bytes that a run writes on a mesh of so many cells, with these unknowns of velocity, pressure or density, and polarity.
+pub(super) fn written_on(scene: &Scene, cells: f64, unknowns: [f64; 4]) -> f64 {
+    let space = scene.space;
+    let degree = [space.velocity, space.pressure, space.density, space.polarity, scene.mesh.curved.unwrap_or(1)];
+    let sizes = Sizes {
+        cells,
+        degree: degree.into_iter().max().unwrap_or(1),
+        bodies: scene.bodies.as_ref().map_or(0, |bodies| bodies.bodies.len()),
+        checkpoint: unknowns[0] + (scene.time.order + 2) as f64 * (unknowns[1] + unknowns[2]),
+        columns: measures::columns(scene).len(),
+        steps: disk::steps(scene.time.control.step, scene.time.end, scene.time.max_steps),
+        end: scene.time.end,
+    };
+    disk::bytes(&scene.outputs, &sizes)
 }
 
 impl fmt::Display for Report {
@@ -123,6 +265,9 @@ impl fmt::Display for Report {
             writeln!(out, "  {mark}  {:<26} {:<44} {}", term.name, term.formula, term.reason)?;
         }
         writeln!(out, "\nmesh\n{}", indent(&self.mesh.to_string()))?;
+        if let Some(bodies) = &self.bodies {
+            writeln!(out, "\n{bodies}")?;
+        }
         writeln!(out, "\nunknowns")?;
         for (name, count) in [
             ("velocity", self.velocity_unknowns),
@@ -132,7 +277,10 @@ impl fmt::Display for Report {
         ] {
             writeln!(out, "  {name:<14} {count}")?;
         }
-        write!(out, "\nmemory  about {:.0} MiB", self.memory_mib)?;
+        if let Some(steps) = self.steps {
+            writeln!(out, "\nsteps   {steps} of the full length")?;
+        }
+        write!(out, "\nmemory  about {:.0} MiB\ndisk    about {}", self.memory_mib, disk::shown(self.disk_mib))?;
         if let Some(preset) = &self.accuracy {
             write!(out, "\n\naccuracy = \"{}\" sets", preset.name)?;
             for (key, value) in &preset.sets {

@@ -27,7 +27,10 @@ impl Resolution {
     pub fn of_bodies(&mut self, mesh: &Mesh, bodies: &[Body], poses: &[Pose]) -> Option<String> {
         let mut worst: Option<(usize, f64, f64)> = None;
         let mut count = 0;
-        for (at, (body, pose)) in bodies.iter().zip(poses).enumerate().filter(|(at, _)| !self.told[*at]) {
+        for (at, (body, pose)) in bodies.iter().zip(poses).enumerate() {
+            if self.told[at] {
+                continue;
+            }
             let Some(cell) = self.cell(mesh, pose.position) else { continue };
             let ratio = body.shape.inradius() / cell;
             if ratio < LEAST {

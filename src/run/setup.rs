@@ -6,23 +6,26 @@ use std::sync::{Arc, OnceLock};
 use super::RunError;
 use super::available::available;
 use super::exact::check_exact;
+use super::forecast::{COUNTED, Count, Samples};
 use super::last_state::{LastState, polarity_of};
-use super::memory::{self, Unknowns};
+use super::memory::{self, Need, Unknowns};
 use super::resolution;
 use crate::form::{Faces, Integrator};
 use crate::measure::{Inlet, MeasureError, Strain};
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
-use crate::mesh::{Mesh, MeshError, Point, gmsh};
+use crate::mesh::{Mesh, MeshError, Point, Slits, gmsh};
 use crate::model::boundary::PolarityCondition;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::manufactured::Volume;
-use crate::model::momentum::MomentumError;
+use crate::model::momentum::{MomentumError, check_held};
 use crate::model::{Conditions, Expression, ModelKind, VelocityCondition, rotation, start};
+use crate::output::progress::{Progress, Verbosity};
 use crate::scene::{Initial, InitialDensity, Measure, Scene, SceneSource, What};
-use crate::space::{Field, project};
+use crate::space::{Continuity, Field, Space, project};
+use crate::time::schedule::plain;
 use crate::time::{Checkpoint, Kind, March, Sheet};
 
 /// All that is built before the first step.
@@ -52,6 +55,13 @@ const ALIGNED_LENGTH: f64 = 1.0;
 /// Bad keys, an unreadable file, inverted cells.
 pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
     mesh_of(&scene.mesh, scene.source())
+}
+
+/// Says so where making the mesh takes a while.
+pub fn announce_mesh(table: &MeshScene, verbosity: Verbosity) {
+    if let Some(cells) = table.expected().filter(|cells| *cells > table.quickly_built()) {
+        Progress::new(verbosity, 0.0).say(&format!("making a mesh of about {cells:.0} cells"));
+    }
 }
 
 /// Smallest and largest extent of a mesh from a file, and the smallest relative to its coordinates.
@@ -85,18 +95,17 @@ fn check_extent(mesh: Mesh, file: &str) -> Result<Mesh, MeshError> {
 pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError> {
     let built = match &table.file {
         None => table.build(),
-        Some(file) => gmsh::read(Path::new(file)).and_then(|mesh| check_extent(mesh, file)).and_then(|mut mesh| {
-            match table.curved {
-                None => Ok(mesh),
-                Some(degree @ 1..=3) => mesh.bend(degree).map(|()| mesh),
-                Some(other) => Err(MeshError::BadKey {
-                    key: "mesh.curved".into(),
-                    value: other.to_string(),
-                    rule: "must be 1, 2 or 3".into(),
-                    hint: "leave it out to keep the geometry of the file".into(),
-                }),
-            }
+        Some(_) if table.curved.is_some_and(|degree| !(1..=3).contains(&degree)) => Err(MeshError::BadKey {
+            key: "mesh.curved".into(),
+            value: table.curved.unwrap_or_default().to_string(),
+            rule: "must be 1, 2 or 3".into(),
+            hint: "leave it out to keep the geometry of the file".into(),
         }),
+        Some(file) => {
+            let slits = if table.slits == Some(true) { Slits::Kept } else { Slits::Refused };
+            gmsh::read_as(Path::new(file), gmsh::Reading { curved: table.curved, slits })
+                .and_then(|mesh| check_extent(mesh, file))
+        }
     };
     let few_tags = built.and_then(|mesh| match mesh.tags.len() {
         count if count > Faces::MAX_TAGS => Err(MeshError::BadKey {
@@ -111,6 +120,10 @@ pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError
         let origin = match &error {
             MeshError::BadKey { key, .. } => source.place(key).to_string(),
             MeshError::Inverted { .. }
+            | MeshError::Folded { .. }
+            | MeshError::Overlap { .. }
+            | MeshError::Pinched { .. }
+            | MeshError::Cut { .. }
             | MeshError::NonManifold { .. }
             | MeshError::Untagged { .. }
             | MeshError::NotOnBoundary { .. }
@@ -120,6 +133,66 @@ pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError
         };
         RunError::Mesh { origin, error: Box::new(error) }
     })
+}
+
+/// Refuses what does not go together with the mesh.
+///
+/// # Errors
+/// Tags without conditions, bodies without a place, measures that the domain does not have, exact fields that are no solution, a flow
+/// that nothing holds.
+pub fn check_on(scene: &Scene, mesh: &Arc<Mesh>) -> Result<(), RunError> {
+    scene.check_tags(&mesh.tags)?;
+    scene.check_bodies(mesh)?;
+    super::tissue::check(scene)?;
+    check_measures(scene, mesh)?;
+    check_exact(scene, mesh)?;
+    if scene.parameters.friction == 0.0 {
+        let velocity = Space::new(mesh, Continuity::Continuous, scene.space.velocity, 2);
+        check_held(&velocity, &describe(scene, mesh).conditions).map_err(|error| {
+            let origin = scene.source().place("model.friction").to_string();
+            RunError::Model { origin, error: Box::new(error) }
+        })?;
+    }
+    Ok(())
+}
+
+/// A mesh on which the unknowns cannot be counted.
+pub(super) fn uncounted(scene: &Scene) -> RunError {
+    RunError::Start {
+        file: scene.source().place("mesh").to_string(),
+        what: "the unknowns on this mesh cannot be counted".to_owned(),
+        hint: "take a coarser mesh; `monolayer mesh` tells what it is like".to_owned(),
+    }
+}
+
+/// What a scene takes, by the number of cells that its mesh will have; a mesh from a file is read.
+///
+/// # Errors
+/// A mesh that cannot be built, tags without conditions, unknowns that cannot be counted.
+pub fn forecast(scene: &Scene) -> Result<Count, RunError> {
+    let uncounted = || uncounted(scene);
+    if let Some(cells) = scene.mesh.expected().filter(|cells| *cells > COUNTED) {
+        return memory::samples(scene, cells).map(|samples| samples.at(cells)).ok_or_else(uncounted);
+    }
+    let mesh = Arc::new(build_mesh(scene)?);
+    scene.check_tags(&mesh.tags)?;
+    let cells = mesh.cells.len() as f64;
+    let large = (cells > COUNTED).then(|| memory::samples(scene, cells)).flatten();
+    large.map(|samples| samples.at(cells)).or_else(|| memory::count(scene, &mesh)).ok_or_else(uncounted)
+}
+
+/// The memory of a scene on its mesh: counted where that is quick, else judged by smaller meshes.
+///
+/// # Errors
+/// Unknowns that cannot be ordered.
+pub fn need_on(scene: &Scene, mesh: &Arc<Mesh>, samples: Option<Samples>) -> Result<Need, RunError> {
+    let cells = mesh.cells.len() as f64;
+    if cells > COUNTED
+        && let Some(samples) = samples.or_else(|| memory::samples(scene, cells))
+    {
+        return Ok(Need { bytes: samples.at(cells).bytes, structure: None });
+    }
+    Ok(memory::need(scene, &Unknowns::new(scene, mesh, &describe(scene, mesh)).layout())?)
 }
 
 /// The model of a kind.
@@ -145,15 +218,17 @@ impl Setup {
     /// As [`build_mesh`], [`Scene::check_tags`], [`memory::check`] and [`Incompressible::new`].
     pub fn within(scene: &Scene, available: Option<f64>) -> Result<Self, RunError> {
         let begin = std::time::Instant::now();
+        let large = scene.mesh.expected().filter(|cells| *cells > COUNTED);
+        let samples = large.and_then(|cells| Some((cells, memory::samples(scene, cells)?)));
+        if let Some((cells, samples)) = &samples {
+            // before the mesh is made, which takes its time and memory, too
+            memory::check(scene, samples.at(*cells).bytes, available)?;
+        }
         let mesh = Arc::new(build_mesh(scene)?);
-        scene.check_tags(&mesh.tags)?;
-        scene.check_bodies(&mesh)?;
-        super::tissue::check(scene)?;
-        check_measures(scene, &mesh)?;
-        check_exact(scene, &mesh)?;
+        check_on(scene, &mesh)?;
         let description = describe(scene, &mesh);
-        let need = memory::need(scene, &Unknowns::new(scene, &mesh, &description).layout())?;
-        memory::check(scene, &need, available)?;
+        let need = need_on(scene, &mesh, samples.map(|(_, samples)| samples))?;
+        memory::check(scene, need.bytes, available)?;
         let model: Result<Box<dyn Sheet>, _> = match &scene.bodies {
             None => build(scene.parameters.kind(), &mesh, &description),
             Some(bodies) => super::tissue::around(&mesh, &description, bodies).map(|model| Box::new(model) as _),
@@ -283,7 +358,7 @@ impl Setup {
                 }
             };
             past.insert(0, (t, y));
-            t += settings.length(settings.control.step, step);
+            t = plain(t + settings.length(settings.control.step, step), 0.0);
         }
         March::start_after(&*self.model, settings, past).map_err(failed)
     }
@@ -299,10 +374,22 @@ impl Setup {
             && saved.past.iter().all(|(_, p)| p.len() == unknowns)
     }
 
+    /// Refuses results that the disk of their folder cannot take.
+    ///
+    /// # Errors
+    /// [`RunError::Disk`]
+    pub fn check_disk(&self, scene: &Scene, folder: &Path) -> Result<(), RunError> {
+        let model = &self.model;
+        let counts = [model.velocity().dof_count(), model.volume().dof_count(), model.polarity().space.dof_count(), 0];
+        let bytes = super::report::written_on(scene, self.mesh.cells.len() as f64, counts.map(|n| n as f64));
+        super::disk::check(scene.source(), bytes, folder)
+    }
+
     /// Remarks of the scene, and those that need the mesh.
     pub fn remarks(&self, scene: &Scene) -> Vec<String> {
         let mut remarks = scene.remarks();
-        remarks.extend(mesh_remarks(scene, &self.mesh, &self.quality));
+        remarks.extend(mesh_remarks(&self.mesh));
+        remarks.extend(resolution_remarks(scene, &self.mesh, &self.quality));
         let (model, friction) = (&self.model, scene.parameters.friction);
         remarks.extend(rotation::remark(&self.mesh, model.velocity(), model.conditions(), friction));
         remarks
@@ -310,9 +397,30 @@ impl Setup {
 }
 
 /// What the mesh does not resolve.
-pub fn mesh_remarks(scene: &Scene, mesh: &Mesh, quality: &Quality) -> Vec<String> {
+pub fn resolution_remarks(scene: &Scene, mesh: &Mesh, quality: &Quality) -> Vec<String> {
     let of_bodies = scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies));
     resolution_remark(scene, quality).into_iter().chain(of_bodies).collect()
+}
+
+/// What was left out of the mesh's file, and what its parts mean for the pressure.
+pub fn mesh_remarks(mesh: &Mesh) -> Vec<String> {
+    let mut remarks: Vec<String> = mesh.notes.iter().map(|note| format!("mesh file: {note}")).collect();
+    let count = mesh.parts().count;
+    if count > 1 {
+        remarks.push(format!(
+            "the mesh has {count} parts that share no faces; each has a flow of its own, and where nothing else \
+             fixes its pressure, a \
+             pressure of zero mean"
+        ));
+    }
+    if let Some(&first) = mesh.coincident.first() {
+        let (x, lie) = (mesh.vertices[first], mesh.coincident.len());
+        remarks.push(format!(
+            "{lie} boundary vertices lie on others without being joined, the first at ({:.4}, {:.4})",
+            x.x, x.y
+        ));
+    }
+    remarks
 }
 
 /// A warning when even the smallest cells do not resolve the coherence length.
@@ -395,7 +503,7 @@ fn exact_density(scene: &Scene) -> &Expression {
 /// The first key in which two resolved scenes differ, of those that define the problem.
 pub fn first_difference(saved: &str, now: &str) -> Option<String> {
     let read = |text: &str| -> toml::Table {
-        let mut table: toml::Table = text.parse().unwrap_or_default();
+        let mut table = crate::scene::renamed::table(text).unwrap_or_default();
         for key in ["output", "title", "accuracy", "coupling", "steady", "strain"] {
             table.remove(key);
         }

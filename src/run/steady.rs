@@ -175,8 +175,8 @@ impl SteadyReport {
 impl fmt::Display for SteadyReport {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, attempt) in self.tries.iter().enumerate() {
-            let end = if k + 1 == self.tries.len() { "" } else { "\n" };
-            write!(out, "{}: {} after {} steps{end}", attempt.way.name(), attempt.outcome, attempt.steps)?;
+            let start = if k == 0 { "" } else { "\n" };
+            write!(out, "{start}{}: {} after {} steps", attempt.way.name(), attempt.outcome, attempt.steps)?;
         }
         if let Some(o) = &self.oscillation {
             write!(

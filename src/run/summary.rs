@@ -231,6 +231,15 @@ pub(super) fn peak_memory_mib() -> Option<f64> {
     line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kib| kib / 1024.0)
 }
 
+/// Seconds in a unit that leaves digits: `2.1 s`, `35 ms`, `0.46 ms`.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s >= 1.0 => format!("{s:.1} s"),
+        s if s >= 0.01 => format!("{:.0} ms", 1e3 * s),
+        s => format!("{:.2} ms", 1e3 * s),
+    }
+}
+
 impl std::fmt::Display for Summary {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let end = match &self.ending {
@@ -245,14 +254,16 @@ impl std::fmt::Display for Summary {
             Ending::Interrupted => "interrupted; `--resume` continues",
             Ending::Failed { .. } => "a step failed",
         };
-        writeln!(
-            out,
-            "t = {} after {} steps ({} rejected): {end}",
-            self.time, self.counts.steps, self.counts.rejected
-        )?;
-        let mean = self.counts.nonlinear_iterations as f64 / (self.counts.steps.max(1)) as f64;
-        let each = self.seconds_per_iteration.map_or_else(String::new, |s| format!(", {s:.3} s each"));
-        writeln!(out, "{mean:.1} iterations a step{each}; {:.1} s in all", self.seconds_total)?;
+        let Counts { steps, rejected, .. } = self.counts;
+        if self.steady.is_some() {
+            // a search does not march: its steps end at no time, and solve for everything at once
+            writeln!(out, "{steps} steps of the search: {end}; {:.1} s in all", self.seconds_total)?;
+        } else {
+            writeln!(out, "t = {} after {steps} steps ({rejected} rejected): {end}", self.time)?;
+            let mean = self.counts.nonlinear_iterations as f64 / steps.max(1) as f64;
+            let each = self.seconds_per_iteration.map_or_else(String::new, |s| format!(", {} each", duration(s)));
+            writeln!(out, "{mean:.1} iterations a step{each}; {:.1} s in all", self.seconds_total)?;
+        }
         if let Some(residual) = self.residual {
             writeln!(out, "residual of the stationary equations {residual:.3e}")?;
         }

@@ -238,6 +238,19 @@ fn swimmers(
     Ok(Swimmers { resolution, march, contact, grid: None, contacts, easel })
 }
 
+/// Prepares the bodies of a scene and the flow about them, as a run does before its first step.
+///
+/// # Errors
+/// As those of a run.
+pub(super) fn try_start(scene: &Scene, setup: &Setup) -> Result<(), RunError> {
+    let bodies = scene.bodies.as_ref().expect("the scene has bodies");
+    let p = setup.initial(scene)?.values;
+    let model = around(&setup.mesh, &describe(scene, &setup.mesh), bodies)
+        .map_err(|error| RunError::Model { origin: scene.source().origin().into(), error: Box::new(error) })?;
+    let walls = bodies.walls_on(&setup.mesh);
+    swimmers((scene, bodies, walls.as_slice()), model, p, None, Path::new("checkpoint.bin")).map(|_| ())
+}
+
 /// Runs a scene with bodies that move to its end and leaves the results in `options.out`.
 ///
 /// # Errors
@@ -247,6 +260,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> 
     let text = scene.resolved_toml();
     let saved = motion::prepare(&text, options)?;
     let setup = Setup::new(scene)?;
+    setup.check_disk(scene, &options.out)?;
     let origin = scene.source().origin();
     let bodies = scene.bodies.as_ref().expect("the scene has bodies");
     let p = setup.initial(scene)?.values;

@@ -19,15 +19,13 @@ use crate::output::history::History;
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::output::{OutputError, number, write_whole};
+use crate::scene::output::AXIS_POINTS;
 use crate::scene::{Axis, AxisLine, Cut, Field, MapRequest, Scene, What};
 use crate::space;
 use crate::time::{March, Schedule, StepReport};
 
 /// Columns of the history before the measures.
 const STEP_COLUMNS: [&str; 7] = ["time", "dt", "order", "iterations", "increment", "rate", "rejected"];
-
-/// Points of a cut along an axis.
-const AXIS_POINTS: usize = 1001;
 
 /// A run that is killed loses no more than this, whatever its scene asks for.
 const PAUSE: std::time::Duration = std::time::Duration::from_secs(60);
@@ -81,7 +79,6 @@ impl Writer {
         scene: &Scene,
         setup: &Setup,
         out: &Path,
-        march: &March,
         resumed: Option<Resumed>,
     ) -> Result<Self, RunError> {
         let last_time = resumed.map(|resumed| resumed.last_time());
@@ -154,6 +151,21 @@ impl Writer {
             resumed.drop_later(out, &requests.map(|request| request.name.as_str()).collect::<Vec<_>>())?;
         }
         Ok(writer)
+    }
+
+    /// Whether the pictures and sections that a scene asks for can be made.
+    ///
+    /// # Errors
+    /// A window or a section without a point in the domain.
+    pub fn check(scene: &Scene, setup: &Setup) -> Result<(), RunError> {
+        maps::check_all_windows(&scene.outputs, scene.source(), &setup.mesh)?;
+        for output in &scene.outputs {
+            match &output.what {
+                What::Cuts(cuts) => cuts.iter().try_for_each(|cut| section(cut, scene, setup).map(|_| ()))?,
+                What::Measures(_) | What::Fields(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => {}
+            }
+        }
+        Ok(())
     }
 
     fn open_series(&mut self, setup: &Setup, resume_at: Option<f64>) -> Result<(), RunError> {

@@ -12,11 +12,9 @@ fn refuse<T>(rule: String, hint: impl Into<String>) -> Result<T, Refusal> {
     Err(Refusal { rule, hint: hint.into() })
 }
 
-/// Sets the value at `keys` below `root`, or removes it if `text` is empty. Tables on the way are made.
-pub(super) fn set(root: &mut Item, keys: &[&str], text: &str) -> Result<(), Refusal> {
-    if keys.iter().any(|key| key.is_empty()) {
-        return refuse("this is no path of keys".to_owned(), "write keys with dots between, as in model.peclet");
-    }
+/// Sets the value at `keys` below `root`, or removes it if `text` is empty. Tables on the way are made. `false` if
+/// there was nothing to remove.
+pub(super) fn set(root: &mut Item, keys: &[&str], text: &str) -> Result<bool, Refusal> {
     let value = if text.is_empty() { None } else { Some(parse(text)?) };
     in_item(root, keys, value)
 }
@@ -37,7 +35,7 @@ fn parse(text: &str) -> Result<Value, Refusal> {
     }
 }
 
-fn in_item(item: &mut Item, keys: &[&str], value: Option<Value>) -> Result<(), Refusal> {
+fn in_item(item: &mut Item, keys: &[&str], value: Option<Value>) -> Result<bool, Refusal> {
     match item {
         Item::Table(table) => in_table(table, keys, value, || Item::Table(Table::new())),
         Item::Value(inner) => in_value(inner, keys, value),
@@ -47,7 +45,7 @@ fn in_item(item: &mut Item, keys: &[&str], value: Option<Value>) -> Result<(), R
                 Some(table) if !rest.is_empty() => in_table(table, rest, value, || Item::Table(Table::new())),
                 Some(_) if value.is_none() => {
                     tables.remove(at);
-                    Ok(())
+                    Ok(true)
                 }
                 Some(_) | None => refuse("a whole table cannot be set".to_owned(), "set its keys one by one"),
             }
@@ -62,30 +60,26 @@ fn in_table(
     keys: &[&str],
     value: Option<Value>,
     below: impl Fn() -> Item,
-) -> Result<(), Refusal> {
+) -> Result<bool, Refusal> {
     let Some((key, rest)) = keys.split_first() else {
         return refuse("this is a whole table".to_owned(), "set its keys one by one");
     };
     match (rest.is_empty(), value) {
-        (true, None) => {
-            table.remove(key);
-        }
+        (true, None) => Ok(table.remove(key).is_some()),
         (true, Some(value)) => {
             table.insert(key, Item::Value(value));
+            Ok(true)
         }
         (false, value) => {
-            if table.get(key).is_none() {
+            if table.get(key).is_none() && value.is_some() {
                 table.insert(key, below());
             }
-            if let Some(next) = table.get_mut(key) {
-                in_item(next, rest, value)?;
-            }
+            table.get_mut(key).map_or(Ok(false), |next| in_item(next, rest, value))
         }
     }
-    Ok(())
 }
 
-fn in_value(inner: &mut Value, keys: &[&str], value: Option<Value>) -> Result<(), Refusal> {
+fn in_value(inner: &mut Value, keys: &[&str], value: Option<Value>) -> Result<bool, Refusal> {
     match inner {
         Value::InlineTable(table) => {
             in_table(table, keys, value, || Item::Value(Value::InlineTable(InlineTable::new())))
@@ -99,21 +93,21 @@ fn in_value(inner: &mut Value, keys: &[&str], value: Option<Value>) -> Result<()
     }
 }
 
-fn in_array(array: &mut Array, keys: &[&str], value: Option<Value>) -> Result<(), Refusal> {
+fn in_array(array: &mut Array, keys: &[&str], value: Option<Value>) -> Result<bool, Refusal> {
     let (at, rest) = index(keys, array.len(), value.is_none())?;
     match (array.get_mut(at), value) {
         (Some(element), value) if !rest.is_empty() => in_value(element, rest, value),
         (Some(element), Some(value)) => {
             *element = value;
-            Ok(())
+            Ok(true)
         }
         (Some(_), None) => {
             array.remove(at);
-            Ok(())
+            Ok(true)
         }
         (None, Some(value)) if rest.is_empty() => {
             array.push(value);
-            Ok(())
+            Ok(true)
         }
         (None, _) => refuse("there is no such element".to_owned(), "append whole elements only"),
     }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::path::quoted;
+
 /// Where a value was given.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
@@ -37,11 +39,14 @@ pub enum SceneError {
     #[error("{place}: `{key}` is missing; hint: {hint}")]
     Missing { place: Box<Place>, key: String, hint: String },
     #[error(
-        "{place}: [boundary.{tag}] names no part of the mesh's boundary{suggestion}; hint: the mesh's tags are {known}"
+        "{place}: [boundary.{}] names no part of the mesh's boundary{suggestion}; hint: the mesh's tags are {known}",
+        quoted(.tag)
     )]
     UnknownTag { place: Box<Place>, tag: String, suggestion: String, known: String },
     #[error(
-        "{file}: the boundary tag `{tag}` of the mesh has no condition; hint: add [boundary.{tag}] with `velocity` and `polarity`"
+        "{file}: the boundary tag `{tag}` of the mesh has no condition; hint: add [boundary.{}] with `velocity` and \
+         `polarity`",
+        quoted(.tag)
     )]
     TagWithoutCondition { file: String, tag: String },
 }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::path::join;
 use toml_edit::{Document, Item, Key, TableLike, Value};
 
 /// Line (from 1) of the byte `at`.
@@ -9,12 +10,18 @@ pub(super) fn line(text: &str, at: usize) -> usize {
     text.bytes().take(at).filter(|&byte| byte == b'\n').count() + 1
 }
 
+/// The key on the line of the byte `at`, if it has letters that no key may have without quotes.
+pub(super) fn key_with_accents(text: &str, at: usize) -> Option<&str> {
+    let start = text.get(..at)?.rfind('\n').map_or(0, |end| end + 1);
+    let key = text[start..].lines().next()?.split('=').next()?.trim();
+    (!key.is_ascii() && !key.contains(['"', '\'', '#', '[', ' '])).then_some(key)
+}
+
 /// Byte position of the dotted `key`, or of the innermost table around it that exists.
 pub(super) fn position(document: &Document<&str>, key: &str) -> Option<usize> {
     let mut best = (0, None);
     walk(document.as_item(), &mut Vec::new(), &mut |path, span| {
-        // joined, because a quoted key may itself have dots
-        let rest = key.strip_prefix(&path.join("."));
+        let rest = key.strip_prefix(&join(path));
         let around = rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
         // of equal paths the first wins: the key, not its value
         if around && path.len() > best.0 {
@@ -47,7 +54,7 @@ pub(super) fn path_of(document: &Document<&str>, wanted: &Range<usize>) -> Vec<S
 }
 
 /// Calls `visit` with the path and the byte range of every key and of every value below `item`.
-fn walk(item: &Item, path: &mut Vec<String>, visit: &mut dyn FnMut(&[String], Range<usize>)) {
+pub(super) fn walk(item: &Item, path: &mut Vec<String>, visit: &mut dyn FnMut(&[String], Range<usize>)) {
     if let (Some(span), false) = (item.span(), path.is_empty()) {
         visit(path, span);
     }

@@ -6,23 +6,23 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 
 /// A scalar that a map shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// `|v|`
     Speed,
     /// `v_1`
-    #[serde(rename = "velocity-1")]
+    #[serde(rename = "velocity_1")]
     Velocity1,
     /// `v_2`
-    #[serde(rename = "velocity-2")]
+    #[serde(rename = "velocity_2")]
     Velocity2,
     /// `|p|`
     Polarity,
     /// `p_1`
-    #[serde(rename = "polarity-1")]
+    #[serde(rename = "polarity_1")]
     Polarity1,
     /// `p_2`
-    #[serde(rename = "polarity-2")]
+    #[serde(rename = "polarity_2")]
     Polarity2,
     /// `Π`, in a compressible sheet `ρΠ`.
     Pressure,
@@ -31,10 +31,10 @@ pub enum Quantity {
     /// `|κ²Δ_h p|`
     PolarityLaplacian,
     /// `(κ²Δ_h p)_1`
-    #[serde(rename = "polarity-laplacian-1")]
+    #[serde(rename = "polarity_laplacian_1")]
     PolarityLaplacian1,
     /// `(κ²Δ_h p)_2`
-    #[serde(rename = "polarity-laplacian-2")]
+    #[serde(rename = "polarity_laplacian_2")]
     PolarityLaplacian2,
     /// No field: the rigid bodies alone, without tissue around them.
     Bodies,
@@ -67,20 +67,25 @@ impl Quantity {
         Quantity::Bodies,
     ];
 
-    /// As in the scene file, and the default name of the picture.
+    /// Default name of its pictures.
+    pub fn file_name(self) -> String {
+        self.name().replace('_', "-")
+    }
+
+    /// As in the scene file.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Speed => "speed",
-            Quantity::Velocity1 => "velocity-1",
-            Quantity::Velocity2 => "velocity-2",
+            Quantity::Velocity1 => "velocity_1",
+            Quantity::Velocity2 => "velocity_2",
             Quantity::Polarity => "polarity",
-            Quantity::Polarity1 => "polarity-1",
-            Quantity::Polarity2 => "polarity-2",
+            Quantity::Polarity1 => "polarity_1",
+            Quantity::Polarity2 => "polarity_2",
             Quantity::Pressure => "pressure",
             Quantity::Density => "density",
-            Quantity::PolarityLaplacian => "polarity-laplacian",
-            Quantity::PolarityLaplacian1 => "polarity-laplacian-1",
-            Quantity::PolarityLaplacian2 => "polarity-laplacian-2",
+            Quantity::PolarityLaplacian => "polarity_laplacian",
+            Quantity::PolarityLaplacian1 => "polarity_laplacian_1",
+            Quantity::PolarityLaplacian2 => "polarity_laplacian_2",
             Quantity::Bodies => "bodies",
         }
     }

@@ -11,7 +11,9 @@ mod locate;
 pub mod maps;
 pub mod output;
 pub mod particles;
+pub mod path;
 pub mod presets;
+pub mod renamed;
 mod resolve;
 mod source;
 pub mod start;
@@ -141,6 +143,8 @@ pub struct Time {
     pub stop_residual: Option<f64>,
     /// Bound on `|dF/dt|` that ends the run.
     pub stop_energy_rate: Option<f64>,
+    /// From then on the data of the scene are constant, and the run may stop; 0 where it does not stop.
+    pub rests_from: f64,
 }
 
 impl Time {
@@ -243,6 +247,11 @@ impl Scene {
         }
     }
 
+    /// The scene on another mesh, for counting: tags that it does not know take the conditions of those that it does, in turn.
+    pub fn on(&self, mesh: &MeshScene, tags: &[String]) -> Scene {
+        Scene { mesh: mesh.clone(), boundary: stokes::conditions_on(&self.boundary, tags), ..self.clone() }
+    }
+
     /// The model's terms and the sources, on and off.
     pub fn terms(&self) -> Vec<Term> {
         let exact = self.sources.exact.is_some();
@@ -255,6 +264,9 @@ impl Scene {
             Term { name, formula, on: given || exact, reason: reason.to_owned() }
         };
         let mut terms = self.parameters.terms();
+        if self.pressure_is_free() {
+            terms.iter_mut().filter(|term| term.name == "pressure").for_each(|term| term.reason = ZERO_MEAN.to_owned());
+        }
         terms.push(source("force", "(f_v|w)", self.sources.force.is_some()));
         match self.parameters.kind() {
             ModelKind::Incompressible => {}
@@ -274,25 +286,19 @@ impl Scene {
 
     /// What is worth knowing before the run and no error.
     pub fn remarks(&self) -> Vec<String> {
-        let mut remarks = Vec::new();
-        if self.pressure_is_free() {
-            remarks.push(
-                "the velocity is Dirichlet or slip on the whole boundary: the pressure is fixed by its zero mean, and the \
-                 prescribed flow must conserve volume"
-                    .to_owned(),
-            );
-        }
+        let mut remarks = self.source.notes().to_vec();
         let steps = self.time.end / self.time.control.step;
         if steps > 1e6 && self.time.max_steps.is_none() {
             remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", self.time.control.step, self.time.end));
         }
-        for output in &self.outputs {
-            if let Schedule::Time(every) = output.schedule
-                && self.time.end / every > 1e5
-            {
-                remarks.push(format!("an output every {every} means {:.1e} of them", self.time.end / every));
-            }
+        let from = self.time.rests_from;
+        if from > 0.0 {
+            let never = if from > self.time.end { ", after `time.end`: it cannot end the run" } else { "" };
+            remarks.push(format!("the data change until t = {from}; `time.stop` looks from then on{never}"));
         }
         remarks
     }
 }
+
+/// Of the term of the pressure, where only its gradient counts.
+pub(crate) const ZERO_MEAN: &str = "always on; its mean is 0, as no tag prescribes a normal stress";

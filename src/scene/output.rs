@@ -10,7 +10,7 @@ use crate::time::Schedule;
 
 /// Fields that can be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 pub enum Field {
     /// `v`
     Velocity,
@@ -34,7 +34,7 @@ pub enum Field {
 
 /// Numbers that can be measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 pub enum Measure {
     /// Largest first component behind the disc on axis 1, less 1, in percent; velocity and polarity.
     Overshoot,
@@ -156,11 +156,11 @@ impl Field {
             Field::Pressure => "pressure",
             Field::Density => "density",
             Field::Polarity => "polarity",
-            Field::MolecularField => "molecular-field",
-            Field::StreamFunction => "stream-function",
-            Field::TissueVelocity => "tissue-velocity",
-            Field::PolarityLaplacian => "polarity-laplacian",
-            Field::ElasticStrain => "elastic-strain",
+            Field::MolecularField => "molecular_field",
+            Field::StreamFunction => "stream_function",
+            Field::TissueVelocity => "tissue_velocity",
+            Field::PolarityLaplacian => "polarity_laplacian",
+            Field::ElasticStrain => "elastic_strain",
         }
     }
 }
@@ -203,24 +203,27 @@ impl Measure {
         match self {
             Measure::Overshoot => "overshoot",
             Measure::Asymmetry => "asymmetry",
-            Measure::FreeEnergy => "free-energy",
-            Measure::EnergyBudget => "energy-budget",
+            Measure::FreeEnergy => "free_energy",
+            Measure::EnergyBudget => "energy_budget",
             Measure::Mass => "mass",
-            Measure::DensityMin => "density-min",
-            Measure::LimitedCells => "limited-cells",
+            Measure::DensityMin => "density_min",
+            Measure::LimitedCells => "limited_cells",
             Measure::Defects => "defects",
             Measure::Circulation => "circulation",
-            Measure::ElasticStrain => "elastic-strain",
-            Measure::KineticEnergy => "kinetic-energy",
+            Measure::ElasticStrain => "elastic_strain",
+            Measure::KineticEnergy => "kinetic_energy",
             Measure::Gap => "gap",
             Measure::Overlap => "overlap",
             Measure::Contacts => "contacts",
-            Measure::WallForce => "wall-force",
+            Measure::WallForce => "wall_force",
             Measure::Body => "body",
             Measure::Holding => "holding",
         }
     }
 }
+
+/// Points of a cut along an axis.
+pub const AXIS_POINTS: usize = 1001;
 
 /// A section through the fields.
 #[derive(Debug, Clone, PartialEq)]
@@ -243,6 +246,14 @@ pub enum Cut {
 }
 
 impl Cut {
+    /// How many points it has.
+    pub fn points(&self) -> usize {
+        match self {
+            Cut::Axis(_) => AXIS_POINTS,
+            Cut::Line { points, .. } | Cut::Circle { points, .. } => *points,
+        }
+    }
+
     /// Name of the table that is written.
     pub fn name(&self) -> &str {
         match self {

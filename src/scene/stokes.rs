@@ -10,9 +10,10 @@ use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, Wa
 use super::error::{Place, SceneError};
 use super::output::{Output, OutputTable};
 use super::particles::{MotionTime, MotionTimeTable};
+use super::path::quoted;
 use super::resolve;
 use super::source::SceneSource;
-use super::tables::SlipName;
+use super::tables::WallsName;
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::NamedCondition;
@@ -88,14 +89,15 @@ pub struct StokesModel {
 pub struct StokesSpace {
     /// Velocity k+1, pressure k; 1 to 3 (default 1).
     pub k: usize,
-    pub slip: SlipName,
+    /// How slip walls are imposed: `"rotated"` (default) or `"penalty"`.
+    pub walls: WallsName,
     /// `ε_r` of slip by penalty (default 1e-8).
     pub penalty: f64,
 }
 
 impl Default for StokesSpace {
     fn default() -> Self {
-        Self { k: 1, slip: SlipName::Rotated, penalty: 1e-8 }
+        Self { k: 1, walls: WallsName::Rotated, penalty: 1e-8 }
     }
 }
 
@@ -159,6 +161,11 @@ impl StokesScene {
         self.bodies.as_ref().map_or(Ok(()), |bodies| bodies.check_mesh(&self.source, mesh))
     }
 
+    /// The scene with conditions on other tags, for counting: those that it does not know take the ones that it does, in turn.
+    pub fn on(&self, tags: &[String]) -> StokesScene {
+        StokesScene { boundary: conditions_on(&self.boundary, tags), ..self.clone() }
+    }
+
     /// The conditions in the order of the mesh's tags.
     pub fn conditions(&self, mesh: &Mesh) -> Vec<Conditions> {
         mesh.tags.iter().map(|tag| self.boundary[tag].clone()).collect()
@@ -170,6 +177,16 @@ impl StokesScene {
     }
 }
 
+/// Conditions on these tags: those that are unknown take the known ones in turn.
+pub(super) fn conditions_on(boundary: &BTreeMap<String, Conditions>, tags: &[String]) -> BTreeMap<String, Conditions> {
+    let known: Vec<&Conditions> = boundary.values().collect();
+    let of = |(at, tag): (usize, &String)| {
+        let conditions = boundary.get(tag).or_else(|| known.get(at % known.len().max(1)).copied());
+        conditions.map(|conditions| (tag.clone(), conditions.clone()))
+    };
+    tags.iter().enumerate().filter_map(of).collect()
+}
+
 /// Compares boundary conditions with the tags of the mesh: each tag has one, each one has a tag.
 ///
 /// # Errors
@@ -179,10 +196,11 @@ pub(super) fn check_tags<'a>(
     given: impl Iterator<Item = &'a String> + Clone,
     tags: &[String],
 ) -> Result<(), SceneError> {
-    let known: Vec<&str> = tags.iter().map(String::as_str).collect();
+    let known: Vec<String> = tags.iter().map(|tag| quoted(tag)).collect();
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
     if let Some(tag) = given.clone().find(|tag| !tags.contains(tag)) {
-        let suggestion = names::did_you_mean(tag, &known);
-        let place: Box<Place> = source.place(&format!("boundary.{tag}"));
+        let suggestion = names::did_you_mean(&quoted(tag), &known);
+        let place: Box<Place> = source.place(&format!("boundary.{}", quoted(tag)));
         return Err(SceneError::UnknownTag { place, tag: tag.clone(), suggestion, known: known.join(", ") });
     }
     let file = source.origin().to_owned();

@@ -60,7 +60,7 @@ pub struct SceneFile {
     pub output: Vec<OutputTable>,
 }
 
-/// `[space]`: polynomial degrees, and how slip is imposed.
+/// `[space]`: polynomial degrees, and how `v·n = 0` is imposed on slip walls.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SpaceTable {
@@ -68,15 +68,15 @@ pub struct SpaceTable {
     pub k: usize,
     /// Single degrees in place of those that `k` gives.
     pub degree: DegreeTable,
-    /// `"rotated"` (default) or `"penalty"`.
-    pub slip: SlipName,
-    /// `ε_r` of [10.3], used by `slip = "penalty"` (default 1e-8).
+    /// How slip walls are imposed: `"rotated"` (default) or `"penalty"`.
+    pub walls: WallsName,
+    /// `ε_r` of [10.3], used by `walls = "penalty"` (default 1e-8).
     pub penalty: f64,
 }
 
 impl Default for SpaceTable {
     fn default() -> Self {
-        Self { k: 1, degree: DegreeTable::default(), slip: SlipName::Rotated, penalty: 1e-8 }
+        Self { k: 1, degree: DegreeTable::default(), walls: WallsName::Rotated, penalty: 1e-8 }
     }
 }
 
@@ -99,7 +99,7 @@ pub struct DegreeTable {
 /// How `v·n = 0` is imposed on curved boundaries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum SlipName {
+pub enum WallsName {
     Rotated,
     Penalty,
 }

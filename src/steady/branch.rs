@@ -1,5 +1,5 @@
-//! Branches of steady states in one parameter: folds, pitchforks and Hopf points are found on the way, and branches that begin at
-//! a pitchfork are followed, too.
+//! Branches of steady states in one parameter: folds, pitchforks and Hopf points are found on the way, and branches
+//! that begin at a pitchfork are followed, too.
 
 use nalgebra::Complex;
 
@@ -41,7 +41,8 @@ pub struct Point {
 /// One direction of a branch, which is a curve of steady states.
 #[derive(Debug, Clone)]
 pub struct Branch {
-    /// Number of the branch, from 0: both directions from a start have the same, and both from a point where another one crosses.
+    /// Number of the branch, from 0: both directions from a start have the same, and both from a point where another
+    /// one crosses.
     pub curve: usize,
     /// Place among all directions, and point, where it begins; none for those from the start.
     pub parent: Option<[usize; 2]>,
@@ -123,8 +124,8 @@ pub(super) struct Station {
     pub corrections: usize,
 }
 
-/// What a caller hears of every point: the place of its direction among all and the number of its branch (from 0), the point, and
-/// its model.
+/// What a caller hears of every point: the place of its direction among all and the number of its branch (from 0), the
+/// point, and its model.
 pub type Seen<'s> = dyn FnMut([usize; 2], &Point, &dyn Sheet) -> Result<(), Stall> + 's;
 
 pub(super) struct Walk<'w, 's> {
@@ -141,8 +142,8 @@ pub(super) struct Walk<'w, 's> {
     seen: &'w mut Seen<'s>,
 }
 
-/// Follows the branches through the `starts` both ways, and the branches that begin on them. A start that lies on a branch already
-/// followed adds nothing.
+/// Follows the branches through the `starts` both ways, and the branches that begin on them. A start that lies on a
+/// branch already followed adds nothing.
 ///
 /// # Errors
 /// [`Stall::Interrupted`], or a start that cannot be continued; what ends a single branch is said there.
@@ -156,7 +157,8 @@ pub fn follow(
     let start = &starts[0];
     let first = slope(family, start, &mut work)?;
     let (along, model) = direction(family, start, &first, &mut work)?;
-    // the change of what is carried over the whole range counts as much as the range; states that hardly change need no finer steps
+    // the change of what is carried over the whole range counts as much as the range; states that hardly change need no
+    // finer steps
     let size = |y: &[f64]| root(crate::solve::dot(y, &model.mass_times(y)));
     let least = LEAST_CHANGE * size(&model.carried(&start.state)).max(model.area().sqrt());
     let metric = Metric { scale: size(&along.y).max(least), residual: settings.residual };
@@ -210,8 +212,8 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    /// Whether a branch already followed passes through a place : between two of its points the parameter is the place's, and they are
-    /// no farther from it than from each other.
+    /// Whether a branch already followed passes through a place : between two of its points the parameter is the
+    /// place's, and they are no farther from it than from each other.
     fn is_known(&self, place: &Place) -> Result<bool, Stall> {
         let model = (self.family.model)(self.family.parameter(place.xi))?;
         let size = |a: &Place, b: &Place| {

@@ -158,8 +158,8 @@ impl Walk<'_, '_> {
     }
 }
 
-/// The mode of number `rank`, from 1, in the order of growth rates, of a pair each half counted: between two states of which `rank` is
-/// the larger unstable dimension, its growth rate changes sign.
+/// The mode of number `rank`, from 1, in the order of growth rates, of a pair each half counted: between two states of
+/// which `rank` is the larger unstable dimension, its growth rate changes sign.
 pub(super) fn critical(spectrum: &Spectrum, rank: usize) -> Option<&Mode> {
     let mut count = 0;
     spectrum.modes.iter().find(|mode| {

@@ -128,6 +128,10 @@ pub(super) fn axes(
     }
     if let Some(seeds) = seeds {
         let list: Vec<u64> = match seeds {
+            Seeds::Count(count) if *count > MOST as u64 => {
+                let (shown, rule) = (count.to_string(), format!("must be at most {MOST} seeds"));
+                return Err(refuse(source, "seeds", shown, &rule, "such as seeds = 5"));
+            }
             Seeds::Count(count) => (1..=*count).collect(),
             Seeds::List(list) => list.clone(),
         };
@@ -170,7 +174,7 @@ impl Axis {
 fn joined(source: &SceneSource, at: usize, table: &BTreeMap<String, AxisValues>) -> Result<Axis, StudyError> {
     let name = format!("together.{at}");
     if table.is_empty() {
-        let hint = "such as { \"model.beta\" = [0.1, 0.9], \"model.slip\" = [0, 1] }";
+        let hint = "such as { \"model.beta\" = [0.1, 0.9], \"model.alignment\" = [0, 1] }";
         return Err(refuse(source, "together", "{}".to_owned(), "an empty table varies nothing", hint));
     }
     let mut keys: Vec<String> = Vec::new();

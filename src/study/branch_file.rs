@@ -98,7 +98,7 @@ const PARAMETERS: [&str; 12] = [
     "peclet",
     "coherence",
     "elasticity",
-    "slip",
+    "alignment",
     "density.penalty",
     "density.exponent",
     "density.critical",
@@ -110,6 +110,7 @@ impl BranchStudy {
     /// # Errors
     /// Whatever is wrong with either, with file, key, value, rule and hint.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
+        let sets = &source::sets_now(sets);
         let source = source::read::<BranchFile>(path, Kind::Branch, sets)?;
         let file: BranchFile = source.tables().map_err(|found| found.1)?;
         let mut scene = source::read_scene(&source, &file.scene)?;

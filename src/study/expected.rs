@@ -15,9 +15,9 @@ const SOLVED: f64 = 10.0;
 const STEEP: f64 = 100.0;
 
 /// What may be wrong, below the last line.
-const HINT: &str = "; hint: exact fields with kinks and boundary data of another solution have no order, steps alone show none below the error \
-                    of the mesh, and coarse levels may not show it: refine, or give `expect` with the orders that you do expect \
-                    (`expect = {}` for none)";
+const HINT: &str = "; hint: exact fields with kinks and boundary data of another solution have no order, steps alone \
+                    show none below the error of the mesh, and coarse levels may not show it: refine, or give \
+                    `expect` with the orders that you do expect (`expect = {}` for none)";
 
 /// What a level promises of its errors.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,9 +33,10 @@ pub struct Promise {
 impl Promise {
     /// Of a scene with exact fields on its mesh.
     ///
-    /// With velocities of degree q, pressures r, polarities s: `v` min(q+1, r+2, s+1), `Π` min(q, r+1, s), `p` min(s+1, q+1), `Δ_h p` s−1; in a
-    /// compressible sheet with densities d `v` min(q, d)+1, `ρ` min(d+1, q), `p` min(s, q, d)+1, `div_h(ρ∇p)` min(s−1, d). On circles no field
-    /// has more than 2 on straight cells, and m+2 on cells of degree m.
+    /// With velocities of degree q, pressures r, polarities s: `v` min(q+1, r+2, s+1), `Π` min(q, r+1, s), `p`
+    /// min(s+1, q+1), `Δ_h p` s−1; in a compressible sheet with densities d `v` min(q, d)+1, `ρ` min(d+1, q), `p`
+    /// min(s, q, d)+1, `div_h(ρ∇p)` min(s−1, d). On circles no field has more than 2 on straight cells, and m+2 on
+    /// cells of degree m.
     pub fn of(scene: &Scene, mesh: &Mesh) -> Self {
         let degrees = &scene.space;
         let (q, r, d, s) = (degrees.velocity, degrees.pressure, degrees.density, degrees.polarity);
@@ -73,7 +74,8 @@ fn largest(scene: &Scene, mesh: &Mesh) -> f64 {
     places.flat_map(|x| [at(x, 0.0), at(x, scene.time.end)]).fold(0.0, f64::max)
 }
 
-/// One line for each field whose observed order falls short: of what the variant expects, or without that of what its degrees promise.
+/// One line for each field whose observed order falls short: of what the variant expects, or without that of what its
+/// degrees promise.
 pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
     let levels = outcome.complete();
     let Some(finest) = levels.last() else { return Vec::new() };
@@ -108,7 +110,8 @@ pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
     lines
 }
 
-/// What is wrong with the order of a field in `L²(L²)`: the better of the fit and the order between the last two levels counts.
+/// What is wrong with the order of a field in `L²(L²)`: the better of the fit and the order between the last two
+/// levels counts.
 fn broken_promise(outcome: &Outcome, levels: &[&Level], field: ErrorField, space: f64) -> Option<String> {
     let [.., coarse, fine] = levels else { return None };
     if is_solved(fine, field) {

@@ -13,7 +13,7 @@ use crate::model::names::did_you_mean;
 use crate::output::OutputError;
 use crate::output::plot::{Plot, Scale, Series};
 use crate::results::{label, names};
-use crate::scene::SceneSource;
+use crate::scene::{SceneSource, renamed};
 
 /// `plot = { x = "model.peclet", y = "overshoot_velocity", series = "model.elasticity", log = "x" }`
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -110,7 +110,8 @@ pub fn write(study: &SweepStudy, rows: &[Row], out: &Path) -> Result<(), StudyEr
 
 /// The model's parameters that are the same in all these runs, on one line.
 fn shared_parameters(rows: &[Row], out: &Path) -> String {
-    let scene = |row: &Row| std::fs::read_to_string(out.join(&row.case.folder).join("scene.toml")).ok()?.parse().ok();
+    let text = |row: &Row| std::fs::read_to_string(out.join(&row.case.folder).join("scene.toml")).ok();
+    let scene = |row: &Row| renamed::table(&text(row)?).ok();
     let scenes: Vec<toml::Table> = rows.iter().filter_map(scene).collect();
     label::shared(&scenes.iter().collect::<Vec<_>>())
 }

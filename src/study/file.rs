@@ -78,6 +78,7 @@ impl OrderStudy {
     /// # Errors
     /// Whatever is wrong with either, with file, key, value, rule and hint.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
+        let sets = &source::sets_now(sets);
         let source = source::read::<OrderFile>(path, Kind::Order, sets)?;
         let file: OrderFile = source.tables().map_err(|found| found.1)?;
         check_levels(&source, &file.levels)?;

@@ -4,6 +4,7 @@
 pub mod axes;
 pub mod branch;
 pub mod branch_file;
+pub mod check;
 pub mod child;
 pub mod columns;
 pub mod compare;
@@ -34,6 +35,7 @@ use crate::scene::{Place, SceneError};
 pub use branch_file::BranchStudy;
 pub use file::{OrderStudy, Variant};
 pub use order::{Level, Outcome, run};
+pub use source::renamed_words;
 pub use sweep_file::{Case, SweepStudy};
 pub use tradeoff_file::TradeoffStudy;
 

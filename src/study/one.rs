@@ -12,7 +12,7 @@ use crate::output::progress::Verbosity;
 use crate::output::{OutputError, say};
 use crate::run::motion::saved::scene_of;
 use crate::run::{Options, any, estimate};
-use crate::scene::AnyScene;
+use crate::scene::{AnyScene, renamed};
 
 /// How runs are done.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl Workshop<'_> {
     /// A folder that cannot be written, a program that cannot be started.
     pub fn ensure(&self, folder: &Path, scene: &AnyScene, lock: &Lock) -> Result<Option<(Found, f64)>, OutputError> {
         let text = scene.resolved_toml();
-        let same = std::fs::read_to_string(folder.join("scene.toml")).is_ok_and(|old| old == text);
+        let same = std::fs::read_to_string(folder.join("scene.toml")).is_ok_and(|old| renamed::modern(&old).0 == text);
         let summary = RunSummary::read(folder).filter(|_| same);
         if let Some(done) = summary.filter(RunSummary::is_complete) {
             let seconds = done.seconds_total;
@@ -46,7 +46,7 @@ impl Workshop<'_> {
         }
         let resumable = same
             && scene.tissue().is_none_or(|scene| scene.steady.is_none())
-            && scene_of(&folder.join("checkpoint.bin")).is_some_and(|saved| saved == text);
+            && scene_of(&folder.join("checkpoint.bin")).is_some_and(|saved| renamed::modern(&saved).0 == text);
         let pass = self.gate.as_ref().map(|gate| gate.enter(pool::need(scene).unwrap_or(0.0)));
         if self.interrupt.load(Ordering::Relaxed) {
             return Ok(None);

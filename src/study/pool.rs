@@ -1,10 +1,8 @@
 //! What runs at one time has to fit into the memory together.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::run::memory::{self, Unknowns};
-use crate::run::setup::{build_mesh, describe};
-use crate::scene::{AnyScene, Scene};
+use crate::scene::AnyScene;
 
 /// Lets runs in as long as their estimates fit together; one alone is always let in, and decides by itself.
 #[derive(Debug)]
@@ -61,17 +59,10 @@ impl Drop for Pass<'_> {
 /// Estimate of a run's largest memory in bytes; `None` for a scene that will be refused anyway, or that needs next to none.
 pub fn need(scene: &AnyScene) -> Option<f64> {
     match scene {
-        AnyScene::Tissue(scene) => need_of_tissue(scene),
-        AnyScene::Stokes(scene) => crate::run::stokes::need(scene),
+        AnyScene::Tissue(scene) => crate::run::setup::forecast(scene).ok().map(|count| count.bytes),
+        AnyScene::Stokes(scene) => crate::run::stokes::forecast(scene).ok().map(|count| count.bytes),
         AnyScene::Particles(_) => None,
     }
-}
-
-fn need_of_tissue(scene: &Scene) -> Option<f64> {
-    let mesh = Arc::new(build_mesh(scene).ok()?);
-    scene.check_tags(&mesh.tags).ok()?;
-    let unknowns = Unknowns::new(scene, &mesh, &describe(scene, &mesh));
-    memory::need(scene, &unknowns.layout()).ok().map(|need| need.bytes)
 }
 
 #[cfg(test)]

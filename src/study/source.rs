@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::StudyError;
 use crate::model::names;
-use crate::scene::{Place, SceneError, SceneSource};
+use crate::scene::{Place, SceneError, SceneSource, renamed};
 
 /// Keys of the scene and their values, as [`SceneSource::set`] takes them.
 pub type Values = Vec<(String, String)>;
@@ -134,6 +134,23 @@ pub(super) fn read<T: DeserializeOwned>(
     Ok(source)
 }
 
+/// Overrides by the names that their keys have today.
+pub(super) fn sets_now(sets: &[(String, String)]) -> Values {
+    sets.iter().map(|(key, value)| (renamed::path_now(key).0, value.clone())).collect()
+}
+
+/// Notes about words of a study, its scene and its overrides that have another name today.
+pub fn renamed_words(file: &Path, sets: &[(String, String)]) -> Vec<String> {
+    let text = |path: &Path| std::fs::read_to_string(path).unwrap_or_default();
+    let (study, mut notes) = renamed::modern(&text(file));
+    let scene = study.parse::<toml::Table>().ok().and_then(|table| Some(table.get("scene")?.as_str()?.to_owned()));
+    if let (Some(scene), Some(folder)) = (scene, file.parent()) {
+        notes.extend(renamed::modern(&text(&folder.join(scene))).1);
+    }
+    notes.extend(sets.iter().filter_map(|(key, _)| renamed::path_now(key).1));
+    notes
+}
+
 /// Reads the scene that a study names by `name`.
 ///
 /// # Errors
@@ -176,9 +193,10 @@ fn scene_file(source: &SceneSource, name: &str) -> Result<PathBuf, StudyError> {
 /// A misspelt `--set` may have meant the study's own keys, too.
 fn with_own_keys(error: SceneError, own: &[&'static str]) -> SceneError {
     match error {
-        SceneError::UnknownKey { place, key, known, .. } if !key.contains('.') => {
+        SceneError::UnknownKey { place, key, known, suggestion } if !key.contains('.') => {
             let all: Vec<&str> = known.split(", ").chain(own.iter().copied()).collect();
-            let suggestion = names::did_you_mean(&key, &all);
+            let better = names::did_you_mean(&key, &all);
+            let suggestion = if better.is_empty() { suggestion } else { better };
             let known = format!("{known}, and of the study {}", own.join(", "));
             SceneError::UnknownKey { place, key, suggestion, known }
         }

@@ -21,6 +21,7 @@ use crate::output::progress::Verbosity;
 use crate::run::available::available;
 use crate::run::setup::differing;
 use crate::run::stake::Stake;
+use crate::scene::renamed;
 
 /// What a caller decides about a sweep.
 #[derive(Debug)]
@@ -266,7 +267,7 @@ impl SweepStudy {
     /// The first key that differs from the study whose text is `old` and whose runs lie below `out`.
     fn difference(&self, old: &str, out: &Path) -> Option<String> {
         let read = |text: &str| -> toml::Value {
-            let mut table: toml::Table = text.parse().unwrap_or_default();
+            let mut table = renamed::table(text).unwrap_or_default();
             table.retain(|key, _| !HARMLESS.contains(&key));
             toml::Value::Table(table)
         };
@@ -276,7 +277,7 @@ impl SweepStudy {
         // the scene may have changed since
         let warm = !self.warm.is_empty();
         let read = |text: &str| -> toml::Value {
-            let mut table: toml::Table = text.parse().unwrap_or_default();
+            let mut table = renamed::table(text).unwrap_or_default();
             if warm {
                 table.remove("initial");
             }

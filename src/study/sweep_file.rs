@@ -18,7 +18,7 @@ use crate::scene::{AnyScene, SceneError, SceneSource};
 /// ```toml
 /// scene = "square.toml"
 /// set = { "time.end" = 0.5 }                    # in all runs
-/// vary = { "model.slip" = [-1, 0, 1] }          # a run for each; of several lists, for each combination
+/// vary = { "model.alignment" = [-1, 0, 1] }          # a run for each; of several lists, for each combination
 /// ```
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -104,6 +104,7 @@ impl SweepStudy {
     /// Whatever is wrong with either, with file, key, value, rule and hint. A value that the scene refuses in some of the runs
     /// is found only by [`SweepStudy::scene_of`]; one that it refuses in all of them is an error.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
+        let sets = &source::sets_now(sets);
         let source = source::read::<SweepFile>(path, Kind::Sweep, sets)?;
         let file: SweepFile = source.tables().map_err(|found| found.1)?;
         let mut scene = source::read_scene(&source, &file.scene)?;

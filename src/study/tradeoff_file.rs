@@ -113,6 +113,7 @@ impl TradeoffStudy {
     /// # Errors
     /// Whatever is wrong with either, with file, key, value, rule and hint; every setting's scene is checked.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
+        let sets = &source::sets_now(sets);
         let source = source::read::<TradeoffFile>(path, Kind::Tradeoff, sets)?;
         let file: TradeoffFile = source.tables().map_err(|found| found.1)?;
         let mut scene = source::read_scene(&source, &file.scene)?;

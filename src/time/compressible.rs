@@ -94,13 +94,11 @@ impl Sheet for Compressible {
     }
 
     fn without_conserved(&self, y: &mut [f64]) {
-        if self.is_closed() {
-            self.density.without_mean(&mut y[..self.density.space.dof_count()]);
-        }
+        self.sealed().take_off_means(&mut y[..self.density.space.dof_count()], &self.density.weights);
     }
 
     fn conserves(&self) -> bool {
-        self.is_closed()
+        self.sealed().count() > 0
     }
 
     fn state_of(&self, y: &[f64], t: f64) -> Result<State, StepFailure> {

@@ -126,7 +126,7 @@ impl StepFailure {
                 MomentumError::Solve(_)
                 | MomentumError::Formula(_)
                 | MomentumError::Body(_)
-                | MomentumError::Unheld
+                | MomentumError::Unheld { .. }
                 | MomentumError::Flux { .. },
             )
             | StepFailure::Formula(_)

@@ -8,12 +8,13 @@ use super::control::{Control, ControlSettings};
 use super::coupling::{CouplingKind, CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
 use super::memory::{Memory, Origin};
 use super::pace::Smallest;
-use super::schedule::trim;
+use super::schedule::{plain, trim};
 use super::sheet::{Kind, Sheet};
 use super::{Phases, abdf, bdf};
 use crate::model::expression::ExpressionError;
 use crate::model::momentum::MomentumError;
 use crate::model::{Residuals, State, Volume};
+use crate::solve::SolveError;
 use crate::space::Field;
 
 /// How time is discretised.
@@ -61,7 +62,7 @@ pub enum MarchError {
         "step {step} from t = {t} failed and Δt would fall below {step_min}: {}; hint: {hint}",
         without_hint(cause)
     )]
-    StepTooSmall { step: usize, t: f64, step_min: Smallest, cause: Box<StepFailure>, hint: &'static str },
+    StepTooSmall { step: usize, t: f64, step_min: Smallest, cause: Box<StepFailure>, hint: String },
     #[error("stopped from outside during step {step} from t = {t}")]
     Interrupted { step: usize, t: f64 },
     #[error("step {step} from t = {t} failed: {cause}")]
@@ -69,11 +70,12 @@ pub enum MarchError {
 }
 
 /// What to do where no step is small enough.
-fn hint(cause: &StepFailure, kind: CouplingKind) -> &'static str {
-    match cause {
+fn hint(cause: &StepFailure, kind: CouplingKind) -> String {
+    let hint = match cause {
         // fluxes leave no mean negative
         StepFailure::Density(_) => "a `source.density` may take no more than there is; else take a finer mesh there",
         StepFailure::Momentum(MomentumError::Vacuum) => "give a friction, or keep the density away from 0",
+        StepFailure::Momentum(MomentumError::Weighted(SolveError::Inaccurate { hint, .. })) => hint.as_str(),
         StepFailure::Bodies(_) => "take a smaller `time.step`, or milder forces on bodies",
         StepFailure::Slow { .. }
         | StepFailure::Diverged { .. }
@@ -81,7 +83,8 @@ fn hint(cause: &StepFailure, kind: CouplingKind) -> &'static str {
         | StepFailure::Momentum(_)
         | StepFailure::Formula(_)
         | StepFailure::Interrupted => kind.hint(),
-    }
+    };
+    hint.to_owned()
 }
 
 /// What went wrong, where another hint follows.
@@ -333,7 +336,7 @@ impl<'m> March<'m> {
         let step = self.counts.steps + 1;
         let dt = trim(self.t, self.settings.length(self.control.step, step - 1).min(cap), landing);
         let lands = self.t + dt >= landing - 1e-9 * dt;
-        (if lands { landing } else { self.t + dt }, dt)
+        (if lands { landing } else { plain(self.t + dt, 0.0) }, dt)
     }
 
     /// One try of a step to `t`.
@@ -466,7 +469,7 @@ impl<'m> March<'m> {
         let report = StepReport {
             step: self.counts.steps,
             t,
-            dt: t - self.t,
+            dt: plain(t - self.t, t),
             order,
             iterations: outcome.iterations,
             increment: outcome.increment,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::schedule::trim;
+use super::schedule::{plain, trim};
 
 /// Bounds of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,7 +115,7 @@ impl Pace {
                 Ok((done, easy)) => {
                     self.accept(easy, settings);
                     // so that no rounding piles up before an output
-                    let t = if dt == landing - t { landing } else { t + dt };
+                    let t = if dt == landing - t { landing } else { plain(t + dt, 0.0) };
                     return Ok(Paced { t, dt, rejected, why, done });
                 }
                 Err(Refusal::Failure(reason)) => return Err(reason),

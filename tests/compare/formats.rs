@@ -251,7 +251,8 @@ fn files_of_pivlab() {
         let names = ["x [px]", "y [px]", "u [px/frame]", "v [px/frame]", "Vector type [-]"].join(separator);
         let info = |k: usize| {
             format!(
-                "PIVlab by W.Th. & E.J.S., ASCII chart output - 30-Nov-2026\r\nFRAME: {k}, filenames: A: a.tif & B: b.tif, conversion factor xy (px -> m): 1, conversion factor uv (px/frame -> m/s): 1\r\n"
+                "PIVlab by W.Th. & E.J.S., ASCII chart output - 30-Nov-2026\r\nFRAME: {k}, filenames: A: a.tif & B: \
+                 b.tif, conversion factor xy (px -> m): 1, conversion factor uv (px/frame -> m/s): 1\r\n"
             )
         };
         let name = |k: usize| format!("PIVlab_{:04}.txt", k + 1);
@@ -390,7 +391,7 @@ fn wrong_separators_and_columns_are_named_as_such() {
     fails(&text, "frame = -1", &["`frame`", "greater than 0"]);
     fails(&text, "y = 'left'", &["y", "left", "up"]);
     let bare = text.split_once('\n').unwrap().1;
-    fails(bare, "", &["line 1", "the columns have no names", "columns = { x = 1", "there are 5, separated by commas"]);
+    fails(bare, "", &["line 1", "the columns have no names", "columns = { x = 1", "of 5, separated by commas"]);
     fails(&text.replace(',', ";").replace("1.25", "1,234.5"), "", &["1,234.5", "finite number"]);
     fails("x;y;t;vx;vy\n1,5;1;0;1;1\n1.5;1;1;1;1\n", "", &["line 3", "line 2", "decimal mark"]);
     fails("x,y,t,vx,vy\n1,5,1,0,1,1\n", "", &["line 2", "has 6 values", "5 columns", "decimal commas"]);

@@ -25,7 +25,7 @@ pub const PARAMETERS: Parameters = Parameters {
     peclet: 1.2,
     coherence: 0.4,
     elasticity: 0.6,
-    slip: 0.7,
+    alignment: 0.7,
     elastic_force: ElasticForce::Stress,
     density: Some(LAW),
 };

@@ -57,7 +57,7 @@ end = 0.25
 fields = ["velocity", "density", "pressure", "polarity"]
 every = { time = 0.1 }
 [[output]]
-measures = ["free-energy", "mass", "density-min", "limited-cells"]
+measures = ["free_energy", "mass", "density_min", "limited_cells"]
 every = { steps = 1 }
 "#;
 

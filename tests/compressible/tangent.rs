@@ -50,7 +50,7 @@ fn difference(equations: &Equations, y: &[f64], d: &[f64]) -> Vec<f64> {
 
 fn parameters() -> Parameters {
     let law = DensityLaw { penalty: 1.5, exponent: 2.5, critical: 0.3, active_stress_iso: 0.4 };
-    Parameters { slip: 0.7, density: Some(law), ..PARAMETERS }
+    Parameters { alignment: 0.7, density: Some(law), ..PARAMETERS }
 }
 
 fn sheets() -> Vec<(Compressible, &'static str)> {

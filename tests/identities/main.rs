@@ -12,6 +12,7 @@ mod measure;
 mod mesh_generate;
 mod model;
 mod newton;
+mod parts;
 mod project;
 mod solve;
 mod space;

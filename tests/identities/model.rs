@@ -20,7 +20,7 @@ pub const PARAMETERS: Parameters = Parameters {
     peclet: 1.3,
     coherence: 0.3,
     elasticity: 0.6,
-    slip: 0.8,
+    alignment: 0.8,
     elastic_force: ElasticForce::Stress,
     density: None,
 };
@@ -145,7 +145,7 @@ fn the_operator_of_a_step_is_the_sum_of_its_forms() {
         let (p, q, v) = (p.vector(&x.site), q.vector(&x.site), v.vector_gradient(&x.site));
         let (w, d) = ((v - v.transpose()) * 0.5, (v + v.transpose()) * 0.5);
         7.0 * m.peclet * p.dot(&q) + last.vector(&x.site).norm_squared() * p.dot(&q)
-            - m.peclet * q.dot(&((w + d * m.slip) * p))
+            - m.peclet * q.dot(&((w + d * m.alignment) * p))
     });
     let scalar = discontinuous(&mesh, 3, 1);
     let form = m.peclet * upwind::a_upw(&scalar, &v, Faces::NONE)
@@ -291,7 +291,7 @@ fn straight_slip_walls_hold_tissue_without_friction() {
     };
     assert!(matches!(
         Incompressible::new(&mesh, &describe(&mesh, parameters, channel)).unwrap_err(),
-        MomentumError::Unheld
+        MomentumError::Unheld { .. }
     ));
 }
 

@@ -61,7 +61,8 @@ end = 0.2
     )
 }
 
-/// Velocity over the unit, pressure or density, polarity, residuals, and free energy over the unit's square, at the end.
+/// Velocity over the unit, pressure or density, polarity, residuals, and free energy over the unit's square, at the
+/// end.
 fn end_of(text: &str, unit: f64) -> [Vec<f64>; 5] {
     let scene = Scene::parse(text, Path::new("units.toml")).unwrap();
     let setup = Setup::new(&scene).unwrap();

@@ -136,7 +136,7 @@ fn pictures_pages_and_meshes_replace_their_own_kind_only() {
             "--out",
             "out",
             "--set",
-            "output=[{ measures = [\"free-energy\"], every = { steps = 1 } }]",
+            "output=[{ measures = [\"free_energy\"], every = { steps = 1 } }]",
         ],
     );
     refused(folder, &["map", "out", "--of", "speed", "--out", "pictures"], "out-speed-000005.png");

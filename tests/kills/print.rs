@@ -12,7 +12,7 @@ const ORDER: &str = "scene = \"exact.toml\"\nlevels = [2, 3]\nset = { \"mesh.n\"
 
 fn prepared() -> tempfile::TempDir {
     let temporary = tempfile::tempdir().unwrap();
-    let measured = "[[output]]\nmeasures = [\"free-energy\"]\nevery = { steps = 1 }\n";
+    let measured = "[[output]]\nmeasures = [\"free_energy\"]\nevery = { steps = 1 }\n";
     let exact = include_str!("../../studies/mms/square.toml");
     let texts =
         [("square.toml", SQUARE.to_owned() + measured), ("study.toml", STUDY.into()), ("exact.toml", exact.into())];

@@ -24,7 +24,7 @@ fn scenes() -> Vec<(&'static str, String)> {
 fields = ["velocity", "polarity"]
 every = { time = 0.05 }
 [[output]]
-measures = ["free-energy", "defects"]
+measures = ["free_energy", "defects"]
 every = { steps = 3 }
 [[output]]
 cuts = [{ name = "middle", from = [0, 0.4], to = [1, 0.4], points = 50 }]

@@ -85,7 +85,7 @@ fn survives(text: &str, times: usize, seed: u64) -> Vec<Vec<String>> {
 #[test]
 fn ten_kills_change_nothing() {
     let text = r#"scene = "square.toml"
-set = { "mesh.n" = 2, "time.step" = 0.025, "output" = [{ measures = ["free-energy"], every = { steps = 3 } }, { checkpoint = true, every = { steps = 2 } }] }
+set = { "mesh.n" = 2, "time.step" = 0.025, "output" = [{ measures = ["free_energy"], every = { steps = 3 } }, { checkpoint = true, every = { steps = 2 } }] }
 vary = { "model.peclet" = [0.5, 1.0, 2.0], "model.coherence" = [1.0, 0.01] }
 [[case]]
 name = "steady"
@@ -103,7 +103,7 @@ fn kills_change_no_chain_of_warm_starts() {
     let text = r#"scene = "square.toml"
 warm_start = "model.peclet"
 set = { "mesh.n" = 2, "time.step" = 0.05, "output" = [{ checkpoint = true, every = { steps = 1 } }] }
-vary = { "model.slip" = [0.0, 1.0], "model.peclet" = [0.5, 1.0, 2.0] }
+vary = { "model.alignment" = [0.0, 1.0], "model.peclet" = [0.5, 1.0, 2.0] }
 "#;
     let table = survives(text, 4, 2);
     let branch = table[0].iter().position(|name| name == "branch").unwrap();
@@ -117,7 +117,7 @@ fn estimates_that_were_killed_are_made_when_the_study_is_resumed() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
     let text = r#"scene = "square.toml"
-set = { "mesh.n" = 4, "time.step" = 0.05, "output" = [{ measures = ["free-energy"], every = { steps = 2 }, estimate = true }] }
+set = { "mesh.n" = 4, "time.step" = 0.05, "output" = [{ measures = ["free_energy"], every = { steps = 2 }, estimate = true }] }
 vary = { "model.coherence" = [0.5, 1.0] }
 plot = { x = "model.coherence", y = "free_energy" }
 [[case]]

@@ -30,11 +30,11 @@ fn assert_errors(found: [f64; 3], wanted: [f64; 3], digits: f64) {
 /// The start has the means of the exact density: nothing that the flow would carry along, nothing below zero.
 #[test]
 fn the_start_costs_no_accuracy() {
-    let (coarse, limited) = of_the_study(8, &[]);
-    assert!((coarse[0] / 1.26e-2 - 1.0).abs() < 5e-3 && limited == 0, "{coarse:?}, {limited} cells limited");
-    let (fine, limited) = of_the_study(16, &[]);
-    assert_errors(fine, [3.01e-3, 6.18e-3, 2.23e-3], 2e-3);
-    assert_eq!(limited, 0);
+    for (n, wanted) in [(8, [1.301e-2, 2.405e-2, 9.27e-3]), (16, [3.01e-3, 6.18e-3, 2.23e-3])] {
+        let (errors, limited) = of_the_study(n, &[]);
+        assert_errors(errors, wanted, 2e-3);
+        assert_eq!(limited, 0, "n = {n}");
+    }
 }
 
 /// With velocities in P1 the method is that of a code that shares nothing with this one, which gave these errors.
@@ -60,18 +60,18 @@ fn in_space(k: usize, levels: [usize; 3]) -> Orders {
     Orders::new(&format!("P{}/P{k}/P{}", k + 1, k + 1), levels.map(level).to_vec())
 }
 
-/// The density is of order k + 1, and drives everything else: velocity and polarity are never worse.
+/// Every field has the order of its own space, k + 1 the density and k + 2 velocity and polarity.
 #[test]
-fn every_field_has_the_order_of_the_density() {
-    in_space(1, [4, 8, 16]).at_least([(Velocity, 1.8), (Density, 1.75), (Polarity, 1.65), (Diffusion, 1.95)]);
-    in_space(2, [4, 6, 8]).at_least([(Velocity, 3.5), (Density, 2.7), (Polarity, 3.1), (Diffusion, 2.9)]);
+fn every_field_has_the_order_of_its_space() {
+    in_space(1, [4, 8, 16]).at_least([(Velocity, 2.8), (Density, 1.77), (Polarity, 2.7), (Diffusion, 2.3)]);
+    in_space(2, [4, 6, 8]).at_least([(Velocity, 4.4), (Density, 2.75), (Polarity, 4.0), (Diffusion, 3.1)]);
 }
 
 /// Orders of the velocity, which the density drives, between two steps; with k = 3 the error in space is far below theirs.
 #[test]
 fn the_density_has_the_order_of_its_formula() {
     for (scheme, density, least) in
-        [("bdf1", "abdf", 0.95), ("bdf2", "abdf", 1.75), ("bdf2", "bdf", 1.75), ("bdf3", "abdf", 2.7)]
+        [("bdf1", "abdf", 1.05), ("bdf2", "abdf", 1.95), ("bdf2", "bdf", 1.8), ("bdf3", "abdf", 2.9)]
     {
         let errors = [0.04, 0.02].map(|step: f64| {
             let sets = [

@@ -3,6 +3,7 @@
 mod common;
 mod compressible;
 mod curved;
+mod diag;
 mod incompressible;
 mod rotation;
 mod slip;

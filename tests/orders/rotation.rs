@@ -60,7 +60,7 @@ fn slip_walls_let_a_disc_and_a_ring_turn() {
     for text in [SCENE, ring.as_str()] {
         for (k, slip) in [(1, "rotated"), (2, "rotated"), (3, "rotated"), (1, "penalty")] {
             let (k, slip) = (k.to_string(), format!("\"{slip}\""));
-            let (scene, setup) = setup(text, &[("space.k", &k), ("space.slip", &slip)]);
+            let (scene, setup) = setup(text, &[("space.k", &k), ("space.walls", &slip)]);
             let (rate, off) = turning(&setup);
             assert!((rate - 1.0).abs() < 1e-6 && off < 1e-6, "k = {k}, {slip}: {rate} {off:e}");
             assert!(!setup.remarks(&scene).iter().any(|note| note.contains("rotate")), "nothing to say");

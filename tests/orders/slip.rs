@@ -32,7 +32,7 @@ fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
             peclet: 1.0,
             coherence: 1.0,
             elasticity: 0.0,
-            slip: 1.0,
+            alignment: 1.0,
             elastic_force: ElasticForce::Stress,
             density: None,
         },

@@ -1,4 +1,5 @@
-//! Walls keep what they hold back where their conditions meet: the cavity with a moving lid, its corners, and parts of one side.
+//! Walls keep what they hold back where their conditions meet: the cavity with a moving lid, its corners, and parts
+//! of one side.
 
 use std::sync::Arc;
 
@@ -12,7 +13,8 @@ use monolayer::model::momentum::{Momentum, SlipTreatment};
 use monolayer::model::{Conditions, Expression, PolarityCondition, VelocityCondition};
 use monolayer::space::{Continuity, Field, Space};
 
-/// Minimum of the stream function on x = 1/2 in the cavity with a lid of speed 1: beside the known −0.100076, `ψ(y) = ∫₀^y v₁`.
+/// Minimum of the stream function on x = 1/2 in the cavity with a lid of speed 1: beside the known −0.100076, `ψ(y) =
+/// ∫₀^y v₁`.
 const LEAST: f64 = -0.100076;
 
 fn square(n: usize) -> Mesh {

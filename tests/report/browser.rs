@@ -9,6 +9,7 @@ use monolayer::results::Results;
 use serde_json::Value;
 
 use crate::common::results;
+use crate::skipped::skip;
 
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
@@ -66,6 +67,8 @@ fn runs(name: &str) -> bool {
     let status = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     status.is_ok_and(|status| status.success())
 }
+
+const NO_BROWSER: &str = "there is no Chromium, and it cannot be installed";
 
 /// A browser of the machine; the system's package of one where it can be installed.
 fn browser() -> Option<&'static str> {
@@ -140,7 +143,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 #[test]
 fn the_page_works_in_a_browser() {
     let Some(browser) = browser() else {
-        println!("skipped: there is no Chromium, and it cannot be installed");
+        skip("the_page_works_in_a_browser", NO_BROWSER);
         return;
     };
     let folders = ["one", "two", "sweep", "orders"].map(|name| Results::read(&results().join(name)).unwrap());
@@ -172,7 +175,7 @@ fn the_page_works_in_a_browser() {
 #[test]
 fn the_check_sees_what_is_wrong() {
     let Some(browser) = browser() else {
-        println!("skipped: there is no Chromium, and it cannot be installed");
+        skip("the_check_sees_what_is_wrong", NO_BROWSER);
         return;
     };
     let html = "<!DOCTYPE html><html><head><title>x</title></head><body><img src=\"data:image/png;base64,AAAA\">\

@@ -37,7 +37,7 @@ scheme = "bdf2"
 step = 0.25
 end = 1.5
 [[output]]
-measures = ["free-energy", "asymmetry"]
+measures = ["free_energy", "asymmetry"]
 every = { steps = 1 }
 [[output]]
 cuts = ["axis-1", "axis-2a", "axis-3", "axis-4"]

@@ -14,7 +14,7 @@ fn a_run_leaves_the_curves_of_what_it_measured() {
     let names = files(results().join("one/plots"));
     let mut expected: Vec<String> = ["asymmetry", "energy", "lissajous", "residual"].map(String::from).to_vec();
     for way in ["x1", "x2"] {
-        expected.extend(["polarity-1", "pressure", "velocity-1"].map(|q| format!("sections-along-{way}-{q}")));
+        expected.extend(["polarity_1", "pressure", "velocity_1"].map(|q| format!("sections-along-{way}-{q}")));
     }
     let mut expected: Vec<String> = expected.iter().flat_map(|n| [format!("{n}.png"), format!("{n}.svg")]).collect();
     expected.sort();
@@ -78,7 +78,7 @@ fn the_table_of_a_study_is_drawn_over_what_it_varies() {
 #[test]
 fn the_command_draws_several_runs_and_windows() {
     let at = results();
-    let options = ["--what", "sections", "--axis", "axis-3", "--quantity", "velocity-1", "--window", "-2,2"];
+    let options = ["--what", "sections", "--axis", "axis-3", "--quantity", "velocity_1", "--window", "-2,2"];
     let mut arguments = vec!["plot", "one", "two", "--out", "compared"];
     arguments.extend(options);
     let said = succeeds(at, &arguments);
@@ -130,11 +130,11 @@ fn wrong_wishes_are_explained() {
             &["plot", "one", "--what", "heat"],
             &["`--what heat`: there are no such curves; hint: the kinds are sections, energy"],
         ),
-        (&["plot", "one", "--what", "budget"], &["`--what budget`: there is nothing to draw", "`energy-budget`"]),
+        (&["plot", "one", "--what", "budget"], &["`--what budget`: there is nothing to draw", "`energy_budget`"]),
         (&["plot", "one", "--axis", "axis-9"], &["`--axis axis-9`", "the cuts are axis-1, axis-2a, axis-3, axis-4"]),
         (
             &["plot", "one", "--quantity", "heat"],
-            &["`--quantity heat`", "velocity-1", "columns laplacian1, laplacian2, p1, p2, pressure"],
+            &["`--quantity heat`", "velocity_1", "columns laplacian1, laplacian2, p1, p2, pressure"],
         ),
         (&["plot", "orders"], &["orders: nothing to draw; hint: the study has drawn its picture itself"]),
         (&["plot", "one", "--window", "2"], &["`--window 2`: must be two numbers"]),

@@ -15,7 +15,8 @@ fn comparison() -> tempfile::TempDir {
     let table = std::fs::read_to_string(at.join("t.csv")).unwrap();
     std::fs::write(at.join("t.csv"), table + "NaN,0,1,0,0\n").unwrap();
     let keys = format!(
-        "title = \"cells & run\"\ndata = \"t.csv\"\nrun = '{run}'\nbox = [[-4, -3], [6, 3]]\nbins = [14, 10]\nwindow = 2.0\n"
+        "title = \"cells & run\"\ndata = \"t.csv\"\nrun = '{run}'\nbox = [[-4, -3], [6, 3]]\nbins = [14, 10]\n\
+         window = 2.0\n"
     );
     std::fs::write(at.join("c.toml"), keys).unwrap();
     let said = succeeds(at, &["compare", "c.toml", "--out", "cmp"]);

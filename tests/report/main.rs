@@ -5,3 +5,5 @@ mod common;
 mod curves;
 mod folders;
 mod page;
+#[path = "../skipped/mod.rs"]
+mod skipped;

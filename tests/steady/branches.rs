@@ -74,10 +74,10 @@ fn uniform(point: &Point) -> f64 {
 
 #[test]
 fn folds_and_forks_of_a_cubic_are_found_where_they_are() {
-    // without flow the slip parameter acts on nothing, and may give the source f: uniform states obey s³ − s = f
+    // without flow the alignment parameter acts on nothing, and may give the source f: uniform states obey s³ − s = f
     let scene = format!("{SCENE}\n[source]\npolarity = [\"slip\", \"0\"]\n");
     let study = r#"scene = "scene.toml"
-parameter = "model.slip"
+parameter = "model.alignment"
 range = [-1.0, 1.0]
 start = 0.8
 measure = "asymmetry_polarity"

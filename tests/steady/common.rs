@@ -21,7 +21,7 @@ friction = 1.0
 traction = 0.0
 peclet = 0.8
 coherence = 0.3
-slip = 0.7
+alignment = 0.7
 
 [mesh]
 shape = "square"

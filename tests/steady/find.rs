@@ -101,7 +101,10 @@ fn no_polarity_is_kept_or_left_as_the_scene_wants() {
         near(left.state.p.vector_at(cell, xi.into()).norm(), 1.0, 1e-8, "|p|");
     }
     assert_eq!(ways(&found)[..2], [Way::PseudoTransient, Way::Departure]);
-    assert!(notes.contains("this steady state is unstable: a disturbance grows at the rate 1.25"), "{notes}");
+    assert!(
+        notes.contains("on the way, a steady state that is unstable: a disturbance grows at the rate 1.25"),
+        "{notes}"
+    );
     assert_ne!(left.spectrum.as_ref().unwrap().stability(), Stability::Unstable);
 }
 

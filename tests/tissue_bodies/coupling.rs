@@ -23,7 +23,7 @@ const ACTIVE: Parameters = Parameters {
     peclet: 1.3,
     coherence: 0.2,
     elasticity: 0.6,
-    slip: 0.8,
+    alignment: 0.8,
     elastic_force: ElasticForce::Stress,
     density: None,
 };

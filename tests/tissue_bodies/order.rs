@@ -23,7 +23,7 @@ const PARAMETERS: Parameters = Parameters {
     peclet: 1.5,
     coherence: 0.3,
     elasticity: 0.0,
-    slip: 1.0,
+    alignment: 1.0,
     elastic_force: ElasticForce::Stress,
     density: None,
 };

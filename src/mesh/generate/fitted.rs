@@ -127,7 +127,7 @@ impl Draft {
                 BoundaryEdge { vertices: [a, b], tag, curve: None }
             })
             .collect();
-        let tags = ["left", "right", "bottom", "top"].map(String::from).to_vec();
+        let tags = super::Shape::Square.tags(false).iter().map(|tag| (*tag).to_owned()).collect();
         Mesh::build(self.vertices, self.cells, &boundary, tags, Vec::new())
     }
 }

@@ -29,6 +29,19 @@ impl Shape {
         }
     }
 
+    /// Tags of the boundary; a racetrack may be without discs.
+    pub fn tags(self, without_discs: bool) -> &'static [&'static str] {
+        match self {
+            Shape::Square | Shape::SquareWithCircle => &["left", "right", "bottom", "top"],
+            Shape::Strip => &["inlet", "outlet", "walls"],
+            Shape::StripWithDisc => &["inlet", "outlet", "walls", "disc"],
+            Shape::Disc => &["wall"],
+            Shape::Annulus => &["inner", "outer"],
+            Shape::Racetrack if without_discs => &["outer", "inner"],
+            Shape::Racetrack => &["outer", "inner", "disc"],
+        }
+    }
+
     /// Keys that must be given.
     fn required(self) -> &'static [&'static str] {
         match self {
@@ -99,12 +112,13 @@ impl MeshScene {
     }
 
     /// Every optional key with its value as text, `None` where it is not given.
-    fn given(&self) -> [(&'static str, Option<String>); 18] {
+    fn given(&self) -> [(&'static str, Option<String>); 19] {
         fn text<T: std::fmt::Debug>(value: &Option<T>) -> Option<String> {
             value.as_ref().map(|v| format!("{v:?}"))
         }
         [
             ("file", text(&self.file)),
+            ("slits", text(&self.slits)),
             ("n", text(&self.n)),
             ("distortion", text(&self.distortion)),
             ("seed", text(&self.seed)),

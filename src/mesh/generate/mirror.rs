@@ -42,7 +42,7 @@ impl Draft {
                 return Err(MeshError::Inverted { cell, x: x.x, y: x.y, area, hint });
             }
         }
-        Mesh::build(vertices, cells, &edges, tags, curves)
+        Mesh::connected(vertices, cells, &edges, tags, curves)
     }
 }
 

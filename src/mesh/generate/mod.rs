@@ -1,5 +1,6 @@
 //! Meshes that a scene describes by shape and local size.
 
+mod expect;
 mod fitted;
 mod front;
 mod keys;
@@ -14,7 +15,7 @@ mod track;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Mesh, MeshError};
+use super::{Mesh, MeshError, Slits};
 
 pub use track::Track;
 
@@ -48,9 +49,13 @@ pub struct MeshScene {
     /// Domain to generate; exactly one of `shape` and `file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// Gmsh 4.1 file, relative to the scene's folder.
+    /// File of Gmsh (MSH 2.2, 4.0 or 4.1), relative to the scene's folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+    /// `file`: boundary edges that lie on one another are walls without thickness, not nodes that were not merged
+    /// (default false).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slits: Option<bool>,
     /// Cells per side of `square`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub n: Option<usize>,
@@ -133,6 +138,7 @@ impl MeshScene {
         let stretch = if scene.stretch.is_some() { stretch::Stretch::new(&scene) } else { stretch::Stretch::NONE };
         let mut mesh = draft.finish(scene.symmetric == Some(true), &stretch)?;
         mesh.bend(scene.curved.unwrap_or(1))?;
+        mesh.check_embedding(Slits::Refused)?;
         Ok(mesh)
     }
 }

@@ -49,33 +49,23 @@ impl Outline {
         let half = scene.symmetric == Some(true);
         let radius = scene.radius.unwrap_or(1.0);
         let centre = Point::from(scene.centre.unwrap_or_default());
-        let named = |tags: &[&str]| Self {
-            loops: Vec::new(),
-            tags: tags.iter().map(|t| (*t).to_owned()).collect(),
-            curves: Vec::new(),
-        };
+        let tags = shape.tags(scene.discs_on_track() == 0);
+        let mut outline =
+            Self { loops: Vec::new(), tags: tags.iter().map(|t| (*t).to_owned()).collect(), curves: Vec::new() };
         match shape {
             Shape::Square | Shape::SquareWithCircle => unreachable!("squares are structured"),
-            Shape::Strip => named(&["inlet", "outlet", "walls"]).with_strip(scene, half, None),
-            Shape::StripWithDisc => {
-                let outline = named(&["inlet", "outlet", "walls", "disc"]);
-                outline.with_strip(scene, half, Some((centre, radius)))
-            }
+            Shape::Strip => outline.with_strip(scene, half, None),
+            Shape::StripWithDisc => outline.with_strip(scene, half, Some((centre, radius))),
             Shape::Disc => {
-                let mut outline = named(&["wall"]);
                 let pieces = if half { outline.half_disc(centre, radius) } else { outline.circle(centre, radius, 0) };
                 outline.loops.push(pieces);
                 outline
             }
             Shape::Annulus => {
                 let inner = scene.inner_radius.unwrap_or(0.5);
-                named(&["inner", "outer"]).with_annulus(centre, inner, radius, half)
+                outline.with_annulus(centre, inner, radius, half)
             }
-            Shape::Racetrack => {
-                let tags: &[&str] =
-                    if scene.discs_on_track() == 0 { &["outer", "inner"] } else { &["outer", "inner", "disc"] };
-                named(tags).with_racetrack(scene, half)
-            }
+            Shape::Racetrack => outline.with_racetrack(scene, half),
         }
     }
 

@@ -1,9 +1,6 @@
 //! The rules on the values of `[mesh]`.
 
-use std::f64::consts::TAU;
-
 use super::keys::{OF_THE_DISC, bad};
-use super::stretch::Stretch;
 use super::{MeshScene, Shape};
 use crate::mesh::MeshError;
 
@@ -264,35 +261,6 @@ impl MeshScene {
             }
             Some(_) | None => Err(bad("h", format!("{far:?}"), rule, "choose a larger h")),
         }
-    }
-
-    /// `∫ 4/(√3 h²)` with the constant `h` far from the discs.
-    fn expected_far(&self, shape: Shape) -> f64 {
-        let (radius, width) = (self.radius.unwrap_or(1.0), self.width.unwrap_or(0.0));
-        let [x0, x1] = self.length.unwrap_or_default();
-        let area = match shape {
-            Shape::Square | Shape::SquareWithCircle => 0.0,
-            Shape::Strip => (x1 - x0) * width / self.stretch.unwrap_or(1.0),
-            Shape::StripWithDisc => Stretch::new(self).image_length() * width,
-            Shape::Disc => 0.5 * TAU * radius.powi(2),
-            Shape::Annulus => 0.5 * TAU * (radius.powi(2) - self.inner_radius.unwrap_or(0.0).powi(2)),
-            Shape::Racetrack => (2.0 * self.arm.unwrap_or(0.0) + TAU * self.turn_radius.unwrap_or(0.0)) * width,
-        };
-        4.0 / 3f64.sqrt() * area / self.h.unwrap_or(1.0).powi(2)
-    }
-
-    /// Number of cells of the size function, `∫ 4/(√3 h(x)²)`; an estimate from above where walls cut the graded zone.
-    fn expected_cells(&self, shape: Shape) -> f64 {
-        let far = self.expected_far(shape);
-        let (Some(h), Some(a), Some(g)) = (self.h, self.h_disc, self.grading) else { return far };
-        let radius = self.radius.unwrap_or(1.0);
-        let reach = ((h - a) / g).min(self.width.unwrap_or(f64::MAX));
-        // ∫_0^reach (r + s)/(a + g s)² ds − the same with h
-        let end = a + g * reach;
-        let graded = ((radius - a / g) * (1.0 / a - 1.0 / end) + (end / a).ln() / g) / g;
-        let flat = (radius * reach + 0.5 * reach * reach) / (h * h);
-        let discs = if shape == Shape::Racetrack { self.discs_on_track() as f64 } else { 1.0 };
-        far + discs * TAU * 4.0 / 3f64.sqrt() * (graded - flat).max(0.0)
     }
 }
 

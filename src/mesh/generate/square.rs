@@ -45,6 +45,6 @@ pub(super) fn build(scene: &MeshScene) -> Result<Mesh, MeshError> {
         ]
     };
     let boundary: Vec<_> = (0..n).flat_map(sides).collect();
-    let tags = ["left", "right", "bottom", "top"].map(String::from).to_vec();
+    let tags = super::Shape::Square.tags(false).iter().map(|tag| (*tag).to_owned()).collect();
     Mesh::build(vertices, cells, &boundary, tags, Vec::new())
 }

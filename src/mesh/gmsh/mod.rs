@@ -1,20 +1,29 @@
-//! Mesh files of Gmsh: format MSH 4.1, ASCII or binary (little-endian).
+//! Mesh files of Gmsh: formats MSH 2.0 to 2.2, 4.0 and 4.1, ASCII or binary, read; 4.1 written.
 //!
 //! Read are triangles of order 1, 2 and 3 and the line elements on their boundary. A physical curve becomes a boundary
-//! tag under its name, or under its number when it has none. High-order triangles that are not straight keep the nodes of
-//! the file; boundary parts whose nodes lie on one circle get that circle as exact curve. What is written is read back
-//! with the same vertices, cells, tags, circles and geometry nodes, bit for bit.
+//! tag under its name, or under its number when it has none; boundary edges in no physical curve get the tag
+//! `boundary`. What is left out or had to be decided is told in [`Mesh::notes`]. High-order triangles that are not
+//! straight keep the nodes of the file; boundary parts whose nodes lie on one circle get that circle as exact curve.
+//! What is written is read back with the same vertices, cells, tags, circles and geometry nodes, bit for bit.
 
 mod assemble;
+mod boundary;
 mod circle;
+mod foreign;
+mod kinds;
 mod parse;
 mod scan;
+mod version2;
+mod version4;
 mod write;
 
 use std::path::Path;
 
+use super::embedding::Slits;
 use super::{Mesh, MeshError};
 use crate::output::mark::MADE_BY;
+
+pub use foreign::is_mesh_file;
 
 /// How numbers are stored in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,26 +60,55 @@ impl From<MeshError> for Fault {
     }
 }
 
+/// How a file is taken beyond what is in it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Reading {
+    /// Degree of the cells on circles; `None` keeps the geometry of the file.
+    pub curved: Option<usize>,
+    pub slits: Slits,
+}
+
 /// Reads a mesh.
 ///
 /// # Errors
-/// [`MeshError::File`]: a missing or truncated file, another format version, elements other than points, lines and
-/// triangles up to order 3, nodes outside the plane z = 0, boundary edges in no physical curve, and whatever
-/// [`Mesh::build`] and [`Mesh::check_curved`] refuse.
+/// As [`read_as`].
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
+    read_as(path, Reading::default())
+}
+
+/// Reads a mesh, perhaps to bend its cells or to keep its slits.
+///
+/// # Errors
+/// [`MeshError::File`]: a missing or truncated file, files of other programs and versions, elements other than points,
+/// lines and triangles up to order 3, nodes outside of one plane z = const, and whatever [`Mesh::build`],
+/// [`Mesh::bend`] and [`Mesh::check_curved`] refuse.
+pub fn read_as(path: &Path, reading: Reading) -> Result<Mesh, MeshError> {
     let unreadable = |e: std::io::Error| Fault::new(format!("cannot be read: {e}"), "check the path of the mesh file");
-    std::fs::read(path)
-        .map_err(unreadable)
-        .and_then(|bytes| parse::parse(&bytes))
-        .and_then(assemble::assemble)
-        .map_err(|fault| fault.in_file(path))
+    let whole = || -> Result<Mesh, Fault> {
+        let bytes = std::fs::read(path).map_err(unreadable)?;
+        foreign::by_name(path)?;
+        foreign::by_content(&bytes)?;
+        let mut mesh = assemble::assemble(parse::parse(&bytes)?)?;
+        if let Some(degree) = reading.curved {
+            mesh.bend(degree)?;
+        }
+        mesh.check_embedding(reading.slits)?;
+        Ok(mesh)
+    };
+    whole().map_err(|fault| fault.in_file(path))
 }
 
 /// Writes a mesh. If a cell is curved the whole mesh is written at the highest geometry degree.
 ///
 /// # Errors
-/// [`MeshError::File`] when the file cannot be written.
+/// [`MeshError::File`] when the file cannot be written, or a tag's name cannot stand in one: the format puts names in
+/// quotes and knows no escapes.
 pub fn write(mesh: &Mesh, path: &Path, encoding: Encoding) -> Result<(), MeshError> {
+    if let Some(tag) = mesh.tags.iter().find(|tag| tag.is_empty() || tag.contains(|c: char| c == '"' || c.is_control()))
+    {
+        let what = format!("the tag {tag:?} cannot be written: Gmsh's names have no quotes and no line ends");
+        return Err(Fault::new(what, "rename the physical curve in the file that the mesh comes from").in_file(path));
+    }
     let hint = "check that the folder exists and can be written to";
     let mut bytes = write::encode(mesh, encoding);
     bytes.extend(format!("$Comments\n{MADE_BY}\n$EndComments\n").bytes());

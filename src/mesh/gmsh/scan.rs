@@ -9,11 +9,13 @@ pub struct Scanner<'a> {
     section: String,
     /// Set once the format section has been read.
     pub binary: bool,
+    /// Whether the bytes of a number are in the order of other machines.
+    big_endian: bool,
 }
 
 impl<'a> Scanner<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0, section: String::new(), binary: false }
+        Self { bytes, at: 0, section: String::new(), binary: false, big_endian: false }
     }
 
     /// An error about the current section.
@@ -42,7 +44,8 @@ impl<'a> Scanner<'a> {
             }
             None => {
                 let shown: String = text.chars().take(40).collect();
-                let hint = "give a mesh file of Gmsh (.msh, version 4.1); geometry files (.geo) must be meshed first";
+                let hint = "give a mesh file of Gmsh (.msh); geometry files (.geo) are meshed with `gmsh file.geo -2 \
+                 -o file.msh`";
                 Err(Fault::new(format!("expected a section such as $MeshFormat or $Nodes, found `{shown}`"), hint))
             }
         }
@@ -70,6 +73,12 @@ impl<'a> Scanner<'a> {
         let found = rest.windows(marker.len()).position(|window| window == marker.as_bytes());
         self.at += found.ok_or_else(|| self.cut_off())? + marker.len();
         Ok(())
+    }
+
+    /// The next line that is not empty.
+    pub fn whole_line(&mut self) -> Result<&'a str, Fault> {
+        self.skip_space();
+        self.line()
     }
 
     /// The rest of the current line, without its end.
@@ -101,9 +110,40 @@ impl<'a> Scanner<'a> {
         token.parse().map_err(|_| self.fault(&format!("expected a number, found `{token}`")))
     }
 
+    /// The count at the head of a section of format 2, which is text in binary files too.
+    pub fn header(&mut self) -> Result<usize, Fault> {
+        let count = self.text()?;
+        self.line()?;
+        Ok(count)
+    }
+
+    /// Reads the number 1 that tells the order of bytes.
+    pub fn begin_binary(&mut self) -> Result<(), Fault> {
+        self.binary = true;
+        match self.raw::<4>()? {
+            [1, 0, 0, 0] => Ok(()),
+            [0, 0, 0, 1] => {
+                self.big_endian = true;
+                Ok(())
+            }
+            other => {
+                Err(self.fault(&format!("the number that tells the order of bytes is {other:?}, and should be 1")))
+            }
+        }
+    }
+
     /// An integer (4 bytes in a binary file).
     pub fn int(&mut self) -> Result<i32, Fault> {
         if self.binary { self.raw().map(i32::from_le_bytes) } else { self.text() }
+    }
+
+    /// A count, or a number of a node or element, of 4 bytes in a binary file.
+    pub fn number(&mut self) -> Result<usize, Fault> {
+        if !self.binary {
+            return self.text();
+        }
+        let value = self.int()?;
+        usize::try_from(value).map_err(|_| self.fault(&format!("{value} is no number of a node or an element")))
     }
 
     /// A count or a node or element number (8 bytes).
@@ -117,14 +157,23 @@ impl<'a> Scanner<'a> {
 
     /// A coordinate (8 bytes).
     pub fn real(&mut self) -> Result<f64, Fault> {
-        let value = if self.binary { self.raw().map(f64::from_le_bytes)? } else { self.text()? };
+        let value = self.skip_real()?;
         if value.is_finite() { Ok(value) } else { Err(self.fault("a coordinate is not finite")) }
     }
 
+    /// A number of 8 bytes that need not be finite.
+    pub fn skip_real(&mut self) -> Result<f64, Fault> {
+        if self.binary { self.raw().map(f64::from_le_bytes) } else { self.text() }
+    }
+
+    /// The next bytes, the lowest first.
     fn raw<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        let bytes = self.bytes[self.at..].first_chunk::<N>().ok_or_else(|| self.cut_off())?;
+        let mut bytes = *self.bytes[self.at..].first_chunk::<N>().ok_or_else(|| self.cut_off())?;
         self.at += N;
-        Ok(*bytes)
+        if self.big_endian {
+            bytes.reverse();
+        }
+        Ok(bytes)
     }
 
     fn skip_space(&mut self) {

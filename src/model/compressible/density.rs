@@ -186,12 +186,6 @@ impl Density {
             add_product(&inverses[cell * n * n..(cell + 1) * n * n], &here, out);
         }
     }
-
-    /// The density less its mean over the domain, of a direction.
-    pub fn without_mean(&self, direction: &mut [f64]) {
-        let mean = self.total(direction) / self.weights.iter().sum::<f64>();
-        direction.iter_mut().for_each(|r| *r -= mean);
-    }
 }
 
 fn stalled(residual: f64) -> SolveError {

@@ -19,13 +19,14 @@ pub use tangent::{Squeezed, Tangent};
 pub use viscous::Viscous;
 
 use super::boundary::VelocityCondition;
+use super::closed::ClosedParts;
 use super::expression::ExpressionError;
 use super::formulas::{check_formulas, check_inflow};
-use super::frames::{Frames, WallPoints};
+use super::frames::Frames;
 use super::incompressible::{Description, Inputs};
 use super::lagged::{Found, Layout, Structure};
 use super::limiter::NegativeMean;
-use super::momentum::{MomentumError, SlipTreatment, outer_force, tagged};
+use super::momentum::{MomentumError, SlipTreatment, check_held, outer_force, tagged};
 use super::parameters::DensityLaw;
 use super::polarity::{FORMULA_DEGREE, Polarity};
 use super::scales::{Scales, relative};
@@ -59,6 +60,7 @@ pub struct Compressible {
     pub polarity: Polarity,
     /// `|Ω|`
     pub area: f64,
+    sealed: ClosedParts,
     flow_structure: Structure,
     structure: Found,
 }
@@ -117,10 +119,8 @@ impl Compressible {
     ) -> Result<Self, MomentumError> {
         assert!(parameters.density.is_some(), "a compressible sheet has a density");
         let frames = Frames::new(velocity, conditions, slip.points());
-        if parameters.friction == 0.0
-            && !Frames::new(velocity, conditions, WallPoints::Nodes).hold_rigid_motions(velocity)
-        {
-            return Err(MomentumError::Unheld);
+        if parameters.friction == 0.0 {
+            check_held(velocity, conditions)?;
         }
         let polarity = Polarity::new(&loops, polarity, conditions, parameters, sources.boundary().cloned())?;
         let open = tagged(conditions, |c| !matches!(c, VelocityCondition::Slip));
@@ -129,6 +129,10 @@ impl Compressible {
         let products = loops.triplets(&mass::vector_mass(velocity), velocity, velocity);
         let velocity_mass = Matrix::from_triplets(count, count, &products);
         let reduced = Matrix::from_triplets(frames.free, frames.free, &frames.reduce(&velocity_mass));
+        let sealed = match sources.has_density() {
+            true => ClosedParts::default(),
+            false => ClosedParts::without(&density.space, |face| density.open.holds(face)),
+        };
         let flow_structure = Structure::new("momentum", &flow_layout(velocity, &frames, &polarity))?;
         Ok(Self {
             parameters: *parameters,
@@ -143,6 +147,7 @@ impl Compressible {
             residual_mass: Factored::new("velocity mass", reduced)?,
             density,
             polarity,
+            sealed,
             flow_structure,
             structure: Found::default(),
         })
@@ -178,10 +183,9 @@ impl Compressible {
         self.structure.know(structure);
     }
 
-    /// Whether no mass can leave or enter.
-    pub fn is_closed(&self) -> bool {
-        !self.loops.mesh.faces.iter().any(|face| face.tag.is_some() && self.density.open.holds(face))
-            && !self.sources.has_density()
+    /// Parts of the mesh whose mass is conserved: none can leave or enter, and none is made.
+    pub fn sealed(&self) -> &ClosedParts {
+        &self.sealed
     }
 
     /// Density and polarity of a carried vector.
@@ -248,8 +252,8 @@ impl Compressible {
         if let Some(l) = l {
             let b = m.elasticity;
             form = form - b * forms::rotation_force(velocity, p, l);
-            if m.slip != 0.0 {
-                form = form - b * m.slip * forms::stretching_force(velocity, p, l, Weight::One);
+            if m.alignment != 0.0 {
+                form = form - b * m.alignment * forms::stretching_force(velocity, p, l, Weight::One);
             }
             form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p, weight);
         }
@@ -352,5 +356,12 @@ impl Compressible {
 }
 
 fn flow_layout<'m>(velocity: &'m Space, frames: &'m Frames, polarity: &'m Polarity) -> Layout<'m> {
-    Layout { velocity, pressure: None, carried: [None, None], frames, closed: false, neighbours: polarity.neighbours() }
+    Layout {
+        velocity,
+        pressure: None,
+        carried: [None, None],
+        frames,
+        closed: ClosedParts::NONE,
+        neighbours: polarity.neighbours(),
+    }
 }

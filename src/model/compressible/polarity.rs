@@ -48,7 +48,7 @@ impl Compressible {
         let m = &self.parameters;
         let data = |s: &FacePoint| self.polarity.data(s, inputs.t);
         let advection = upwind::advection(p, self.carrier(v, rho), self.polarity.dirichlet, data);
-        let form = m.peclet * advection - m.peclet * forms::turning(p, v, m.slip, Weight::Of(rho));
+        let form = m.peclet * advection - m.peclet * forms::turning(p, v, m.alignment, Weight::Of(rho));
         let mut out = self.loops.vector(&form, &self.polarity.space);
         axpy(1.0, well, &mut out);
         axpy(-1.0, &inputs.source, &mut out);
@@ -68,7 +68,7 @@ impl Compressible {
         let inertia = mass::weighted_mass(space, rho.space.degree, |x| w * (rho.scalar(&x.site) + VACUUM));
         let advection = upwind::a_upw(space, self.carrier(v, rho), self.polarity.dirichlet);
         self.add_alike(&(pe * (inertia + advection)), out);
-        let turning = -pe * forms::objective(space, v, self.parameters.slip, Weight::Of(rho));
+        let turning = -pe * forms::objective(space, v, self.parameters.alignment, Weight::Of(rho));
         self.loops.add_cell_blocks(&turning, space, space, &mut out.diagonal);
     }
 

@@ -72,7 +72,7 @@ impl<'m> Tangent<'m> {
         let (loops, m, law) = (&model.loops, &model.parameters, &model.law());
         let (velocity, density_space, space) = (&*model.velocity, &*model.density.space, &*model.polarity.space);
         let (rho, p, v, t) = (state.volume(), &state.p, &state.v, inputs.t);
-        let (pe, a, kappa2, weight) = (m.peclet, m.slip, m.coherence.powi(2), Weight::Of(rho));
+        let (pe, a, kappa2, weight) = (m.peclet, m.alignment, m.coherence.powi(2), Weight::Of(rho));
         let neighbours = model.polarity.neighbours();
         let sizes = [density_space.n, space.cell_dof_count(), velocity.cell_dof_count()];
         let rows = |size: (usize, usize), wide: bool| Rows::zero(neighbours, size, wide);
@@ -195,9 +195,9 @@ fn forces<'a>(model: &Compressible, state: &'a State, l: Option<&'a Field>) -> F
     let Some(l) = l else { return (by_rho, by_p, None) };
     let (b, elastic_stress) = (m.elasticity, m.coherence.powi(2) * m.elasticity);
     by_rho = by_rho + elastic_stress * elastic::ericksen_by_density(velocity, p, density);
-    by_p = by_p - forms::force_by_polarity(velocity, l, b, b * m.slip)
+    by_p = by_p - forms::force_by_polarity(velocity, l, b, b * m.alignment)
         + elastic_stress * elastic::ericksen_tangent(velocity, p, weight);
-    (by_rho, by_p, Some(-forms::force_by_field(velocity, p, b, b * m.slip, Weight::One)))
+    (by_rho, by_p, Some(-forms::force_by_field(velocity, p, b, b * m.alignment, Weight::One)))
 }
 
 impl Elements for Tangent<'_> {

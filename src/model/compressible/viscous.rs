@@ -1,6 +1,7 @@
 //! The velocity of a given density: friction and ρ-weighted viscosity, factorised anew for every density.
 
 use crate::form::{mass, stokes};
+use crate::model::DensityLaw;
 use crate::model::compressible::Compressible;
 use crate::model::lagged::{Elements, Lagged, Layout, add_velocity_block};
 use crate::model::momentum::{MomentumError, SlipTreatment};
@@ -15,6 +16,8 @@ pub struct Viscous {
     /// Blocks of the velocities of a cell.
     pub blocks: Rows,
     factors: Lagged,
+    /// The least and the largest nodal value of the density.
+    range: [f64; 2],
 }
 
 /// The blocks of the free velocities.
@@ -51,8 +54,9 @@ impl Viscous {
         let mut blocks = Rows::zero(model.polarity.neighbours(), (m, m), false);
         loops.add_own_rows(&form, (velocity, velocity), &mut blocks.own);
         let free = Free { layout: model.flow_layout(), blocks: &blocks };
+        let range = rho.values.iter().fold([f64::INFINITY, 0.0], |[low, high], &r| [r.min(low), r.max(high)]);
         let factors = Lagged::new(model.flow_structure(), &free).map_err(|error| weighted(model, error))?;
-        Ok(Self { blocks, factors })
+        Ok(Self { blocks, factors, range })
     }
 
     /// `K v`, a functional on the velocity space.
@@ -89,14 +93,42 @@ impl Viscous {
                 return Ok(frames.expand(&free, prescribed));
             }
             if refined || relative.is_nan() {
-                let hint =
-                    "where the density vanishes, friction alone holds the tissue: raise `model.friction`".to_owned();
+                let hint = culprit(model, self.range);
                 return Err(weighted(model, SolveError::Inaccurate { system: system(), residual: relative, hint }));
             }
             self.factors.solve_flow(&mut residual);
             axpy(1.0, &residual, &mut free);
         }
         unreachable!("the second look returns")
+    }
+}
+
+/// What makes a balance hard to solve whose density has this range.
+fn culprit(model: &Compressible, [low, high]: [f64; 2]) -> String {
+    let law = model.parameters.density.unwrap_or(DensityLaw {
+        penalty: 0.0,
+        exponent: 0.0,
+        critical: 0.0,
+        active_stress_iso: 0.0,
+    });
+    let pressure = |rho: f64| law.penalty * rho.powf(law.exponent + 1.0);
+    if low < 1e-6 * high {
+        format!(
+            "the density goes from {low:.1e} to {high:.1e}, and where it almost vanishes friction alone holds the tissue: raise \
+             `model.friction`, or start and let in densities that differ less"
+        )
+    } else if law.penalty > 0.0 && (pressure(high) > 1e6 * pressure(low) || pressure(high) > 1e9) {
+        format!(
+            "`model.density.exponent` = {} and `model.density.penalty` = {} make pressures from {:.1e} to {:.1e} of densities from \
+             {low:.3} to {high:.3}: lower them",
+            law.exponent,
+            law.penalty,
+            pressure(low),
+            pressure(high)
+        )
+    } else {
+        "the forces differ too much from place to place: look for the extreme one among the parameters of [model]"
+            .to_owned()
     }
 }
 

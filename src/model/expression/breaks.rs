@@ -14,7 +14,7 @@ impl Expression {
         let mut found = Vec::new();
         self.tree.bind(Variable::T, t).add_breaks(&mut found);
         let as_break = |(tree, level): (Tree, Level)| {
-            let of = Self { text: self.text.clone(), tree: Arc::new(tree) };
+            let of = Self { text: self.text.clone(), tree: Arc::new(tree), given: self.given.clone() };
             Break { of: Box::new(move |x| of.eval(x, t)), level }
         };
         found.into_iter().map(as_break).collect()

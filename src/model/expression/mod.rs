@@ -9,6 +9,7 @@ mod breaks;
 mod formula;
 mod parse;
 mod series;
+mod settle;
 mod taylor;
 mod tree;
 
@@ -29,10 +30,12 @@ pub enum ExpressionError {
     Syntax { text: String, column: usize, what: String, hint: String },
     #[error("`{text}` uses `{name}`, which is not defined{suggestion}; hint: the {kind} that exist are {known}")]
     Unknown { text: String, name: String, kind: &'static str, suggestion: String, known: String },
-    #[error("`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a formula must be finite wherever it is used")]
-    NotFinite { text: String, value: f64, x: f64, y: f64, t: f64 },
-    #[error("`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a density must not be negative")]
-    Negative { text: String, value: f64, x: f64, y: f64, t: f64 },
+    #[error(
+        "{given}`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a formula must be finite wherever it is used"
+    )]
+    NotFinite { given: String, text: String, value: f64, x: f64, y: f64, t: f64 },
+    #[error("{given}`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a density must not be negative")]
+    Negative { given: String, text: String, value: f64, x: f64, y: f64, t: f64 },
     /// `place` is [`crate::body::Body::formula`].
     #[error("{place}: {error}")]
     OfBody { place: String, error: Box<ExpressionError> },
@@ -56,6 +59,8 @@ impl ExpressionError {
 pub struct Expression {
     text: String,
     tree: Arc<Tree>,
+    /// File and key that gave it, as messages begin; nothing where no file did.
+    given: Arc<str>,
 }
 
 impl Expression {
@@ -77,7 +82,7 @@ impl Expression {
 
     fn parse_with(text: &str, variables: &[Variable], parameters: &[(&str, f64)]) -> Result<Self, ExpressionError> {
         let tree = Arc::new(parse::tree(text, variables, parameters)?);
-        let expression = Self { text: text.to_owned(), tree };
+        let expression = Self { text: text.to_owned(), tree, given: Arc::default() };
         if expression.is_constant() {
             expression.try_eval(Point::zeros(), 0.0)?;
         }
@@ -86,7 +91,21 @@ impl Expression {
 
     /// The formula that has one value everywhere.
     pub fn constant(value: f64) -> Self {
-        Self { text: value.to_string(), tree: Arc::new(Tree::Number(value)) }
+        Self { text: value.to_string(), tree: Arc::new(Tree::Number(value)), given: Arc::default() }
+    }
+
+    /// The same formula, told apart in messages by where it was given; one that has been told already keeps its place.
+    #[must_use]
+    pub fn given_at(mut self, place: &str) -> Self {
+        if self.given.is_empty() {
+            self.given = place.into();
+        }
+        self
+    }
+
+    /// Where it was given, as a message begins: ``square.toml: `source.force`: ``.
+    pub fn given(&self) -> &str {
+        &self.given
     }
 
     /// Value at the point `x` and the time `t`; NaN or infinity outside the formula's domain.
@@ -114,7 +133,26 @@ impl Expression {
         if value.is_finite() {
             return Ok(value);
         }
-        Err(ExpressionError::NotFinite { text: self.text.clone(), value, x: x.x, y: x.y, t })
+        Err(self.not_finite(value, x, t))
+    }
+
+    /// The error of a value that is not finite.
+    pub(crate) fn not_finite(&self, value: f64, x: Point, t: f64) -> ExpressionError {
+        let (given, text) = (self.given.to_string(), self.text.clone());
+        ExpressionError::NotFinite { given, text, value, x: x.x, y: x.y, t }
+    }
+
+    /// The value of a density at the point `x` and the time `t`.
+    ///
+    /// # Errors
+    /// A value that is not finite or below zero, with the formula and the place.
+    pub fn try_density(&self, x: Point, t: f64) -> Result<f64, ExpressionError> {
+        let value = self.try_eval(x, t)?;
+        if value >= 0.0 {
+            return Ok(value);
+        }
+        let (given, text) = (self.given.to_string(), self.text.clone());
+        Err(ExpressionError::Negative { given, text, value, x: x.x, y: x.y, t })
     }
 
     /// Partial derivative with respect to `"x"`, `"y"` or `"t"`; one-sided where `abs`, `min`, `max`, `if` and the like
@@ -131,12 +169,13 @@ impl Expression {
             suggestion: String::new(),
             known: "x, y, t".to_owned(),
         })?;
-        Ok(Self { text: format!("∂({})/∂{variable}", self.text), tree: Arc::new(self.tree.diff(by)) })
+        let (text, given) = (format!("∂({})/∂{variable}", self.text), self.given.clone());
+        Ok(Self { text, tree: Arc::new(self.tree.diff(by)), given })
     }
 
     /// The formula at the time `t`: what depends on the time alone is computed now, once.
     pub fn at_time(&self, t: f64) -> Self {
-        Self { text: self.text.clone(), tree: Arc::new(self.tree.bind(Variable::T, t)) }
+        Self { text: self.text.clone(), tree: Arc::new(self.tree.bind(Variable::T, t)), given: self.given.clone() }
     }
 
     /// The text that was parsed; `∂(…)/∂x` for a derivative.
@@ -157,6 +196,13 @@ impl Expression {
     /// Whether no place and no angle occurs.
     pub fn depends_on_time_alone(&self) -> bool {
         [Variable::X, Variable::Y, Variable::Theta].iter().all(|&v| !self.tree.depends_on(v))
+    }
+
+    /// The time from which on the value no longer changes, wherever it is taken in `[x_0, x_1] × [y_0, y_1]`: 0 for a formula
+    /// without `t`, 1 for `if(t < 1, 0, 1)` and `min(t, 1)`, 37 or so for `1 - exp(-t)`, which is 1 to the last bit from then on. `None`
+    /// where the value changes for ever, or where comparisons, `min`, `max` and the like do not show that it stays.
+    pub fn constant_from(&self, place: [[f64; 2]; 2]) -> Option<f64> {
+        settle::constant_from(&self.tree, place)
     }
 
     /// Whether `t` occurs.

@@ -208,6 +208,7 @@ impl Parser<'_> {
         if self.tokens[self.next + 1].0 == Token::Symbol("(") {
             return self.call(name);
         }
+        let name = names::parameter_now(name).unwrap_or(name);
         let variable = self.variables.iter().find(|v| v.name() == name).map(|&v| Tree::Variable(v));
         let numbers = self.parameters.iter().chain(&CONSTANTS);
         let number = || numbers.clone().find(|(known, _)| *known == name).map(|&(_, value)| Tree::Number(value));

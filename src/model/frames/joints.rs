@@ -1,13 +1,13 @@
 //! The velocity of nodes where faces of several boundary tags meet.
 //!
-//! Every tag keeps its normal component: `v·n_A = v_A·n_A`, `v·n_B = v_B·n_B`, on slip walls `v·n = 0`. So a corner of an
-//! inlet has the velocity of what flows in along the wall, and a corner of a moving lid rests. Where the tags lie in one
-//! line there is one normal component for both: that of the wall which lets nothing through, and the tangential one of the
-//! wall that moves.
+//! Every tag keeps its normal component: `v·n_A = v_A·n_A`, `v·n_B = v_B·n_B`, on slip walls `v·n = 0`. So a corner
+//! of an inlet has the velocity of what flows in along the wall, and a corner of a moving lid rests. Where the tags
+//! lie in one line there is one normal component for both: that of the wall which lets nothing through, and the
+//! tangential one of the wall that moves.
 //!
-//! On Dirichlet faces `n` is the mean of the exact normals that the node's shape function φ sees, `∫ φ n ds`, so that no
-//! wall at rest leaks (M. S. Engelman, R. L. Sani, P. M. Gresho, The implementation of normal and/or tangential boundary
-//! conditions in finite element codes for incompressible fluid flow, Int. J. Numer. Meth. Fluids 2, 1982,
+//! On Dirichlet faces `n` is the mean of the normals that the node's shape function φ sees, `∫ φ n ds`, so that
+//! no wall at rest leaks (M. S. Engelman, R. L. Sani, P. M. Gresho, The implementation of normal and/or tangential
+//! boundary conditions in finite element codes for incompressible fluid flow, Int. J. Numer. Meth. Fluids 2, 1982,
 //! doi:10.1002/fld.1650020302).
 
 use super::super::boundary::{Conditions, VelocityCondition};
@@ -99,7 +99,8 @@ fn joined(walls: &[Wall], given: &[Point]) -> Point {
     }
 }
 
-/// The velocity with the normal components of two walls that something passes, if they meet at an angle; else the mean of the given ones.
+/// The velocity with the normal components of two walls that something passes, if they meet at an angle; else the
+/// mean of the given ones.
 fn through_both(open: &[&Wall], given: &[Point]) -> Point {
     let first = open[0];
     let second = open.iter().max_by(|a, b| {

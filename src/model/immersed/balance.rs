@@ -124,8 +124,8 @@ impl Filled<'_> {
     }
 
     /// `λ ∫ ξ` and its transposed.
-    pub(super) fn fill_mean(&self, cell: usize, out: &mut Element) {
-        self.source.layout.mean_unknowns(cell, out);
+    pub(super) fn fill_mean(&self, k: usize, out: &mut Element) {
+        let cell = self.source.layout.mean_unknowns(k, out);
         let np = out.rows.len() - 1;
         out.values.clear();
         out.values.resize((np + 1) * (np + 1), 0.0);
@@ -152,7 +152,7 @@ impl Filled<'_> {
     pub(super) fn subtract_product(&self, x: &[f64], r: &mut [f64]) {
         let cells = self.source.layout.velocity.mesh.cells.len();
         let mut element = Element::default();
-        for e in 0..if self.means.is_empty() { cells } else { 2 * cells } {
+        for e in 0..cells + self.source.layout.closed.cells().len() {
             self.fill(e, &mut element);
             add_product(&element, -1.0, x, r);
         }

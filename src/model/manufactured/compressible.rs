@@ -41,7 +41,7 @@ pub(super) fn stress(parameters: &Parameters, law: &DensityLaw, v: &Vector, dens
         let relaxation = (rho * square - rho + law.critical).linear();
         let spread = diffusion(density, p);
         let l = |c: usize| (b * (relaxation * p[c] - kappa2 * spread[c])).linear();
-        let elastic = Elastic::new(parameters.slip, p, [l(0), l(1)]);
+        let elastic = Elastic::new(parameters.alignment, p, [l(0), l(1)]);
         let slope = (kappa2 * b * rho).linear();
         add_entries(&mut sigma, |i, j| (elastic.torque(i, j) - slope * elastic.squares(i, j)).linear());
     }

@@ -13,7 +13,7 @@ pub(super) fn stress(parameters: &Parameters, v: &Vector, pressure: Taylor, p: &
         // ℓ = B[(|p|²−1) p − κ²Δp]
         let excess = (p[0] * p[0] + p[1] * p[1] - 1.0).linear();
         let l = |p: &Taylor| (b * (excess * *p - square * p.laplacian())).linear();
-        let elastic = Elastic::new(parameters.slip, p, [l(&p[0]), l(&p[1])]);
+        let elastic = Elastic::new(parameters.alignment, p, [l(&p[0]), l(&p[1])]);
         let slope = square * b;
         add_entries(&mut sigma, |i, j| (elastic.torque(i, j) - slope * elastic.squares(i, j)).linear());
     }

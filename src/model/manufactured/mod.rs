@@ -146,10 +146,9 @@ impl Exact {
         }
     }
 
-    /// Whether `t` occurs in a field.
-    pub fn depends_on_time(&self) -> bool {
-        let all = self.velocity.iter().chain(&self.polarity).chain([self.volume.formula()]);
-        all.into_iter().any(Expression::depends_on_time)
+    /// The formulas of the fields.
+    pub fn formulas(&self) -> impl Iterator<Item = &Expression> {
+        self.velocity.iter().chain(&self.polarity).chain([self.volume.formula()])
     }
 
     /// `v`, the two formulas.
@@ -289,7 +288,7 @@ impl Series<'_> {
     }
 
     fn polarity_source(&self, parameters: &Parameters, rate: Point) -> Point {
-        let objective = objective(&self.v, &self.p, rate, parameters.slip);
+        let objective = objective(&self.v, &self.p, rate, parameters.alignment);
         let (p, square) = (value(&self.p), parameters.coherence * parameters.coherence);
         match self.volume {
             SeriesVolume::Pressure(_) => {
@@ -306,7 +305,7 @@ impl Series<'_> {
 }
 
 /// `p□ = ∂_t p + (v·∇)p − W(v)p − a D(v)p`
-fn objective(v: &Vector, p: &Vector, rate: Point, slip: f64) -> Point {
+fn objective(v: &Vector, p: &Vector, rate: Point, alignment: f64) -> Point {
     // (∇v)_ij = ∂_j v_i
     let slope = v.map(|v| v.gradient());
     let spin = 0.5 * (slope[0].y - slope[1].x);
@@ -316,7 +315,7 @@ fn objective(v: &Vector, p: &Vector, rate: Point, slip: f64) -> Point {
     let rotation = Point::new(spin * polarity.y, -spin * polarity.x);
     let stretching =
         Point::new(slope[0].x * polarity.x + shear * polarity.y, shear * polarity.x + slope[1].y * polarity.y);
-    rate + advection - rotation - slip * stretching
+    rate + advection - rotation - alignment * stretching
 }
 
 fn series(formulas: &[Expression; 2], x: Point, t: f64) -> Vector {
@@ -353,9 +352,9 @@ struct Elastic {
 
 impl Elastic {
     #[inline(always)]
-    fn new(slip: f64, p: &Vector, l: Vector) -> Self {
+    fn new(alignment: f64, p: &Vector, l: Vector) -> Self {
         let slopes = [[p[0].dx().linear(), p[1].dx().linear()], [p[0].dy().linear(), p[1].dy().linear()]];
-        Self { factors: [0.5 * (slip + 1.0), 0.5 * (slip - 1.0)], p: *p, l, slopes }
+        Self { factors: [0.5 * (alignment + 1.0), 0.5 * (alignment - 1.0)], p: *p, l, slopes }
     }
 
     /// `(a+1)/2 p_i ℓ_j + (a−1)/2 ℓ_i p_j`

@@ -131,8 +131,8 @@ pub struct Map<'a> {
     pub scalar: Scalar<'a>,
     /// Colours of its values.
     pub palette: Palette,
-    /// Values at the ends of the colour bar, low < high; those beyond get the colour of the end. By default the smallest
-    /// and the largest value that are shown.
+    /// Values at the ends of the colour bar, low < high; those beyond get the colour of the end. By default the
+    /// smallest and the largest value that are shown.
     pub range: Option<[f64; 2]>,
     /// Drawn above the colours, in this order.
     pub layers: Vec<Layer<'a>>,
@@ -148,16 +148,16 @@ pub enum Layer<'a> {
         /// How they are drawn.
         look: Look,
     },
-    /// Contour lines of a scalar at evenly spaced levels, which lie half a spacing beside its multiples; the spacing is told
-    /// below the map.
+    /// Contour lines of a scalar at evenly spaced levels, which lie half a spacing beside its multiples; the spacing is
+    /// told below the map.
     Contours {
         /// Name of the spacing, such as `Δψ`.
         name: String,
         /// The scalar, continuous where it has values.
         of: Scalar<'a>,
     },
-    /// Arrows on a regular grid, their middles at the grid's points and their lengths proportional to the vector's; one of a
-    /// round length is told below the map.
+    /// Arrows on a regular grid, their middles at the grid's points and their lengths proportional to the vector's; one
+    /// of a round length is told below the map.
     Arrows {
         /// Name of the vector's length, such as `|v|`.
         name: String,
@@ -166,8 +166,8 @@ pub enum Layer<'a> {
     },
     /// Rigid bodies, cut off at the edges of the window.
     Bodies(Vec<Placed>),
-    /// Straight lines as wide as the size of their values, full ones for values above zero and hollow ones below; the largest values
-    /// are told below the map.
+    /// Straight lines as wide as the size of their values, full ones for values above zero and hollow ones below; the
+    /// largest values are told below the map.
     Links {
         /// Name of the values, such as `λ`.
         name: String,
@@ -235,8 +235,8 @@ impl<'a> Map<'a> {
         Ok(Picture { scene: arranged.scene(), font, extent, range })
     }
 
-    /// Places the layers on white: the scalar counts for nothing, and the colour bar shows the values of the bodies; without such values there
-    /// is none.
+    /// Places the layers on white: the scalar counts for nothing, and the colour bar shows the values of the bodies;
+    /// without such values there is none.
     ///
     /// # Errors
     /// [`PlotError::Font`]
@@ -272,8 +272,8 @@ impl Picture {
         raster::render(&self.scene, &self.font)
     }
 
-    /// Writes `<path>.svg` and `<path>.png`; nothing is written if the latter cannot be drawn. The endings are appended, the
-    /// folder must exist.
+    /// Writes `<path>.svg` and `<path>.png`; nothing is written if the latter cannot be drawn. The endings are
+    /// appended, the folder must exist.
     ///
     /// # Errors
     /// As [`Picture::png`], and [`PlotError::Write`], [`PlotError::Foreign`].
@@ -283,8 +283,8 @@ impl Picture {
         write_file(path_without_extension, ".png", &png)
     }
 
-    /// As [`Picture::write`], but never replaces another picture: where one has this name, `-2`, `-3`, … is appended. Returns the
-    /// path that was taken, without ending.
+    /// As [`Picture::write`], but never replaces another picture: where one has this name, `-2`, `-3`, … is appended.
+    /// Returns the path that was taken, without ending.
     ///
     /// # Errors
     /// As [`Picture::write`].

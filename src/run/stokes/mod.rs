@@ -10,17 +10,20 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::available::available;
+use super::bodies::BodiesReport;
+use super::forecast::{COUNTED, Count, Samples, smaller};
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan};
-use super::{Options, RunError, maps, memory, resolution, setup};
+use super::report::{Expected, MeshReport};
+use super::{Options, RunError, disk, maps, memory, resolution, setup};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
-use crate::mesh::quality::Quality;
-use crate::model::frames::{Frames, WallPoints};
-use crate::model::momentum::MomentumError;
+use crate::model::closed::ClosedParts;
+use crate::model::frames::Frames;
+use crate::model::momentum::check_held;
 use crate::model::{Term, rotation};
-use crate::scene::StokesScene;
 use crate::scene::bodies::Bodies;
+use crate::scene::{StokesScene, ZERO_MEAN};
 use crate::space::{Continuity, Space};
 use stepper::{Checkpoint, Stepper};
 
@@ -29,93 +32,175 @@ use stepper::{Checkpoint, Stepper};
 pub struct StokesReport {
     pub title: Option<String>,
     pub terms: Vec<Term>,
-    pub mesh: Quality,
+    pub mesh: MeshReport,
     pub bodies: usize,
-    pub walls: usize,
+    /// How they are and meet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<BodiesReport>,
     pub velocity_unknowns: usize,
     pub pressure_unknowns: usize,
     /// Of the linear system of the flow.
     pub flow_unknowns: usize,
+    /// Of the full length.
+    pub steps: f64,
     /// Estimate of the peak memory of a run.
     pub memory_mib: f64,
     /// What the system can give, where it tells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub available_mib: Option<f64>,
+    /// Estimate of what a run writes.
+    pub disk_mib: f64,
     pub remarks: Vec<String>,
 }
 
 /// Mesh and sizes of a scene, before anything is assembled.
 struct Sizes {
     mesh: Arc<Mesh>,
-    velocity: Space,
-    pressure: usize,
-    system: usize,
-    bytes: f64,
+    count: Count,
+}
+
+/// Velocity, pressure, and the frames of the velocity.
+fn spaces(scene: &StokesScene, mesh: &Arc<Mesh>) -> (Space, Space, Frames) {
+    let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
+    let pressure = Space::new(mesh, Continuity::Continuous, scene.degrees[1], 1);
+    let frames = Frames::new(&velocity, &scene.conditions(mesh), scene.slip.points());
+    (velocity, pressure, frames)
+}
+
+/// What a scene has on a mesh.
+fn count(scene: &StokesScene, mesh: &Arc<Mesh>) -> Count {
+    let (velocity, pressure, frames) = spaces(scene, mesh);
+    let closed = ClosedParts::new(&pressure, &scene.conditions(mesh));
+    memory::count_flow(&velocity, &pressure, &frames, &closed)
+}
+
+/// As [`memory::samples`].
+fn samples(scene: &StokesScene, cells: f64) -> Option<Samples> {
+    Samples::new((&scene.mesh, cells), scene.source(), |_, mesh| Some(count(&scene.on(&mesh.tags), &mesh)))
+}
+
+/// What a scene takes, by the number of cells that its mesh will have; a mesh from a file is read.
+///
+/// # Errors
+/// A mesh that cannot be built or that does not fit.
+pub fn forecast(scene: &StokesScene) -> Result<Count, RunError> {
+    match scene.mesh.expected().filter(|cells| *cells > COUNTED).and_then(|cells| Some((cells, samples(scene, cells)?)))
+    {
+        Some((cells, samples)) => Ok(samples.at(cells)),
+        None => sizes(scene).map(|sizes| sizes.count),
+    }
 }
 
 fn sizes(scene: &StokesScene) -> Result<Sizes, RunError> {
     let mesh = Arc::new(setup::mesh_of(&scene.mesh, scene.source())?);
     scene.check_mesh(&mesh)?;
-    let conditions = scene.conditions(&mesh);
-    let velocity = Space::new(&mesh, Continuity::Continuous, scene.degrees[0], 2);
-    let pressure = Space::new(&mesh, Continuity::Continuous, scene.degrees[1], 1);
-    let held = || Frames::new(&velocity, &conditions, WallPoints::Nodes).hold_rigid_motions(&velocity);
-    if scene.friction == 0.0 && !held() {
-        let origin = scene.source().place("model.friction").to_string();
-        return Err(RunError::Model { origin, error: Box::new(MomentumError::Unheld) });
+    if scene.friction == 0.0 {
+        let velocity = Space::new(&mesh, Continuity::Continuous, scene.degrees[0], 2);
+        check_held(&velocity, &scene.conditions(&mesh)).map_err(|error| {
+            let origin = scene.source().place("model.friction").to_string();
+            RunError::Model { origin, error: Box::new(error) }
+        })?;
     }
-    let frames = Frames::new(&velocity, &conditions, scene.slip.points());
-    let closed = scene.pressure_is_free();
-    let bytes = memory::of_flow(&velocity, &pressure, &frames, closed);
-    let (system, pressure) = (frames.free + pressure.dof_count(), pressure.dof_count());
-    Ok(Sizes { mesh, velocity, pressure, system, bytes })
+    maps::check_all_windows(&scene.outputs, scene.source(), &mesh)?;
+    let cells = mesh.cells.len() as f64;
+    let large = (cells > COUNTED).then(|| samples(scene, cells)).flatten();
+    let count = match large {
+        None => count(scene, &mesh),
+        Some(samples) => {
+            let (velocity, pressure, frames) = spaces(scene, &mesh);
+            Count { unknowns: memory::unknowns_of_flow(&velocity, &pressure, &frames), ..samples.at(cells) }
+        }
+    };
+    Ok(Sizes { mesh, count })
 }
 
-/// Estimate of a run's largest memory in bytes; `None` for a scene that will be refused anyway.
-pub fn need(scene: &StokesScene) -> Option<f64> {
-    sizes(scene).ok().map(|sizes| sizes.bytes)
+/// Refuses a run that does not fit.
+fn check_memory(scene: &StokesScene, bytes: f64, available: Option<f64>) -> Result<(), RunError> {
+    match available.filter(|available| bytes > *available) {
+        None => Ok(()),
+        Some(available) => Err(RunError::Memory {
+            origin: scene.source().origin().into(),
+            needed: bytes / memory::MIB,
+            available: available / memory::MIB,
+            hint: "take a coarser mesh or a lower degree `space.k`; MONOLAYER_MEMORY (MiB) sets what is available"
+                .into(),
+        }),
+    }
 }
 
-/// Builds the mesh of a scene and counts; solves nothing.
+/// A run that takes no more bytes than this is begun by `check`, but for its first step.
+const QUICK: f64 = 200.0 * memory::MIB;
+/// Cells of the mesh on which a larger one is checked.
+const TRIED: f64 = 700.0;
+
+/// Bytes that a run writes.
+fn written(scene: &StokesScene, count: &Count) -> f64 {
+    let sizes = disk::Sizes {
+        cells: count.cells,
+        degree: scene.degrees[0].max(scene.mesh.curved.unwrap_or(1)),
+        bodies: scene.bodies.as_ref().map_or(0, |bodies| bodies.bodies.len()),
+        checkpoint: 0.0,
+        columns: motion::asked(&scene.outputs).len(),
+        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        end: scene.time.end,
+    };
+    disk::bytes(&scene.outputs, &sizes)
+}
+
+/// Says what a scene is and takes; solves nothing.
 ///
 /// # Errors
-/// As [`setup::mesh_of`] and [`StokesScene::check_mesh`]; a flow that nothing holds.
+/// All that a run could say before its first step, besides what its folder holds.
 pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
-    let sizes = sizes(scene)?;
     let available = available()?;
-    let mut remarks = remarks(scene, &sizes.mesh);
-    if available.is_some_and(|available| sizes.bytes > available) {
-        remarks.push(
-            "the run does not fit into the memory that is available; take a coarser mesh or a lower degree".into(),
-        );
-    }
+    let mut said = Vec::new();
+    let large = scene.mesh.expected().filter(|cells| *cells > scene.mesh.quickly_built());
+    let (mesh, count) = match large.and_then(|cells| samples(scene, cells).map(|samples| samples.at(cells))) {
+        Some(count) => {
+            if let Some((_, mesh)) = smaller(&scene.mesh, (count.cells / TRIED).sqrt(), scene.source()) {
+                scene.check_mesh(&mesh)?;
+                maps::check_all_windows(&scene.outputs, scene.source(), &mesh)?;
+            }
+            (MeshReport::Expected(Expected::new(&count)), count)
+        }
+        None => {
+            let Sizes { mesh, count } = sizes(scene)?;
+            if count.bytes <= QUICK && available.is_none_or(|available| count.bytes <= available) {
+                let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
+                Stepper::new(scene, &mesh, &walls, None)?;
+            }
+            said = remarks(scene, &mesh);
+            (MeshReport::Built(mesh.quality()), count)
+        }
+    };
+    let mut remarks = said;
+    remarks.extend(check_memory(scene, count.bytes, available).err().map(|error| error.to_string()));
+    let bytes = written(scene, &count);
+    remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
     let bodies = scene.bodies.as_ref();
     Ok(StokesReport {
         title: scene.title.clone(),
         terms: terms(scene),
         bodies: bodies.map_or(0, |bodies| bodies.bodies.len()),
-        walls: bodies.map_or(0, |bodies| bodies.walls_on(&sizes.mesh).len()),
-        velocity_unknowns: sizes.velocity.dof_count(),
-        pressure_unknowns: sizes.pressure,
-        flow_unknowns: sizes.system,
-        memory_mib: sizes.bytes / memory::MIB,
+        body: bodies.map(BodiesReport::new),
+        velocity_unknowns: count.unknowns[0] as usize,
+        pressure_unknowns: count.unknowns[1] as usize,
+        flow_unknowns: count.unknowns[3] as usize,
+        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        memory_mib: count.bytes / memory::MIB,
         available_mib: available.map(|bytes| bytes / memory::MIB),
+        disk_mib: bytes / memory::MIB,
         remarks,
-        mesh: sizes.mesh.quality(),
+        mesh,
     })
 }
 
+/// What is worth knowing of a flow on its mesh and no error.
 fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
-    let mut remarks = Vec::new();
+    let mut remarks = scene.source().notes().to_vec();
+    remarks.extend(setup::mesh_remarks(mesh));
     let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
     remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction));
-    if scene.pressure_is_free() {
-        remarks.push(
-            "the velocity is Dirichlet or slip on the whole boundary: the pressure is fixed by its zero mean, and the \
-             prescribed flow must conserve volume"
-                .to_owned(),
-        );
-    }
     remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
     remarks
 }
@@ -128,7 +213,12 @@ pub fn terms(scene: &StokesScene) -> Vec<Term> {
     let mut terms = vec![
         term("viscosity", "2(D(v)|D(w))", true, always()),
         term("friction", "C_F (v|w)", scene.friction > 0.0, format!("friction = {}", scene.friction)),
-        term("pressure", "b(w,Π), b(v,ξ)", true, always()),
+        term(
+            "pressure",
+            "b(w,Π), b(v,ξ)",
+            true,
+            if scene.pressure_is_free() { ZERO_MEAN.to_owned() } else { always() },
+        ),
         term("force", "(f_v|w)", force, if force { "given in [source]" } else { "not given" }.to_owned()),
     ];
     match &scene.bodies {
@@ -164,7 +254,9 @@ impl fmt::Display for StokesReport {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         head(out, self.title.as_deref(), &self.terms)?;
         writeln!(out, "\nmesh\n{}", super::report::indent(&self.mesh.to_string()))?;
-        writeln!(out, "\nbodies         {}\nwalls          {}", self.bodies, self.walls)?;
+        if let Some(body) = &self.body {
+            writeln!(out, "\n{body}")?;
+        }
         writeln!(out, "\nunknowns")?;
         for (name, count) in [
             ("velocity", self.velocity_unknowns),
@@ -173,7 +265,8 @@ impl fmt::Display for StokesReport {
         ] {
             writeln!(out, "  {name:<14} {count}")?;
         }
-        write!(out, "\nmemory  about {:.0} MiB", self.memory_mib)?;
+        writeln!(out, "\nsteps   {} of the full length", self.steps)?;
+        write!(out, "\nmemory  about {:.0} MiB\ndisk    about {}", self.memory_mib, disk::shown(self.disk_mib))?;
         self.remarks.iter().try_for_each(|remark| write!(out, "\n\nnote: {remark}"))
     }
 }
@@ -215,19 +308,16 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
     let begin = Instant::now();
     let text = scene.resolved_toml();
     let saved = motion::prepare(&text, options)?;
-    let Sizes { mesh, velocity, pressure, system, bytes } = sizes(scene)?;
-    if let Some(available) = available()?.filter(|available| bytes > *available) {
-        return Err(RunError::Memory {
-            origin: scene.source().origin().into(),
-            needed: bytes / memory::MIB,
-            available: available / memory::MIB,
-            hint: "take a coarser mesh or a lower degree `space.k`; MONOLAYER_MEMORY (MiB) sets what is available"
-                .into(),
-        });
+    let available = available()?;
+    if scene.mesh.expected().is_some_and(|cells| cells > COUNTED) {
+        // before the mesh is made, which takes its time and memory, too
+        check_memory(scene, forecast(scene)?.bytes, available)?;
     }
+    let Sizes { mesh, count } = sizes(scene)?;
+    check_memory(scene, count.bytes, available)?;
+    disk::check(scene.source(), written(scene, &count), &options.out)?;
     let file = options.out.join("checkpoint.bin");
     saved.iter().try_for_each(|saved| saved.check_mesh(&mesh, &file))?;
-    maps::check_all_windows(&scene.outputs, scene.source(), &mesh)?;
     let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
     let resumed = saved.as_ref().map(|saved| Checkpoint::read(&saved.state, &file)).transpose()?;
     let mut stepper = Stepper::new(scene, &mesh, &walls, resumed)?;
@@ -245,7 +335,7 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
         remarks: remarks(scene, &mesh),
         mesh: Some(mesh.quality()),
         fingerprint: mesh.fingerprint(),
-        unknowns: [velocity.dof_count(), pressure, system],
+        unknowns: [0, 1, 3].map(|k| count.unknowns[k] as usize),
         setup_seconds: begin.elapsed().as_secs_f64(),
     };
     motion::run(&plan, &mut stepper, options, saved)

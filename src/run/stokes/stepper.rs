@@ -217,7 +217,7 @@ fn parameters(friction: f64) -> Parameters {
         peclet: 1.0,
         coherence: 1.0,
         elasticity: 0.0,
-        slip: 1.0,
+        alignment: 1.0,
         elastic_force: ElasticForce::Stress,
         density: None,
     }

@@ -286,7 +286,8 @@ impl Checker<'_> {
         formula: &Formula,
         known: &[(&str, f64)],
     ) -> Result<Expression, SceneError> {
-        formula.parse_of_body(known).map_err(|error| {
+        let parsed = formula.parse_of_body(known).map(|parsed| parsed.given_at(&self.given(key)));
+        parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
         })

@@ -90,6 +90,7 @@ impl Checker<'_> {
     /// A density's formula; a number must not be negative.
     fn density(&self, key: &str, formula: &Formula, p: &Parameters) -> Result<Expression, SceneError> {
         let parsed = ModelError::parse_density(key, formula, &p.symbols());
+        let parsed = parsed.map(|density| density.given_at(&self.given(key)));
         parsed.map_err(|error| self.error(key, error.value, &error.rule, &error.hint))
     }
 

@@ -2,6 +2,7 @@
 
 use toml_edit::Item;
 
+use super::amounts::Course;
 use super::bodies::Around;
 use super::outputs::Scope;
 use super::{Checker, shown};
@@ -11,6 +12,7 @@ use crate::model::{ModelError, ModelKind, VelocityCondition};
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
 use crate::scene::particles::{Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesScene};
+use crate::scene::path::quoted;
 use crate::scene::stokes::{StokesFile, StokesScene};
 use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
 use crate::scene::{SceneKind, SceneSource};
@@ -36,7 +38,7 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
                 "peclet",
                 "coherence",
                 "elasticity",
-                "slip",
+                "alignment",
                 "elastic_force",
                 "active_stress_iso",
                 "density",
@@ -55,7 +57,7 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
                 "growth_rate",
                 "stop",
             ],
-            &["k", "degree", "slip", "penalty"],
+            &["k", "degree", "walls", "penalty"],
         ],
         SceneKind::Stokes => [
             &[
@@ -64,7 +66,7 @@ fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
             ],
             &["kind", "friction"],
             &["step", "end", "step_min", "tolerance", "max_steps"],
-            &["k", "slip", "penalty"],
+            &["k", "walls", "penalty"],
         ],
         SceneKind::Particles => [
             &["title", "model", "time", "body", "bodies", "wall", "contact", "output"],
@@ -127,6 +129,7 @@ impl Checker<'_> {
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
         let rule = format!("must not be longer than the run, time.end = {end}");
         self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
+        self.step_counts(step, end)?;
         let step_min = self.step_min(step, table.step_min)?;
         let tolerance = *table.tolerance.get_or_insert(TOLERANCE);
         let holds = tolerance > 0.0 && tolerance <= 1.0;
@@ -174,6 +177,8 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
         tables;
     let time = checker.motion_time(&mut file.time)?;
     let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Particles, bodies: true })?;
+    let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
+    checker.amounts(&outputs, course)?;
     let title = file.title.clone();
     Ok(ParticlesScene { title, dynamics, gravity, drag, bodies, time, outputs, resolved: file, source })
 }
@@ -190,9 +195,10 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     checker.require(holds, "model.friction", shown(friction), "must be finite and not negative", hint)?;
     let symbols = [("friction", friction)];
     let table = &file.space;
-    let mut space = SpaceTable { k: table.k, degree: DegreeTable::default(), slip: table.slip, penalty: table.penalty };
+    let mut space =
+        SpaceTable { k: table.k, degree: DegreeTable::default(), walls: table.walls, penalty: table.penalty };
     let space = checker.space(&mut space, ModelKind::Incompressible)?;
-    checker.turning(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.curved_where_it_turns(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;
     let boundary = checker.flow_boundary(&mut file, &symbols)?;
     let force = file.source.as_ref().map(|table| checker.pair("source.force", &table.force, &symbols)).transpose()?;
@@ -209,6 +215,8 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let time = checker.motion_time(&mut file.time)?;
     let outputs =
         checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Stokes, bodies: bodies.is_some() })?;
+    let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
+    checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
     Ok(StokesScene {
         title,
@@ -256,7 +264,8 @@ impl Checker<'_> {
             let full = BoundaryScene { velocity: table.velocity.clone(), polarity: neumann, density: None };
             let conditions = full
                 .check(ModelKind::Incompressible, symbols, None)
-                .map_err(|error: ModelError| self.model(&format!("boundary.{tag}"), error))?;
+                .map_err(|error: ModelError| self.model(&format!("boundary.{}", quoted(tag)), error))?
+                .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
             table.velocity = full.resolved().velocity;
             checked.insert(tag.clone(), conditions);
         }

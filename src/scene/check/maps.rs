@@ -28,7 +28,7 @@ impl Checker<'_> {
             return Err(self.error(&key, broken.value, &broken.rule, &broken.hint));
         }
         let MapOptions { of, name, arrows, streamlines, mesh, window, range } = options;
-        let name = name.unwrap_or_else(|| of.name().to_owned());
+        let name = name.unwrap_or_else(|| of.file_name());
         self.file_name(&format!("{key}.name"), &name, "such as \"wake\"")?;
         Ok(MapRequest { name, of, arrows, streamlines, mesh, window, range })
     }
@@ -63,7 +63,7 @@ impl Checker<'_> {
             return Err(self.error(&key, broken.value, &broken.rule, &broken.hint));
         }
         let MapOptions { of, name, arrows, streamlines, mesh, window, range } = options;
-        let name = name.unwrap_or_else(|| of.name().to_owned());
+        let name = name.unwrap_or_else(|| of.file_name());
         self.file_name(&format!("{key}.name"), &name, "such as \"wake\"")?;
         Ok(MapRequest { name, of, arrows, streamlines, mesh, window, range })
     }
@@ -137,7 +137,7 @@ impl MapOptions {
             Quantity::Bodies => false,
         };
         if !holds {
-            let hint = "the fields that it has are speed, velocity-1, velocity-2, pressure";
+            let hint = "the fields that it has are speed, velocity_1, velocity_2, pressure";
             return broken("of", format!("\"{}\"", self.of.name()), "kind = \"stokes\" has no map of it", hint);
         }
         if self.arrows == Some(ArrowsOf::Polarity) {

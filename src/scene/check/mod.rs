@@ -1,11 +1,13 @@
 //! Every rule of a scene that does not need its mesh.
 
+mod amounts;
 mod bodies;
 mod fields;
 mod groups;
 mod kinds;
 mod maps;
 mod outputs;
+mod rest;
 mod strain;
 mod walls;
 
@@ -14,8 +16,9 @@ use std::fmt::Display;
 use std::path::PathBuf;
 
 use super::error::SceneError;
+use super::path::quoted;
 use super::presets;
-use super::tables::{CouplingName, DensityScheme, SceneFile, SlipName, SpaceTable, TimeStart};
+use super::tables::{CouplingName, DensityScheme, SceneFile, SpaceTable, TimeStart, WallsName};
 use super::{
     ControlSettings, CouplingSettings, Scene, SceneKind, SceneSource, SlipTreatment, Sources, Space, SteadySettings,
     Time,
@@ -26,26 +29,15 @@ use crate::model::boundary::NamedCondition;
 use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
 use crate::time::CouplingKind;
+use amounts::Course;
 use outputs::Scope;
 
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
-    let has = |key: &str| source.value(key).is_some();
-    let command = match (has("levels"), has("parameter"), has("setting")) {
-        (true, _, _) => "order",
-        (false, true, _) => "branch",
-        (false, false, true) => "tradeoff",
-        (false, false, false) => "study",
-    };
-    if let (Some(scene), true) =
-        (source.value("scene"), ["levels", "vary", "case", "parameter", "setting"].into_iter().any(has))
-    {
-        let scene = scene.as_str().unwrap_or("named in it").to_owned();
-        return Err(SceneError::Study { file: source.origin().to_owned(), command, scene });
-    }
-    if has("data") && !has("model") {
-        let (file, scene) = (source.origin().to_owned(), "that of its run".to_owned());
-        return Err(SceneError::Study { file, command: "compare", scene });
+    if let Some(command) = source.study_command() {
+        let named = source.value("scene").map(|scene| scene.as_str().unwrap_or("named in it").to_owned());
+        let (file, scene) = (source.origin().to_owned(), named.unwrap_or_else(|| "that of its run".to_owned()));
+        return Err(SceneError::Study { file, command, scene });
     }
     let checker = Checker { source: &source };
     checker.of_kind(SceneKind::Tissue)?;
@@ -55,19 +47,22 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
     let space = checker.space(&mut file.space, parameters.kind())?;
-    checker.turning(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
+    checker.curved_where_it_turns(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;
     let sources = checker.sources(&file, &parameters)?;
     let exact = sources.exact.as_deref();
     let boundary = checker.boundary(&mut file, &parameters, &sources)?;
     let initial = checker.initial(&mut file.initial.polarity, &parameters, exact)?;
     let initial_density = checker.initial_density(&mut file.initial.density, &parameters, exact)?;
-    let time = checker.time(&mut file, &parameters)?;
+    let mut time = checker.time(&mut file, &parameters)?;
+    time.rests_from = checker.rest(&time, &file.mesh, &boundary, &sources)?;
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
     let bodies = checker.bodies_of_tissue(&mut file, parameters.kind(), &parameters.symbols())?;
     let scope = Scope { tissue: Some(&parameters), kind: SceneKind::Tissue, bodies: bodies.is_some() };
     let outputs = checker.outputs(&file.output, scope)?;
+    let course = Course { step: time.control.step, end: time.end, max_steps: time.max_steps };
+    checker.amounts(&outputs, course)?;
     checker.on_a_track(&file.mesh, &initial, &outputs)?;
     let strain = checker.strain(&mut file.strain, &space, &outputs)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
@@ -147,13 +142,19 @@ impl Checker<'_> {
         self.pair(key, formulas, &p.symbols())
     }
 
+    /// How messages about the formula under `key` begin while it is used.
+    fn given(&self, key: &str) -> String {
+        format!("{}: `{key}`: ", self.source.origin())
+    }
+
     fn pair(
         &self,
         key: &str,
         formulas: &VectorFormula,
         symbols: &[(&str, f64)],
     ) -> Result<[Expression; 2], SceneError> {
-        let parsed = parse_vector(formulas, symbols);
+        let given = self.given(key);
+        let parsed = parse_vector(formulas, symbols).map(|pair| pair.map(|formula| formula.given_at(&given)));
         parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
@@ -161,7 +162,8 @@ impl Checker<'_> {
     }
 
     fn formula(&self, key: &str, formula: &Formula, p: &Parameters) -> Result<Expression, SceneError> {
-        formula.parse(&p.symbols()).map_err(|error| {
+        let parsed = formula.parse(&p.symbols()).map(|parsed| parsed.given_at(&self.given(key)));
+        parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
         })
@@ -194,9 +196,9 @@ impl Checker<'_> {
         }
     }
 
-    /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities have only in cells of at
-    /// most their own degree.
-    fn turning<'a>(
+    /// In a disc or a ring with slip walls all around nothing but friction holds a rigid rotation, which velocities
+    /// have only in cells of at most their own degree.
+    fn curved_where_it_turns<'a>(
         &self,
         mesh: &mut MeshScene,
         degree: usize,
@@ -208,7 +210,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A mesh from a file takes `curved`, and the place of the disc for measures and cuts; nothing else.
+    /// A mesh from a file takes `curved` and `slits`, and the place of the disc for measures and cuts; nothing else.
     fn keys_beside_a_file(&self, mesh: &MeshScene) -> Result<(), SceneError> {
         let given = [
             ("n", mesh.n.is_some()),
@@ -227,7 +229,7 @@ impl Checker<'_> {
             ("symmetric", mesh.symmetric.is_some()),
         ];
         if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
-            let hint = "beside `file`, only `curved`, `radius` and `centre` (of the disc) have a meaning";
+            let hint = "beside `file`, only `curved`, `slits`, `radius` and `centre` (of the disc) have a meaning";
             return Err(self.error(&format!("mesh.{key}"), "(given)", "does not apply to a mesh from a file", hint));
         }
         mesh.radius
@@ -255,16 +257,17 @@ impl Checker<'_> {
         };
         self.degree("polarity", polarity, 1)?;
         let epsilon = self.penalty(table.penalty)?;
-        let slip = match table.slip {
-            SlipName::Rotated => SlipTreatment::Rotated,
-            SlipName::Penalty => SlipTreatment::Penalty { epsilon },
+        let slip = match table.walls {
+            WallsName::Rotated => SlipTreatment::Rotated,
+            WallsName::Penalty => SlipTreatment::Penalty { epsilon },
         };
         Ok(Space { velocity, pressure, density, polarity, slip })
     }
 
     /// `ε_r`, whether slip is imposed by it or not.
     pub(super) fn penalty(&self, epsilon: f64) -> Result<f64, SceneError> {
-        let rule = "must lie between 1e-16 and 0.01: above, tissue leaks through slip walls, below, no digit is left for the rest";
+        let rule = "must lie between 1e-16 and 0.01: above, tissue leaks through slip walls, below, no digit is left \
+                    for the rest";
         self.within("space.penalty", epsilon, [1e-16, 0.01], rule, "1e-8 is the usual value")
     }
 
@@ -326,13 +329,20 @@ impl Checker<'_> {
         for (tag, table) in &mut file.boundary {
             let conditions = table
                 .check(p.kind(), &p.symbols(), exact)
-                .map_err(|error| self.model(&format!("boundary.{tag}"), error))?;
+                .map_err(|error| self.model(&format!("boundary.{}", quoted(tag)), error))?
+                .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
             let from_exact = sources.boundary().is_some();
             let given =
                 matches!(&conditions.velocity, VelocityCondition::Traction(f) if !f.iter().all(Expression::is_zero));
             let rule = "the traction is that of the exact fields, so none can be given";
             let hint = "write velocity = \"traction\", or set exact.boundary = \"scene\"";
-            self.require(!(from_exact && given), &format!("boundary.{tag}.velocity"), &table.velocity, rule, hint)?;
+            self.require(
+                !(from_exact && given),
+                &format!("boundary.{}.velocity", quoted(tag)),
+                &table.velocity,
+                rule,
+                hint,
+            )?;
             *table = table.resolved();
             checked.insert(tag.clone(), conditions);
         }
@@ -351,6 +361,7 @@ impl Checker<'_> {
         let table = &mut file.time;
         let step = self.positive("time.step", table.step, "the first and largest step, such as 0.1")?;
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
+        self.step_counts(step, end)?;
         let step_min = self.step_min(step, table.step_min)?;
         table.step_min = Some(step_min.value());
         let rule = format!("must not be longer than the run, time.end = {end}");
@@ -407,7 +418,15 @@ impl Checker<'_> {
             max_steps: table.max_steps,
             stop_residual,
             stop_energy_rate,
+            rests_from: 0.0,
         })
+    }
+
+    /// A step that the clock does not see at the end would never get there.
+    fn step_counts(&self, step: f64, end: f64) -> Result<(), SceneError> {
+        let rule = format!("is lost beside time.end = {}: t + step would be t", shown(end));
+        let hint = "numbers have 16 digits: raise `step` or lower `end`";
+        self.require(end + 0.5 * step > end, "time.step", shown(step), &rule, hint)
     }
 
     fn density_implicit(&self, scheme: &mut Option<DensityScheme>, kind: ModelKind) -> Result<bool, SceneError> {
@@ -440,16 +459,7 @@ impl Checker<'_> {
         let march = *table.march.get_or_insert(end);
         let holds = march.is_finite() && march >= 0.0;
         self.require(holds, "steady.march", shown(march), "must be finite and not negative", "time.end is usual")?;
-        let rule = "must not depend on t where a steady state is searched for";
-        let hint = "take `t` out of the formula, or the table [steady] (the flag --steady) away";
-        for (tag, conditions) in boundary {
-            for (key, moving) in conditions.depend_on_time() {
-                self.require(!moving, &format!("boundary.{tag}.{key}"), "a formula of t", rule, hint)?;
-            }
-        }
-        for (key, moving) in sources.depend_on_time() {
-            self.require(!moving, key, "a formula of t", rule, hint)?;
-        }
+        self.without_time(boundary, sources)?;
         let want = table.want;
         Ok(Some(SteadySettings { residual, step, max_steps: most, want, eigenvalues: count, march }))
     }

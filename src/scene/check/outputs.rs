@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::amounts::MOST_POINTS;
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::mesh::Point;
 use crate::mesh::generate::MeshScene;
@@ -250,7 +251,8 @@ impl Checker<'_> {
         let shown = format!("[{}, {}]", to.x, to.y);
         self.require(apart, &key("to"), shown, "must be finite and differ from `from`", "give two points")?;
         let points = line.points.unwrap_or_default();
-        self.require(points >= 2, &key("points"), points, "must be at least 2", "200 is usual")?;
+        let rule = format!("must lie between 2 and {MOST_POINTS}");
+        self.require((2..=MOST_POINTS).contains(&points), &key("points"), points, &rule, "200 is usual")?;
         Ok(Cut::Line { name: line.name.clone(), from, to, points })
     }
 
@@ -270,7 +272,8 @@ impl Checker<'_> {
         let radius = circle.radius.ok_or_else(|| self.missing(table, "radius", hint))?;
         let radius = self.positive(&key("radius"), radius, hint)?;
         let points = circle.points.unwrap_or_default();
-        self.require(points >= 3, &key("points"), points, "must be at least 3", "360 is usual")?;
+        let rule = format!("must lie between 3 and {MOST_POINTS}");
+        self.require((3..=MOST_POINTS).contains(&points), &key("points"), points, &rule, "360 is usual")?;
         Ok(Cut::Circle { name: circle.name.clone(), centre: centre.into(), radius, points })
     }
 

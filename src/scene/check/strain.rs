@@ -19,7 +19,7 @@ impl Checker<'_> {
             return asked.map_or(Ok(None), |at| {
                 let rule = "there is no elastic strain without a table [strain]";
                 let hint = "add a table [strain] with `weissenberg = …`, or remove it";
-                Err(self.error(&format!("output.{at}"), "\"elastic-strain\"", rule, hint))
+                Err(self.error(&format!("output.{at}"), "\"elastic_strain\"", rule, hint))
             });
         };
         let hint = "the time in which the strain relaxes, over that of the flow; 1 is usual";

@@ -10,7 +10,7 @@ pub(super) type Piece = [Point; 3];
 pub(super) const WHOLE: Piece = [Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(0.0, 1.0)];
 
 /// A cell is cut into so many pieces at most.
-pub(super) const MOST_PIECES: usize = 4096;
+const MOST_PIECES: usize = 4096;
 
 /// So often a piece is divided in four until the line is straight in it.
 const HALVINGS: usize = 6;

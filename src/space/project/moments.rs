@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::breaks::{MOST_PIECES, Piece, WHOLE, at, quarters, twice_area};
+use super::breaks::{Piece, WHOLE, at, quarters, twice_area};
 use crate::element::quadrature::{self, MAX_TRIANGLE_DEGREE};
 use crate::element::{MAX_DEGREE, basis, tables};
 use crate::mesh::{CellMap, Mesh, Point};
@@ -14,7 +14,9 @@ const LOWER: usize = 4;
 /// Least degree of the rules, for functions that are no polynomials.
 const LEAST_DEGREE: usize = 12;
 /// Two rules agree within this share of the largest value.
-const CONVERGED: f64 = 1e-8;
+const CONVERGED: f64 = 1e-10;
+/// Pieces that a cell may get besides those that it was cut into, until its rules agree.
+const MOST_DIVISIONS: usize = 1024;
 
 /// What all cells have in common: the factors of `(φ_i|φ_j)` on the reference cell.
 pub(super) struct Masses {
@@ -48,7 +50,7 @@ fn factors(degree: usize, points: impl Iterator<Item = (Point, f64)>) -> Factors
 pub(super) struct Moments<const C: usize> {
     offset: [f64; C],
     loads: [[f64; MOST_FUNCTIONS]; C],
-    /// Largest `|f − f_0|`, times the determinant.
+    /// Largest `|f|`, times the determinant.
     size: f64,
 }
 
@@ -114,7 +116,7 @@ impl<'c> Cell<'c> {
             let values = f(xi, x)?;
             for c in 0..C {
                 let value = (values[c] - offset[c]) * det;
-                sum.size = sum.size.max(value.abs());
+                sum.size = sum.size.max((values[c] * det).abs());
                 sum.loads[c][..n].iter_mut().zip(&phi).for_each(|(load, phi)| *load += weight * share * value * phi);
             }
         }
@@ -142,9 +144,8 @@ impl<'c> Cell<'c> {
         let degree = (2 * self.masses.degree + LOWER).max(LEAST_DEGREE);
         let middle = at(&WHOLE, quadrature::triangle(1).points[0]);
         let mut total = Moments::none(f(middle, self.place(middle).0)?);
-        let (mut open, mut spent) = (pieces, 0);
+        let (mut open, mut divisions) = (pieces, 0);
         while !open.is_empty() {
-            spent += open.len();
             let by_rule = |degree| -> Result<Vec<Moments<C>>, E> {
                 open.iter().map(|piece| self.moments(piece, degree, total.offset, f)).collect()
             };
@@ -153,10 +154,11 @@ impl<'c> Cell<'c> {
             let slack = CONVERGED * total.size;
             let mut next = Vec::new();
             for ((piece, fine), coarse) in open.iter().zip(&fine).zip(&coarse) {
-                if fine.is_near(coarse, slack) || spent + next.len() + 4 > MOST_PIECES {
+                if fine.is_near(coarse, slack) || divisions >= MOST_DIVISIONS {
                     total.add(fine);
                 } else {
                     next.extend(quarters(*piece));
+                    divisions += 4;
                 }
             }
             open = next;

@@ -23,8 +23,8 @@ pub(super) struct Without {
 /// Frames this many usual steps apart still follow each other.
 const NEXT: f64 = 1.5;
 
-/// Central differences `(x(t₊) − x(t₋))/(t₊ − t₋)` for each spot, from the spots of its track in the frames before and after; NaN
-/// where there are none.
+/// Central differences `(x(t₊) − x(t₋))/(t₊ − t₋)` for each spot, from the spots of its track in the frames before and
+/// after; NaN where there are none.
 pub(super) fn velocities(spots: &[Spot]) -> (Vec<Point>, Without) {
     let mut order: Vec<usize> = (0..spots.len()).collect();
     order.sort_by(|a, b| {

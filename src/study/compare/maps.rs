@@ -10,8 +10,8 @@ use crate::output::plot::map::{Layer, Look, Map, Palette, Vector, Window};
 /// Pieces of the obstacle's outline.
 const PIECES: usize = 120;
 
-/// Writes `measured-speed`, and with a run `run-speed` and `difference`, as SVG and PNG into a folder. A box that is too long for
-/// a picture has none.
+/// Writes `measured-speed`, and with a run `run-speed` and `difference`, as SVG and PNG into a folder. A box that is
+/// too long for a picture has none.
 pub(super) fn write(study: &CompareStudy, found: &Comparison, folder: &Path) -> Result<(), OutputError> {
     let (low, high) = (study.bins.low, study.bins.high);
     let Ok(window) = Window::new(low.into(), high.into()) else { return Ok(()) };

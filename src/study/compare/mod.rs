@@ -70,7 +70,8 @@ const NAMES: [&str; 7] = ["study.toml", "field.csv", "run.csv", "comparison.csv"
 /// Reads the data, compares them with the run, and leaves the results in `out`.
 ///
 /// # Errors
-/// A folder that holds results, data or a run that cannot be read, a window without cells, a run that shares no bin with the data.
+/// A folder that holds results, data or a run that cannot be read, a window without cells, a run that shares no bin
+/// with the data.
 pub fn run(study: &CompareStudy, out: &Path) -> Result<Comparison, StudyError> {
     lock::alone(out, Room::Without(&NAMES), || {
         table::refuse_occupied(out)?;

@@ -27,11 +27,14 @@ pub struct Synthesis {
     pub view: Option<[Point; 2]>,
 }
 
+/// Most rows of a table.
+const MOST_ROWS: usize = 10_000_000;
+
 /// Draws without a hit after which a view counts as outside of the domain.
 const PATIENCE: usize = 100_000;
 
-/// Cells at places that are uniform in the domain and new in every frame, each with the velocity of the run there plus normal
-/// noise, written as `x,y,t,vx,vy` in disc radii about the disc's centre, to six digits.
+/// Cells at places that are uniform in the domain and new in every frame, each with the velocity of the run there plus
+/// normal noise, written as `x,y,t,vx,vy` in disc radii about the disc's centre, to six digits.
 ///
 /// The places do not depend on noise and trend.
 ///
@@ -81,6 +84,10 @@ fn check(synthesis: &Synthesis) -> Result<(), StudyError> {
     if cells == 0 || frames == 0 {
         let key = if cells == 0 { "cells" } else { "frames" };
         return Err(refuse(key, "0".to_owned(), "must be at least 1"));
+    }
+    if cells.saturating_mul(frames) > MOST_ROWS {
+        let shown = format!("{cells} in each of {frames} frames");
+        return Err(refuse("cells", shown, &format!("must be at most {MOST_ROWS} rows in all")));
     }
     if !(noise.is_finite() && noise >= 0.0) {
         return Err(refuse("noise", noise.to_string(), "must be 0 or greater, and finite"));

@@ -36,8 +36,8 @@ impl Tracks {
     /// Reads the tables of a study: `x = (x − centre)/length`, `v/speed`, times in frames, the second axis upwards.
     ///
     /// # Errors
-    /// A file that is no table, columns that it has not, entries that are no numbers, with the line; no row with all that is needed;
-    /// fewer than two frames; no row in the box.
+    /// A file that is no table, columns that it has not, entries that are no numbers, with the line; no row with all
+    /// that is needed; fewer than two frames; no row in the box.
     pub fn read(study: &CompareStudy) -> Result<Self, StudyError> {
         let mut found = Found::default();
         let mut names = Numbered::default();
@@ -61,8 +61,8 @@ impl Tracks {
         let low = positions().fold(Point::repeat(f64::INFINITY), |m, x| m.inf(&x));
         let high = positions().fold(Point::repeat(f64::NEG_INFINITY), |m, x| m.sup(&x));
         let what = format!(
-            "no row lies in `box`: with `length` = {} and `centre` = ({}, {}) the positions are between ({:.4}, {:.4}) and ({:.4}, \
-             {:.4}) disc radii",
+            "no row lies in `box`: with `length` = {} and `centre` = ({}, {}) the positions are between \
+             ({:.4}, {:.4}) and ({:.4}, {:.4}) disc radii",
             study.length, study.centre.x, study.centre.y, low.x, low.y, high.x, high.y
         );
         Err(wrong(study, what, "check `pixel`, `length`, `centre`, `y` and `box`".to_owned()))

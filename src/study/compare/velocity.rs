@@ -58,8 +58,9 @@ impl RunVelocity {
         vertices.fold(none, |[low, high], x| [low.inf(&x), high.sup(&x)])
     }
 
-    /// Means over bins, by 5 × 5 points in each, and the share of a bin's points that lie in the mesh and not in the obstacle of
-    /// this radius. A bin takes the weight of the same bin of `like`, and is empty if none of its points lies in the mesh.
+    /// Means over bins, by 5 × 5 points in each, and the share of a bin's points that lie in the mesh and not in the
+    /// obstacle of this radius. A bin takes the weight of the same bin of `like`, and is empty if none of its points
+    /// lies in the mesh.
     pub fn average(&self, bins: Bins, like: &[f64], obstacle: f64) -> (Binned, Vec<f64>) {
         let mut binned = Binned::empty(bins);
         let mut shares = vec![0.0; bins.len()];

@@ -38,7 +38,7 @@ pub(super) fn decode(bytes: Vec<u8>) -> Result<String, Wrong> {
 }
 
 fn known_kinds() -> &'static str {
-    "tables are texts (comma, semicolon, tab or space separated, gzipped or not) or Parquet; save others as one of these"
+    "tables are texts (comma, semicolon, tab or space separated, gzipped or not) or Parquet; save it as one of these"
 }
 
 fn narrow(bytes: Vec<u8>) -> Result<String, Wrong> {

@@ -16,8 +16,8 @@ pub fn is_pattern(path: &Path) -> bool {
 
 /// The files of a path or pattern, in the order of their frames; a message for a pattern that is none.
 ///
-/// The number of a frame is the first number in which the files' names differ; where they do not differ by a number, the place of
-/// the file in the order of the names, from 0.
+/// The number of a frame is the first number in which the files' names differ; where they do not differ by a number,
+/// the place of the file in the order of the names, from 0.
 pub fn list(path: &Path) -> Result<Vec<FrameFile>, String> {
     if !is_pattern(path) {
         return Ok(vec![FrameFile { path: path.to_owned(), frame: 0.0 }]);

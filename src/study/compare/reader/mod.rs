@@ -109,8 +109,8 @@ impl Wrong {
 /// Reads the wanted columns of a file; `names` numbers the names in all files alike.
 ///
 /// # Errors
-/// A file that cannot be read or is no table, a separator that does not separate it, columns that it has not, an entry that is
-/// neither a number nor missing; with the line.
+/// A file that cannot be read or is no table, a separator that does not separate it, columns that it has not, an entry
+/// that is neither a number nor missing; with the line.
 pub fn read(file: &Path, cut: Cut, wanted: &[Wanted], names: &mut Numbered) -> Result<Rows, StudyError> {
     let found = bytes::read(file).and_then(|bytes| match parquet::is_parquet(&bytes) {
         true => parquet::read(file, wanted, names),

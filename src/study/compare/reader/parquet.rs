@@ -19,7 +19,8 @@ pub(super) fn is_parquet(bytes: &[u8]) -> bool {
 /// Reads the wanted columns; others are not unpacked.
 ///
 /// # Errors
-/// A file that was cut off or uses what this program does not know, columns that it has not, entries that are no numbers.
+/// A file that was cut off or uses what this program does not know, columns that it has not, entries that are no
+/// numbers.
 pub(super) fn read(path: &Path, wanted: &[Wanted], names: &mut Numbered) -> Result<Rows, Wrong> {
     let broken = |error: &ParquetError| {
         let what = format!("is a Parquet file that cannot be read ({error})");

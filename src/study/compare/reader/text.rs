@@ -86,7 +86,8 @@ fn layout(head: &[Line], cut: Cut, wanted: &[Wanted]) -> Result<Layout, Wrong> {
     }
 }
 
-/// Columns by the line that names them all, above the `first` line of numbers; otherwise what is wrong with the line that comes nearest, if one can be meant.
+/// Columns by the line that names them all, above the `first` line of numbers; otherwise what is wrong with the line
+/// that comes nearest, if one can be meant.
 fn named<'l, 't>(
     head: &'l [Line<'t>],
     separator: Separator,
@@ -179,7 +180,7 @@ fn without_names(head: &[Line], separator: Separator, above: Option<u64>, wanted
     if !known {
         let what = "the columns have no names: these are numbers";
         let hint = format!(
-            "take columns by their numbers, such as columns = {{ x = 1, y = 2, … }}: there are {width}, separated by {}",
+            "take columns by their numbers, such as columns = {{ x = 1, y = 2, … }}: of {width}, separated by {}",
             separator.plural()
         );
         return Err(Wrong::new(line, what, hint));

@@ -1,5 +1,7 @@
 //! Overrides by path, and the scene written back.
 
+mod names;
+
 use std::path::Path;
 
 use monolayer::mesh::Point;
@@ -9,9 +11,9 @@ use monolayer::scene::{
 };
 use monolayer::time::CouplingKind;
 
-const STRIP: &str = include_str!("data/strip.toml");
-const DISC: &str = include_str!("data/disc.toml");
-const SHEET: &str = include_str!("data/compressible.toml");
+const STRIP: &str = include_str!("../data/strip.toml");
+const DISC: &str = include_str!("../data/disc.toml");
+const SHEET: &str = include_str!("../data/compressible.toml");
 
 fn scene(text: &str) -> Scene {
     Scene::parse(text, Path::new("scene.toml")).unwrap()
@@ -34,7 +36,7 @@ fn the_reference_scene_is_the_reference_case() {
     let strip = scene(STRIP);
     let p = strip.parameters;
     assert_eq!((p.friction, p.traction, p.active_stress, p.peclet), (3.0, 3.0, 0.0, 2.0));
-    assert_eq!((p.coherence, p.elasticity, p.slip, p.beta()), (0.1, 0.4, 1.0, 0.75));
+    assert_eq!((p.coherence, p.elasticity, p.alignment, p.beta()), (0.1, 0.4, 1.0, 0.75));
     assert_eq!((strip.space.velocity, strip.space.pressure, strip.space.polarity), (2, 1, 3));
     assert_eq!(strip.space.slip, SlipTreatment::Rotated);
     assert_eq!((strip.time.order, strip.time.control.step, strip.time.end), (2, 0.1, 400.0));
@@ -61,7 +63,7 @@ fn the_disc_scene_is_the_disc_study() {
     let disc = scene(DISC);
     let p = disc.parameters;
     assert_eq!((p.friction, p.traction, p.peclet, p.coherence), (19.0, 19.0, 0.5, 0.03));
-    assert_eq!((p.elasticity, p.slip, p.active_stress), (0.1, 1.0, 1.0));
+    assert_eq!((p.elasticity, p.alignment, p.active_stress), (0.1, 1.0, 1.0));
     assert_eq!(disc.initial, Initial::Random { seed: 1, amplitude: 0.1, h_coarse: 0.25 });
     assert!(disc.pressure_is_free());
     assert_eq!(disc.remarks().len(), 1);
@@ -76,7 +78,7 @@ fn terms_that_are_off_are_named_with_their_reason() {
     };
     let quiet = ["force: not given", "polarity source: not given"];
     assert_eq!(off(&with(&[])), ["active stress: active_stress = 0", quiet[0], quiet[1]]);
-    let inelastic = with(&[("model.elasticity", "0"), ("model.slip", "0"), ("source.force", "[\"x\", 0]")]);
+    let inelastic = with(&[("model.elasticity", "0"), ("model.alignment", "0"), ("source.force", "[\"x\", 0]")]);
     let names = ["elastic rotation", "elastic stretching", "elastic stress", "molecular field", "polarity stretching"];
     let off = off(&inelastic);
     assert!(names.iter().all(|name| off.iter().any(|term| term.starts_with(name))), "{off:?}");
@@ -106,7 +108,10 @@ fn the_compressible_scene_has_a_density() {
     let (x, inflow) = (Point::new(0.3, 0.7), |tag: &str, t| sheet.boundary[tag].inflow(Point::new(0.3, 0.7), t));
     assert_eq!((inflow("inlet", 5.0), inflow("outlet", 0.0), inflow("walls", 0.0)), (1.0, 1.0, 0.0));
     assert_eq!(inflow("outlet", 10.0), 2.0);
-    let moving = |tag: &str| sheet.boundary[tag].depend_on_time()[2];
+    let moving = |tag: &str| {
+        let (key, formulas) = &sheet.boundary[tag].formulas()[2];
+        (*key, formulas.iter().any(|formula| formula.depends_on_time()))
+    };
     assert_eq!((moving("inlet"), moving("outlet")), (("density", false), ("density", true)));
     let Some(InitialDensity::Formula(start)) = &sheet.initial_density else { panic!("no formula") };
     assert_eq!(start.eval(x, 0.0), 1.0 + 0.1 * x.x.cos());
@@ -191,7 +196,7 @@ fn every_kind_of_value_can_be_set() {
         ("output.2.cuts", "[{ name = \"wake\", from = [1, 0], to = [9, 0] }, \"axis-1\"]"),
         ("output.1.measures.0", "asymmetry"),
         ("initial.polarity", "[\"cos(x)\", \"sin(x)\"]"),
-        ("space.slip", "penalty"),
+        ("space.walls", "penalty"),
         ("space.degree.polarity", "2"),
         ("coupling.kind", "anderson"),
         ("time.stop.residual", "1e-6"),
@@ -271,7 +276,7 @@ fn the_resolved_scene_shows_every_default() {
         "traction = 3.0",
         "[space]",
         "degree = { velocity = 2, pressure = 1, polarity = 3 }",
-        "slip = \"rotated\"",
+        "walls = \"rotated\"",
         "penalty = 1e-8",
         "[boundary.outlet]",
         "velocity = { traction = [0, 0] }",
@@ -324,4 +329,80 @@ fn a_density_may_start_from_a_file() {
     let read = Scene::read(&path).unwrap();
     assert_eq!(read.initial_density, Some(InitialDensity::File(folder.path().join("checkpoint.bin"))));
     same(&read, &scene(&read.resolved_toml()));
+}
+
+fn set_refused(path: &str, value: &str) -> String {
+    let mut source = SceneSource::parse(STRIP, Path::new("strip.toml")).unwrap();
+    let before = source.text();
+    let text = source.set(path, value).expect_err("accepted").to_string();
+    assert_eq!(source.text(), before, "a refused override changes nothing");
+    text
+}
+
+#[test]
+fn what_is_removed_must_be_a_key_of_scenes() {
+    let cases = [
+        ("model.pecle", &["`model.pecle`", "did you mean `peclet`?"][..]),
+        ("time.stopp.residual", &["`time.stopp`", "did you mean `stop`?"]),
+        ("tilte", &["`tilte`", "did you mean `title`?"]),
+        ("boundary.inlt.velocity", &["boundary.inlt", "did you mean `inlet`?"]),
+        ("boundary.\"my wall\"", &["boundary.\"my wall\"", "inlet, outlet"]),
+        ("boundary.inlet.velocty", &["velocty", "did you mean `velocity`?"]),
+        ("output.9", &["output.9", "no element"]),
+        ("nonsense.of.any.depth", &["nonsense"]),
+    ];
+    for (path, words) in cases {
+        let text = set_refused(path, "");
+        words.iter().for_each(|word| assert!(text.contains(word), "`{word}` is not in {text}"));
+    }
+    // what scenes know and this one leaves out is at its default already
+    let same = with(&[
+        ("time.max_steps", ""),
+        ("mesh.stretch", ""),
+        ("time.stop.energy_rate", ""),
+        ("boundary.inlet.density", ""),
+    ]);
+    assert_eq!(same.resolved_toml(), scene(STRIP).resolved_toml());
+}
+
+#[test]
+fn keys_in_quotes_are_one_key() {
+    let text = STRIP.replace("[boundary.walls]", "[boundary.\"a.b \\\"c\\\"\"]");
+    let mut source = SceneSource::parse(&text, Path::new("strip.toml")).unwrap();
+    source.set("boundary.\"a.b \\\"c\\\"\".velocity", "traction").unwrap();
+    source.set("boundary . 'a.b \"c\"' . polarity", "{ dirichlet = [1, 0] }").unwrap();
+    let scene = Scene::check(source).unwrap();
+    let conditions = &scene.boundary["a.b \"c\""];
+    assert!(conditions.velocity.fixes_pressure());
+    assert!(matches!(conditions.polarity, PolarityCondition::Dirichlet(_)));
+    assert_eq!(scene.boundary.len(), 4);
+    let wrong = scene.check_tags(&tags(&["inlet", "outlet", "disc", "a.b c"])).unwrap_err().to_string();
+    assert!(
+        wrong.contains("[boundary.\"a.b \\\"c\\\"\"] names no part") && wrong.contains("did you mean `\"a.b c\"`?"),
+        "{wrong}"
+    );
+    assert!(wrong.contains("with `boundary . 'a.b \"c\"' . polarity` set"), "{wrong}");
+}
+
+/// A misspelt tag makes a table of its own, which lacks a condition: the others are named.
+#[test]
+fn a_new_tag_by_mistake_is_compared_with_the_others() {
+    let mut source = SceneSource::parse(STRIP, Path::new("strip.toml")).unwrap();
+    source.set("boundary.inlt.velocity", "slip").unwrap();
+    let text = Scene::check(source).unwrap_err().to_string();
+    let words = ["`boundary.inlt.polarity` is missing", "the other tags of the scene are", "did you mean `inlet`?"];
+    words.iter().for_each(|word| assert!(text.contains(word), "`{word}` is not in {text}"));
+}
+
+#[test]
+fn paths_that_no_scene_has_are_refused_at_once() {
+    let begin = std::time::Instant::now();
+    for path in ["a.".repeat(5000) + "a", "boundary.".repeat(100_000) + "x", "\"".repeat(5001)] {
+        let text = set_refused(&path, "1");
+        assert!(text.len() < 2000 && text.contains("hint"), "{text}");
+    }
+    assert!(begin.elapsed().as_secs_f64() < 2.0);
+    for path in ["", ".", "a.", "model..peclet", "boundary.\"wall.velocity", "boundary.\"a\"b.velocity"] {
+        set_refused(path, "1");
+    }
 }

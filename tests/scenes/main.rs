@@ -1,5 +1,7 @@
 //! Every scene in `studies/` runs, coarse and short, and the program says what it should on the command line.
 
+mod pins;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -322,8 +324,8 @@ fn every_study_of_a_trade_off_runs_coarse() {
 #[test]
 fn a_penalty_that_rounding_defeats_is_named() {
     let scene = root().join("studies/mms/disc.toml");
-    let sets = ["--set", "space.slip=penalty", "--set", "space.penalty=1e-14", "--set", "mesh.h=0.3"];
-    let named = ["the Stokes system was solved with relative residual", "`space.penalty` = 1e-14", "space.slip"];
+    let sets = ["--set", "space.walls=penalty", "--set", "space.penalty=1e-14", "--set", "mesh.h=0.3"];
+    let named = ["the Stokes system was solved with relative residual", "`space.penalty` = 1e-14", "space.walls"];
     fails(&[&["run", scene.to_str().unwrap()], &sets[..]].concat(), &named);
 }
 

@@ -1,0 +1,60 @@
+//! What `check` says of the bodies of a scene.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::stokes::contact_term;
+use crate::body::Hold;
+use crate::scene::Bodies;
+
+/// The bodies of a scene and how they meet.
+#[derive(Debug, Clone, Serialize)]
+pub struct BodiesReport {
+    pub count: usize,
+    /// Bodies that flow, forces and contact move.
+    pub free: usize,
+    /// Bodies whose motion is prescribed, but for those at rest.
+    pub held: usize,
+    /// Smallest and largest distance of a body's points from its centre.
+    pub size: [f64; 2],
+    /// Those of `[[wall]]`; a tag of the boundary counts as one.
+    pub walls: usize,
+    /// The law of contact, and the settings that differ from none.
+    pub contact: String,
+    /// Names of the first few.
+    pub names: Vec<String>,
+}
+
+/// Bodies that are named.
+const NAMED: usize = 8;
+
+impl BodiesReport {
+    /// Of the bodies of a scene.
+    pub fn new(bodies: &Bodies) -> Self {
+        let all = &bodies.bodies;
+        let how = |wanted: fn(&Hold) -> bool| all.iter().filter(|body| wanted(&body.hold)).count();
+        let sizes = || all.iter().map(|body| body.shape.circumradius());
+        Self {
+            count: all.len(),
+            free: how(|hold| matches!(hold, Hold::Free | Hold::Pinned(_))),
+            held: how(|hold| matches!(hold, Hold::Held { .. } | Hold::Path { .. })),
+            size: [sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max)],
+            walls: bodies.walls.len() + bodies.wall_tags.len(),
+            contact: contact_term(bodies).reason,
+            names: all.iter().take(NAMED).map(|body| body.name.clone()).collect(),
+        }
+    }
+}
+
+impl fmt::Display for BodiesReport {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let fixed = self.count - self.free - self.held;
+        let dots = if self.count > self.names.len() { ", …" } else { "" };
+        writeln!(out, "bodies          {} ({} free, {} held, {fixed} fixed)", self.count, self.free, self.held)?;
+        writeln!(out, "  names         {}{dots}", self.names.join(", "))?;
+        writeln!(out, "  size          {} to {} from centre to edge", self.size[0], self.size[1])?;
+        writeln!(out, "  walls         {}", self.walls)?;
+        write!(out, "  contact       {}", self.contact)
+    }
+}

@@ -1,0 +1,221 @@
+//! What `check` says of a study: how many runs there are, what they take, and which of them are refused.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::compare::CompareStudy;
+use super::{BranchStudy, OrderStudy, StudyError, SweepStudy, TradeoffStudy};
+use crate::run::any::{self, Amounts};
+use crate::run::available::available;
+use crate::run::disk;
+use crate::run::memory::MIB;
+use crate::scene::{AnyScene, SceneSource};
+
+/// What a file is a study of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    Study,
+    Order,
+    Tradeoff,
+    Branch,
+    Compare,
+}
+
+impl Kind {
+    fn shown(self) -> &'static str {
+        match self {
+            Kind::Study => "a sweep",
+            Kind::Order => "a study of orders",
+            Kind::Tradeoff => "a study of what accuracy costs",
+            Kind::Branch => "a study of branches",
+            Kind::Compare => "a comparison with measured velocities",
+        }
+    }
+}
+
+/// The kind of study that a file holds; `None` of a scene and of what cannot be read.
+pub fn kind(file: &Path) -> Option<Kind> {
+    Some(match SceneSource::read(file).ok()?.study_command()? {
+        "order" => Kind::Order,
+        "branch" => Kind::Branch,
+        "tradeoff" => Kind::Tradeoff,
+        "compare" => Kind::Compare,
+        _ => Kind::Study,
+    })
+}
+
+/// What a study will run.
+#[derive(Debug, Clone, Serialize)]
+pub struct StudyReport {
+    pub title: Option<String>,
+    pub kind: Kind,
+    /// How many there are; of branches at most.
+    pub runs: usize,
+    /// Fewest and most of a run.
+    pub cells: [usize; 2],
+    /// Steps of the full length, of all runs.
+    pub steps: f64,
+    /// Of the run that takes most.
+    pub memory_mib: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub available_mib: Option<f64>,
+    /// Of all runs.
+    pub disk_mib: f64,
+    /// How long it takes, in its author's words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration: Option<String>,
+    /// Runs that are refused before their first step, and why.
+    pub refused: Vec<(String, String)>,
+    /// What is said of the runs, each remark once with the number of runs.
+    pub remarks: Vec<String>,
+}
+
+/// Runs that are checked as `check` does a scene of its own; of further ones with a mesh and degrees that have occurred, the tables are.
+const WHOLE: usize = 4;
+
+/// A run of a study, as far as it can be read.
+type Run = (String, Result<AnyScene, StudyError>);
+
+/// Reads a study and every scene that it runs.
+///
+/// # Errors
+/// A study that cannot be read; a run that is refused is a row of the report.
+pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<StudyReport, StudyError> {
+    Ok(match kind {
+        Kind::Study => {
+            let study = SweepStudy::read(file, sets)?;
+            let runs =
+                study.cases.iter().enumerate().map(|(at, case)| (format!("run {}", case.folder), study.scene_of(at)));
+            let mut report = gather(kind, study.title.clone(), runs)?;
+            report.duration.clone_from(&study.duration);
+            report
+        }
+        Kind::Order => {
+            let study = OrderStudy::read(file, sets)?;
+            let all = study.variants.iter().flat_map(|variant| study.levels.iter().map(move |n| (variant, *n)));
+            let runs = all.map(|(variant, n)| {
+                let scene = study.scene_at(variant, n).map(|scene| AnyScene::Tissue(Box::new(scene)));
+                (format!("{}{}n = {n}", variant.name, if variant.name.is_empty() { "" } else { ", " }), scene)
+            });
+            gather(kind, study.title.clone(), runs)?
+        }
+        Kind::Tradeoff => {
+            let study = TradeoffStudy::read(file, sets)?;
+            let runs = study.settings.iter().map(|setting| {
+                let scene = study.scene_of(setting, None).map(|scene| AnyScene::Tissue(Box::new(scene)));
+                (setting.name.clone(), scene)
+            });
+            gather(kind, study.title.clone(), runs)?
+        }
+        Kind::Branch => {
+            let study = BranchStudy::read(file, sets)?;
+            let scene = study.scene_at(study.start).map(|scene| AnyScene::Tissue(Box::new(scene)));
+            let name = format!("{} = {}", study.parameter, study.start);
+            let mut report = gather(kind, study.title.clone(), std::iter::once((name, scene)))?;
+            report.runs = study.settings.max_points.saturating_mul(study.settings.max_branches);
+            report
+        }
+        Kind::Compare => {
+            let study = CompareStudy::read(file, sets)?;
+            gather(kind, study.title.clone(), std::iter::empty())?
+        }
+    })
+}
+
+/// Looks at every run.
+fn gather(kind: Kind, title: Option<String>, runs: impl Iterator<Item = Run>) -> Result<StudyReport, StudyError> {
+    let available = available()?.map(|bytes| bytes / MIB);
+    let mut report = StudyReport {
+        title,
+        kind,
+        runs: 0,
+        cells: [usize::MAX, 0],
+        steps: 0.0,
+        memory_mib: 0.0,
+        available_mib: available,
+        disk_mib: 0.0,
+        duration: None,
+        refused: Vec::new(),
+        remarks: Vec::new(),
+    };
+    let mut seen: HashMap<String, Amounts> = HashMap::new();
+    for (name, scene) in runs {
+        report.runs += 1;
+        let looked = scene.and_then(|scene| look(&scene, report.runs <= WHOLE, &mut seen));
+        match looked {
+            Ok(amounts) => {
+                report.cells = [report.cells[0].min(amounts.cells), report.cells[1].max(amounts.cells)];
+                report.steps += amounts.steps;
+                report.memory_mib = report.memory_mib.max(amounts.memory_mib);
+                report.disk_mib += amounts.disk_mib;
+                if available.is_some_and(|available| amounts.memory_mib > available) {
+                    report.remarks.push(format!(
+                        "{name}: would take about {:.0} MiB, more than the memory that is available",
+                        amounts.memory_mib
+                    ));
+                }
+            }
+            Err(error) => report.refused.push((name, error.to_string())),
+        }
+    }
+    report.cells[0] = report.cells[0].min(report.cells[1]);
+    Ok(report)
+}
+
+/// What a run takes; `whole` where it is checked as far as its first step.
+fn look(scene: &AnyScene, whole: bool, seen: &mut HashMap<String, Amounts>) -> Result<Amounts, StudyError> {
+    let key = alike(scene);
+    if let (false, Some(known)) = (whole, seen.get(&key)) {
+        return Ok(*known);
+    }
+    let amounts = any::check(scene)?.amounts();
+    seen.insert(key, amounts);
+    Ok(amounts)
+}
+
+/// What the amounts of a run depend on.
+fn alike(scene: &AnyScene) -> String {
+    let text = scene.resolved_toml();
+    let table: toml::Table = text.parse().unwrap_or_default();
+    let of = |key: &str| table.get(key).map(ToString::to_string).unwrap_or_default();
+    ["mesh", "space", "boundary", "time", "coupling", "steady", "strain", "output", "bodies", "body"].map(of).concat()
+}
+
+impl fmt::Display for StudyReport {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(title) = &self.title {
+            writeln!(out, "{title}\n")?;
+        }
+        writeln!(out, "{}", self.kind.shown())?;
+        let runs = match self.kind {
+            Kind::Branch => format!("at most {} points", self.runs),
+            Kind::Compare => return write!(out, "it reads a table and a run; nothing is solved"),
+            Kind::Study | Kind::Order | Kind::Tradeoff => self.runs.to_string(),
+        };
+        writeln!(out, "  runs     {runs}")?;
+        let [least, most] = self.cells;
+        if most > 0 {
+            writeln!(
+                out,
+                "  cells    {}",
+                if least == most { most.to_string() } else { format!("{least} to {most}") }
+            )?;
+        }
+        if self.steps > 0.0 {
+            writeln!(out, "  steps    {} of the full length in all", self.steps)?;
+        }
+        writeln!(out, "  memory   about {:.0} MiB for the largest run", self.memory_mib)?;
+        write!(out, "  disk     about {} in all", disk::shown(self.disk_mib))?;
+        if let Some(duration) = &self.duration {
+            write!(out, "\n  time     about {duration} on 2 cores, its author says")?;
+        }
+        if !self.refused.is_empty() {
+            write!(out, "\n  refused  {}", self.refused.len())?;
+        }
+        self.remarks.iter().try_for_each(|remark| write!(out, "\n\nnote: {remark}"))
+    }
+}

@@ -1,0 +1,162 @@
+//! Parts of a mesh that share no faces are solved as if each were alone.
+
+use std::sync::Arc;
+
+use crate::common::*;
+use crate::model::{PARAMETERS, closed, describe, formula, settings};
+use monolayer::measure::StreamFunction;
+use monolayer::mesh::{BoundaryEdge, Mesh, Point};
+use monolayer::model::incompressible::Incompressible;
+use monolayer::model::momentum::MomentumError;
+use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::space::Field;
+use monolayer::time::{CouplingKind, March};
+
+/// A mesh moved aside, its tags with a prefix.
+fn moved(mesh: &Mesh, by: Point, prefix: &str) -> Mesh {
+    joined(&[(mesh, by, prefix)])
+}
+
+/// Meshes beside each other as one, cells in their order.
+fn joined(parts: &[(&Mesh, Point, &str)]) -> Mesh {
+    let (mut vertices, mut cells, mut boundary) = (Vec::new(), Vec::new(), Vec::new());
+    let mut tags = Vec::new();
+    for (mesh, by, prefix) in parts {
+        let (v, t) = (vertices.len(), tags.len());
+        vertices.extend(mesh.vertices.iter().map(|x| x + by));
+        cells.extend(mesh.cells.iter().map(|cell| cell.map(|k| k + v)));
+        tags.extend(mesh.tags.iter().map(|tag| format!("{prefix}{tag}")));
+        let edge = |face: &monolayer::mesh::Face| {
+            let tag = face.tag? + t;
+            Some(BoundaryEdge { vertices: mesh.face_vertices(face).map(|k| k + v), tag, curve: None })
+        };
+        boundary.extend(mesh.faces.iter().filter_map(edge));
+    }
+    Mesh::build(vertices, cells, &boundary, tags, Vec::new()).expect("parts lie apart")
+}
+
+/// Two squares of different size, alone and together.
+fn meshes() -> [Arc<Mesh>; 3] {
+    let (a, b) = (square(3), mesh("shape = \"square\"\nn = 2\nlength = [0.0, 1.5]\ndistortion = 0.1"));
+    let (zero, by) = (Point::zeros(), Point::new(4.0, 0.5));
+    [moved(&a, zero, "a:"), moved(&b, by, "b:"), joined(&[(&a, zero, "a:"), (&b, by, "b:")])].map(Arc::new)
+}
+
+fn dirichlet(u: &str, v: &str) -> Conditions {
+    Conditions { velocity: VelocityCondition::Dirichlet([formula(u), formula(v)]), ..closed() }
+}
+
+fn open() -> Conditions {
+    let velocity = VelocityCondition::Traction([formula("0.3"), formula("y")]);
+    Conditions { velocity, polarity: PolarityCondition::Dirichlet([formula("0.5"), formula("1")]), density: None }
+}
+
+fn assert_close(alone: [Vec<f64>; 2], together: &[f64], what: &str) {
+    let alone = alone.concat();
+    let scale = alone.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert_eq!(alone.len(), together.len());
+    let worst = alone.iter().zip(together).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(scale > 0.0 && worst < 1e-8 * scale, "{what}: {worst:e} of {scale}");
+}
+
+#[test]
+fn parts_flow_as_if_alone() {
+    let conditions: [fn(&str) -> Conditions; 4] = [
+        |_| closed(),
+        |tag| if tag == "a:left" { open() } else { closed() },
+        |tag| if tag == "b:top" { open() } else { closed() },
+        |tag| match tag {
+            "a:left" | "a:right" => dirichlet("1 + y", "0"),
+            _ => closed(),
+        },
+    ];
+    let kinds = [CouplingKind::Newton, CouplingKind::Anderson { depth: 5 }];
+    for (kind, condition) in kinds.into_iter().flat_map(|kind| conditions.map(|condition| (kind, condition))) {
+        for elastic_force in [ElasticForce::Stress, ElasticForce::Energy] {
+            let models = meshes().map(|mesh| {
+                let parameters = Parameters { elastic_force, ..PARAMETERS };
+                Incompressible::new(&mesh, &describe(&mesh, parameters, condition)).unwrap()
+            });
+            let starts = [random(&models[0].polarity.space, 1).values, random(&models[1].polarity.space, 2).values];
+            let runs = [starts[0].clone(), starts[1].clone(), starts.concat()];
+            let states: Vec<_> = models
+                .iter()
+                .zip(runs)
+                .map(|(model, start)| {
+                    let mut settings = settings(0.02, 2);
+                    settings.coupling.kind = kind;
+                    let mut march = March::start(model, settings, start).unwrap();
+                    for _ in 0..3 {
+                        march.advance(1e9).expect("the step converges");
+                    }
+                    let pressure = model.pressure(&march.state).unwrap();
+                    (
+                        model.momentum.velocity.by_cell(&march.state.v.values),
+                        pressure.space.by_cell(&pressure.values),
+                        march.state.p.values,
+                    )
+                })
+                .collect();
+            let [a, b, both] = &states[..] else { unreachable!() };
+            assert_close([a.0.clone(), b.0.clone()], &both.0, "velocity");
+            assert_close([a.1.clone(), b.1.clone()], &both.1, "pressure");
+            assert_close([a.2.clone(), b.2.clone()], &both.2, "polarity");
+        }
+    }
+}
+
+#[test]
+fn every_closed_part_has_a_pressure_of_zero_mean_and_its_own_count() {
+    let [_, _, both] = meshes();
+    for (condition, count) in [
+        ((|_| closed()) as fn(&str) -> Conditions, 2),
+        (|tag| if tag == "a:left" { open() } else { closed() }, 1),
+        (|tag| if tag.ends_with("left") { open() } else { closed() }, 0),
+    ] {
+        let model = Incompressible::new(&both, &describe(&both, PARAMETERS, condition)).unwrap();
+        let closed = &model.momentum.closed;
+        assert_eq!(closed.count(), count);
+        let (_, pi) = model.flow(&random(&model.polarity.space, 3), 0.0).unwrap();
+        for part in 0..count {
+            let over = |x: &monolayer::form::CellPoint| closed.of_cell(x.site.cell) == Some(part);
+            let mean = model.loops.sum(4, |x| if over(x) { pi.scalar(&x.site) } else { 0.0 });
+            assert!(mean.abs() < 1e-12, "part {part}: {mean:e}");
+        }
+    }
+}
+
+#[test]
+fn a_net_flux_and_a_free_motion_are_blamed_on_their_part() {
+    let [_, _, both] = meshes();
+    // together the fluxes cancel
+    let leaks = |tag: &str| match tag {
+        "a:right" => dirichlet("1.5", "0"),
+        "b:right" => dirichlet("-1", "0"),
+        _ => closed(),
+    };
+    let model = Incompressible::new(&both, &describe(&both, PARAMETERS, leaks)).unwrap();
+    let error = model.flow(&model.zero().p, 0.0).unwrap_err();
+    let MomentumError::Flux { flux, .. } = &error else { panic!("{error}") };
+    assert!((flux.abs() - 1.5).abs() < 1e-9 && error.to_string().contains("of the part of the mesh at (0."), "{error}");
+
+    let free = Conditions { velocity: VelocityCondition::Traction([formula("0"), formula("0")]), ..closed() };
+    let parameters = Parameters { friction: 0.0, ..PARAMETERS };
+    let held = |tag: &str| if tag == "a:left" { dirichlet("0", "0") } else { free.clone() };
+    let error = Incompressible::new(&both, &describe(&both, parameters, held)).unwrap_err();
+    let text = error.to_string();
+    assert!(matches!(error, MomentumError::Unheld { .. }), "{text}");
+    assert!(text.contains("of the part of the mesh around (4.") && text.contains("every part"), "{text}");
+}
+
+#[test]
+fn every_part_has_its_own_stream_function() {
+    let [a, b, both] = meshes().map(|mesh| {
+        let (loops, velocity) = (loops(&mesh), continuous(&mesh, 2, 2));
+        let flow = |x: Point| Point::new(x.y * x.y - x.x, x.y + 0.3 * x.x * x.x);
+        let nodal: Vec<Point> = velocity.node_positions().into_iter().map(flow).collect();
+        let values = nodal.iter().flat_map(|v| [v.x, v.y]).collect();
+        let psi = StreamFunction::new(&loops, &velocity).unwrap().of(&loops, &Field::new(&velocity, values)).unwrap();
+        psi.space.by_cell(&psi.values)
+    });
+    assert_close([a, b], &both, "stream function");
+}
