@@ -133,7 +133,8 @@ fn a_cut_in_a_file_is_refused_and_may_be_kept_by_the_scene() {
     source.set("mesh.slits", "true").unwrap();
     let scene = Scene::check(source).unwrap();
     let report = run::report::report(&scene).unwrap();
-    assert_eq!((report.mesh.parts, report.mesh.coincident_vertices), (2, 2));
+    let run::report::MeshReport::Built(mesh) = &report.mesh else { panic!("a mesh of a file is read") };
+    assert_eq!((mesh.parts, mesh.coincident_vertices), (2, 2));
     let said = report.to_string();
     assert!(
         said.contains("2 parts that share no faces") && said.contains("2 boundary vertices lie on others"),
