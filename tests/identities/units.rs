@@ -96,7 +96,7 @@ fn in_all_units(text: &dyn Fn(f64) -> String) {
 
 #[test]
 fn an_incompressible_sheet() {
-    for space in ["slip = \"rotated\"", "slip = \"penalty\""] {
+    for space in ["walls = \"rotated\"", "walls = \"penalty\""] {
         in_all_units(&|unit| scene(unit, "incompressible", "", space));
     }
     for kind in ["fixed-point", "anderson"] {
