@@ -10,11 +10,12 @@ use crate::{Failure, INTERRUPT};
 /// Exit code of what was interrupted.
 const INTERRUPTED: i32 = 130;
 
-/// Takes Ctrl-C, a request to end, and the loss of the terminal for a wish to end cleanly; what is done until then is told.
+/// Takes Ctrl-C, a request to end, and the loss of the terminal for a wish to end cleanly; what is done until then is
+/// told.
 ///
-/// Before there is anything to finish, the process ends at once. So it does at the second request, for which a terminal that
-/// was lost does not count: a shell that goes down may say it twice. A signal that was ignored when the program began, as by
-/// `nohup`, stays ignored.
+/// Before there is anything to finish, the process ends at once. So it does at the second request, for which a terminal
+/// that was lost does not count: a shell that goes down may say it twice. A signal that was ignored when the program
+/// began, as by `nohup`, stays ignored.
 ///
 /// # Errors
 /// A system that takes no handlers.

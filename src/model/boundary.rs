@@ -57,7 +57,8 @@ impl Conditions {
         self.density.as_ref().map_or(0.0, |density| density.eval(x, t))
     }
 
-    /// The same conditions, whose formulas know where they were given: `place` makes the beginning of a message from a key.
+    /// The same conditions, whose formulas know where they were given: `place` makes the beginning of a message from a
+    /// key.
     #[must_use]
     pub fn given_at(self, place: &dyn Fn(&str) -> String) -> Self {
         let pair = |pair: [Expression; 2], key: &str| pair.map(|formula| formula.given_at(&place(key)));

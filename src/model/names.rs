@@ -1,4 +1,5 @@
-//! Hints for names that do not exist: the word that another paper or program has for it, else the nearest name that does.
+//! Hints for names that do not exist: the word that another paper or program has for it, else the nearest name that
+//! does.
 
 use super::words::{Row, WORDS};
 
@@ -11,7 +12,8 @@ pub(super) fn parameter_now(name: &str) -> Option<&'static str> {
     row.1.strip_prefix("model.")
 }
 
-/// ` (did you mean `…`?)` with one of `known`, ` (…)` with what is to be written instead, or nothing where nothing is known.
+/// ` (did you mean `…`?)` with one of `known`, ` (…)` with what is to be written instead, or nothing where nothing is
+/// known.
 pub fn did_you_mean(name: &str, known: &[&str]) -> String {
     if let Some(say) = said_elsewhere(name, known) {
         return format!(" ({say})");
@@ -19,7 +21,8 @@ pub fn did_you_mean(name: &str, known: &[&str]) -> String {
     nearest(name, known).map_or_else(String::new, |found| format!(" (did you mean `{found}`?)"))
 }
 
-/// The nearest of `known` within a third of the name's length in edits (at least one), the first of equals; never its opposite.
+/// The nearest of `known` within a third of the name's length in edits (at least one), the first of equals; never its
+/// opposite.
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let allowed = near_enough(name);
     let candidates = known.iter().filter(|candidate| !opposite(name, candidate));

@@ -29,7 +29,8 @@ pub fn formulas(space: &Arc<Space>, formulas: &[Expression; 2], t: f64) -> Resul
     project::project(space, &breaks, value)
 }
 
-/// The density of a formula at time `t`: its L² projection, limited, so that it is nowhere negative and keeps the means.
+/// The density of a formula at time `t`: its L² projection, limited, so that it is nowhere negative and keeps the
+/// means.
 ///
 /// # Errors
 /// A formula that is not finite or below zero at a node or a point of the quadrature.
@@ -44,7 +45,8 @@ pub fn density(limiter: &Limiter, formula: &Expression, t: f64) -> Result<Field,
 
 /// The unit vector e₁, smoothed over the length `L` and laid around the obstacles: continuous `p₀` with
 ///
-/// `L² (∇p₀|∇q) + (p₀|q) = (e₁|q)`, `p₀·n = q·n = 0` on slip boundaries, `p₀ = p_D` on Dirichlet boundaries   [10.4], [10.5]
+/// `L² (∇p₀|∇q) + (p₀|q) = (e₁|q)`, `p₀·n = q·n = 0` on slip boundaries, `p₀ = p_D` on Dirichlet boundaries   [10.4],
+/// [10.5]
 ///
 /// # Errors
 /// A formula that is not finite, a factorisation that fails.
@@ -97,9 +99,10 @@ fn discontinuous(space: &Arc<Space>, field: &Field) -> Field {
 /// Most random vectors of a start.
 const MOST_VECTORS: usize = 20_000_000;
 
-/// Random start   [10.4.4]: at every vertex of a triangular lattice of edge length `h` that covers the domain, a unit vector
-/// of uniform angle times a normal deviate of standard deviation `amplitude`; linear between the vertices, and projected in L². The lattice
-/// depends on the domain's extent alone, so that finer meshes start from the same field. `None` for an absurdly fine lattice.
+/// Random start   [10.4.4]: at every vertex of a triangular lattice of edge length `h` that covers the domain, a unit
+/// vector of uniform angle times a normal deviate of standard deviation `amplitude`; linear between the vertices, and
+/// projected in L². The lattice depends on the domain's extent alone, so that finer meshes start from the same field.
+/// `None` for an absurdly fine lattice.
 pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Option<Field> {
     let (low, high) = extent(space);
     let row = h * 0.75_f64.sqrt();
@@ -140,7 +143,8 @@ pub fn random(space: &Arc<Space>, seed: u64, amplitude: f64, h: f64) -> Option<F
     }))
 }
 
-/// Corners of the box around the domain, whole circles of curved boundaries included, so that it does not depend on the mesh.
+/// Corners of the box around the domain, whole circles of curved boundaries included, so that it does not depend on the
+/// mesh.
 fn extent(space: &Space) -> (Point, Point) {
     let mesh = &space.mesh;
     let circles = mesh.faces.iter().filter_map(|f| f.curve).flat_map(|c| match mesh.curves[c] {

@@ -1,7 +1,7 @@
 //! Words of papers and of other programs, and what they are here.
 
-/// Names that must all be among those that exist where the row is to apply; words, in lower case without anything but letters
-/// and digits; the name that exists, or what is to be said.
+/// Names that must all be among those that exist where the row is to apply; words, in lower case without anything but
+/// letters and digits; the name that exists, or what is to be said.
 pub(super) type Row = (&'static str, &'static str, &'static str);
 
 const NO_SLIP: &str = "it is { dirichlet = [0, 0] }";

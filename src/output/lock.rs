@@ -1,8 +1,8 @@
 //! Whose a folder of results is, and who is at work in it.
 //!
-//! The file `lock` in a folder is its mark: there, what has the name of a result is one, and may be replaced. In a folder without
-//! it nothing that is there already may be. While a process works in the folder it holds a lock of the system on the file, which
-//! ends with the process, and its first lines tell who that is.
+//! The file `lock` in a folder is its mark: there, what has the name of a result is one, and may be replaced. In a
+//! folder without it nothing that is there already may be. While a process works in the folder it holds a lock of the
+//! system on the file, which ends with the process, and its first lines tell who that is.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
@@ -21,7 +21,8 @@ const MARK: &str = "monolayer keeps results in this folder\n";
 pub enum Room<'a> {
     /// Nothing at all.
     Empty,
-    /// Anything but these names, in which `*` stands for any text; folders of these names may be there if they are empty.
+    /// Anything but these names, in which `*` stands for any text; folders of these names may be there if they are
+    /// empty.
     Without(&'a [&'a str]),
 }
 
@@ -36,8 +37,8 @@ pub struct Lock {
 /// Takes a folder, which is made if need be.
 ///
 /// # Errors
-/// [`OutputError::Held`] while somebody else has it, [`OutputError::Foreign`] where there is no room for results; a folder that
-/// cannot be written.
+/// [`OutputError::Held`] while somebody else has it, [`OutputError::Foreign`] where there is no room for results; a
+/// folder that cannot be written.
 pub fn take(folder: &Path, room: Room) -> Result<Lock, OutputError> {
     try_take(folder, room)?.ok_or_else(|| held(folder))
 }
@@ -66,7 +67,8 @@ pub fn wait_for(folder: &Path, room: Room) -> Result<Lock, OutputError> {
     lock.map(|lock| lock.expect("waited for"))
 }
 
-/// Does some work in a folder that nobody else is at work in. If it fails before it leaves anything, the folder is as before.
+/// Does some work in a folder that nobody else is at work in. If it fails before it leaves anything, the folder is as
+/// before.
 ///
 /// # Errors
 /// As [`take`]; those of the work.

@@ -231,7 +231,8 @@ impl Plot {
     /// The endings are appended, so a dot in the name stays. The folder must exist.
     ///
     /// # Errors
-    /// Those of [`Plot::svg`] and [`Plot::png`], [`PlotError::Write`] if a file cannot be written, and [`PlotError::Foreign`] if it is there and not one of this program.
+    /// Those of [`Plot::svg`] and [`Plot::png`], [`PlotError::Write`] if a file cannot be written, and [`PlotError::Foreign`] if
+    /// it is there and not one of this program.
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
         let font = text::Font::load()?;
         let scene = layout::arrange(self, &font);
@@ -251,7 +252,7 @@ fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> 
     let path = with_suffix(stem, ending);
     mark::check(&path).map_err(|error| PlotError::Foreign(Box::new(error)))?;
     // as everything: at any moment the old picture or the new one
-    let part = PathBuf::from(format!("{}.part", path.display()));
+    let part = with_suffix(&path, ".part");
     let written = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, &path));
     written.map_err(|source| PlotError::Write { path, source })
 }

@@ -1,5 +1,6 @@
-//! Everything that is printed. What is computed does not depend on whether somebody reads it: after the first line that cannot be
-//! written to a stream (a reader that has gone, a full disk, a terminal that was closed), nothing more is written there.
+//! Everything that is printed. What is computed does not depend on whether somebody reads it: after the first line that
+//! cannot be written to a stream (a reader that has gone, a full disk, a terminal that was closed), nothing more is
+//! written there.
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};

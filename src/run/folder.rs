@@ -38,8 +38,8 @@ pub struct Resumed {
     /// Steps that were accepted.
     pub step: usize,
     pub t: f64,
-    /// Whether the run was cut off: then what it wrote at this time may be too little, or too much, and is written again. A run that
-    /// came to its end, and goes on beyond it, keeps what it has written there.
+    /// Whether the run was cut off: then what it wrote at this time may be too little, or too much, and is written
+    /// again. A run that came to its end, and goes on beyond it, keeps what it has written there.
     pub cut_off: bool,
 }
 
@@ -67,8 +67,8 @@ impl Resumed {
         }
     }
 
-    /// Takes away what was written for later steps, and the summary, which is not about what follows. `pictures` are the names of the
-    /// run's maps.
+    /// Takes away what was written for later steps, and the summary, which is not about what follows. `pictures` are
+    /// the names of the run's maps.
     ///
     /// # Errors
     /// Files that cannot be removed.
@@ -100,7 +100,8 @@ pub(super) fn alone<T>(options: &Options, run: impl FnOnce() -> Result<T, RunErr
     lock::alone(out, Room::Without(if is_known { &[] } else { &NAMES }), run)
 }
 
-/// Refuses the results of another run; gives the checkpoint to go on from. A run that was killed before it had one begins anew.
+/// Refuses the results of another run; gives the checkpoint to go on from. A run that was killed before it had one
+/// begins anew.
 ///
 /// # Errors
 /// As [`super::run`].

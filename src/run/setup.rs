@@ -314,8 +314,8 @@ impl Setup {
         let change = (here - there) / there.abs().max(f64::MIN_POSITIVE);
         if change.abs() > SAME_MASS {
             let note = format!(
-                "the density of {} has the mass {there:.9} on its own mesh and {here:.9} on this one, a relative change of {change:.1e}: the two \
-                 meshes do not cover the same points at the boundary",
+                "the density of {} has the mass {there:.9} on its own mesh and {here:.9} on this one, a relative \
+                 change of {change:.1e}: the two meshes do not cover the same points at the boundary",
                 path.display()
             );
             let _ = self.said_of_start.set(note);

@@ -1,7 +1,8 @@
 //! What would be lost if the process ended at once.
 //!
-//! A signal asks whatever is at work for a clean end. Before the first step there is nothing to finish: meshes and factors are
-//! made again, and may take minutes in which nobody looks at a flag. So whoever has something to save says so.
+//! A signal asks whatever is at work for a clean end. Before the first step there is nothing to finish: meshes and
+//! factors are made again, and may take minutes in which nobody looks at a flag. So whoever has something to save says
+//! so.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -137,13 +137,13 @@ pub const MEASURED: &[Measured] = &[
     Measured {
         case: "closed disc",
         measure: "free energy",
-        errors: ["1.6e-5", "5.4e-6", "3.0e-6"],
+        errors: ["1.8e-5", "4.1e-6", "≤7.9e-7"],
         seconds: [0.9, 2.6, 3.9],
     },
     Measured {
         case: "closed disc",
         measure: "viscous power",
-        errors: ["6.7e-4", "1.8e-4", "1.5e-4"],
+        errors: ["7.8e-4", "1.7e-4", "≤3.4e-5"],
         seconds: [0.9, 2.6, 3.9],
     },
     Measured {

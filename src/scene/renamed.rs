@@ -14,7 +14,8 @@ const MEASURES: [&str; 4] = ["measure", "measures", "x", "y"];
 /// Keys whose values are anybody's own words.
 const WORDS: [&str; 4] = ["title", "name", "scene", "duration"];
 
-/// A text of a scene or a study in the words of today, line by line as it was, and a note for each word that was replaced.
+/// A text of a scene or a study in the words of today, line by line as it was, and a note for each word that was
+/// replaced.
 pub fn modern(text: &str) -> (String, Vec<String>) {
     let Ok(document) = Document::parse(text) else { return (text.to_owned(), Vec::new()) };
     let mut edits: Vec<(Range<usize>, String, String)> = Vec::new();

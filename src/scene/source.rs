@@ -232,7 +232,8 @@ impl SceneSource {
         }
     }
 
-    /// Keys of a path in which bodies may be named: `body.NAME.density` is `body.2.density` for the third `[[body]]` if that has
+    /// Keys of a path in which bodies may be named: `body.NAME.density` is `body.2.density` for the third `[[body]]` if
+    /// that has
     /// this name; and so are `bodies`.
     ///
     /// # Errors

@@ -196,10 +196,11 @@ pub(super) fn check_tags<'a>(
     given: impl Iterator<Item = &'a String> + Clone,
     tags: &[String],
 ) -> Result<(), SceneError> {
-    let known: Vec<String> = tags.iter().map(|tag| quoted(tag)).collect();
-    let known: Vec<&str> = known.iter().map(String::as_str).collect();
     if let Some(tag) = given.clone().find(|tag| !tags.contains(tag)) {
-        let suggestion = names::did_you_mean(&quoted(tag), &known);
+        let raw: Vec<&str> = tags.iter().map(String::as_str).collect();
+        let nearest = names::nearest(tag, &raw);
+        let suggestion = nearest.map_or(String::new(), |found| format!(" (did you mean `{}`?)", quoted(found)));
+        let known: Vec<String> = tags.iter().map(|tag| quoted(tag)).collect();
         let place: Box<Place> = source.place(&format!("boundary.{}", quoted(tag)));
         return Err(SceneError::UnknownTag { place, tag: tag.clone(), suggestion, known: known.join(", ") });
     }

@@ -1,4 +1,5 @@
-//! Fields from functions of position: the L² projection cell by cell for discontinuous spaces, nodal interpolants for continuous ones.
+//! Fields from functions of position: the L² projection cell by cell for discontinuous spaces, nodal interpolants for
+//! continuous ones.
 
 mod breaks;
 mod moments;
@@ -35,11 +36,11 @@ pub fn interpolate_vector(space: &Arc<Space>, f: impl Fn(Point) -> Point) -> Fie
     field
 }
 
-/// The L² projection of `f` on a discontinuous space of `C` components: in every cell `(u|φ)_K = (f|φ)_K` for all φ, so that the means of
-/// the cells are those of `f`.
+/// The L² projection of `f` on a discontinuous space of `C` components: in every cell `(u|φ)_K = (f|φ)_K` for all φ, so
+/// that the means of the cells are those of `f`.
 ///
-/// All points of the quadrature lie inside of cells: on a face at which `f` jumps each cell sees its own side. A cell that a line of
-/// `breaks` crosses is cut along it; where the quadrature is not yet converged, cells are divided.
+/// All points of the quadrature lie inside of cells: on a face at which `f` jumps each cell sees its own side. A cell
+/// that a line of `breaks` crosses is cut along it; where the quadrature is not yet converged, cells are divided.
 ///
 /// # Errors
 /// The error of `f` in the first cell that has one.

@@ -244,9 +244,12 @@ pub fn prepare(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<()
     }
 }
 
-/// Names of what a sweep leaves beside the folders of its runs.
-const NAMES: [&str; 9] = [
+/// Names of what a sweep leaves beside the folders of its runs, and of what other commands do.
+const NAMES: [&str; 12] = [
     "study.toml",
+    "scene.toml",
+    "summary.json",
+    "runs.csv",
     "results.csv",
     "results.parquet",
     "results.*.csv",

@@ -139,11 +139,16 @@ fn pictures_pages_and_meshes_replace_their_own_kind_only() {
             "output=[{ measures = [\"free_energy\"], every = { steps = 1 } }]",
         ],
     );
-    refused(folder, &["map", "out", "--of", "speed", "--out", "pictures"], "out-speed-000005.png");
+    // a map takes another name
+    good(folder, &["map", "out", "--of", "speed", "--out", "pictures"]);
+    let pictures = folder.join("pictures");
+    assert_eq!(std::fs::read_to_string(pictures.join("out-speed-000005.png")).unwrap(), "mine");
+    std::fs::write(pictures.join("energy.svg"), "mine").unwrap();
+    refused(folder, &["plot", "out", "--out", "pictures"], "energy.svg");
     refused(folder, &["report", "out", "--out", "page.html"], "page.html");
     refused(folder, &["mesh", "square.toml", "--out", "m"], "square.msh");
     for again in 0..2 {
-        good(folder, &["map", "out", "--of", "speed", "--out", &format!("new")]);
+        good(folder, &["map", "out", "--of", "speed", "--out", "new"]);
         good(folder, &["plot", "out", "--out", "new"]);
         good(folder, &["report", "out", "--out", "new.html"]);
         good(folder, &["mesh", "square.toml", "--out", "new"]);

@@ -31,9 +31,9 @@ cuts = [{ name = "middle", from = [0, 0.4], to = [1, 0.4], points = 50 }]
 every = { steps = 4 }
 [[output]]
 maps = [{ of = "speed" }]
-every = { steps = 10 }
+every = { steps = 40 }
 "#;
-    let small = |text: &str| text.replace("step = 0.1\nend = 0.5", "step = 0.01\nend = 0.6");
+    let small = |text: &str| text.replace("step = 0.1\nend = 0.5", "step = 0.01\nend = 0.3");
     let bodies = r#"
 [[output]]
 fields = ["velocity"]
@@ -47,27 +47,33 @@ measures = ["body", "contacts"]
 every = { steps = 2 }
 [[output]]
 maps = [{ of = "bodies" }]
-every = { steps = 10 }
+every = { steps = 40 }
 "#;
-    let free =
-        "[body.disc]\nshape = \"disc\"\nradius = 0.2\nposition = [0.45, 0.5]\nforce = [\"0.3*cos(9*t)\", \"0.2\"]\n";
+    let free = r#"
+[[body]]
+name = "disc"
+shape = { disc = { radius = 0.2 } }
+position = [0.45, 0.5]
+force = ["0.3*cos(9*t)", "0.2"]
+"#;
     let walls = r#"
-[body.one]
-shape = "disc"
-radius = 0.1
+[[body]]
+name = "one"
+shape = { disc = { radius = 0.1 } }
 position = [0.4, 0.5]
 force = ["mass*sin(7*t)", "-mass"]
-[body.two]
-shape = "disc"
-radius = 0.15
-position = [0.6, 0.55]
+[[body]]
+name = "two"
+shape = { disc = { radius = 0.15 } }
+position = [0.66, 0.55]
 force = ["-mass*sin(5*t)", "-mass"]
-[wall.floor]
-from = [2, 0.3]
-to = [-1, 0.3]
+[[wall]]
+segment = [[-2.0, 0.3], [3.0, 0.3]]
+[contact]
+law = "gluey"
 "#;
     let particles = format!(
-        "[model]\nkind = \"particles\"\n{walls}\n[time]\nstep = 0.002\nend = 2.0\n{}",
+        "[model]\nkind = \"particles\"\n{walls}\n[time]\nstep = 0.002\nend = 0.5\n{}",
         bodies.replace("[[output]]\nfields = [\"velocity\"]\nevery = { time = 0.05 }\n", "")
     );
     let stokes = format!(
@@ -75,7 +81,9 @@ to = [-1, 0.3]
          right = {{ velocity = {{ dirichlet = [0, 0] }} }}\ntop = {{ velocity = \"traction\" }}\n\
          bottom = {{ velocity = {{ dirichlet = [0, 0] }} }}\n{free}[time]\nstep = 0.01\nend = 0.6\n{bodies}"
     );
-    let carried = small(SQUARE) + free + &bodies.replace(", \"contacts\"]", "]").replace("contacts = true\n", "");
+    let of_tissue = [(", \"contacts\"]", "]"), ("contacts = true\n", ""), ("of = \"bodies\"", "of = \"speed\"")];
+    let bodies = of_tissue.iter().fold(bodies.to_owned(), |text, (from, to)| text.replace(from, to));
+    let carried = small(SQUARE) + free + &bodies;
     vec![
         ("tissue", small(SQUARE) + tissue + checkpoint),
         ("particles", particles + checkpoint),

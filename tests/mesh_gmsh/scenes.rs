@@ -15,14 +15,32 @@ const HOSTILE: [&str; 3] = ["a.b", "my <wall> & 'x'", "back\\slash = [#1]"];
 
 /// A closed tissue on a file, whose tags get slip walls.
 fn scene_text(tags: &[&str]) -> String {
-    let mut text = "[model]\nkind = \"incompressible\"\nfriction = 1.0\nbeta = 1.0\npeclet = 1.0\ncoherence = \
-     0.5\nelasticity = 0.2\n\
-        [mesh]\nfile = \"mesh.msh\"\n[initial]\npolarity = [\"1 + 0.2*y\", \"0.3*x\"]\n[time]\nscheme = \
-         \"bdf2\"\nstep = 0.1\nend = 0.2\n\
-        [[output]]\nfields = [\"velocity\", \"pressure\", \"stream-function\"]\nmaps = [{ of = \"speed\" }]\nevery = \
-         { time = 0.1 }\n\
-        [[output]]\nmeasures = [\"free_energy\"]\nevery = { steps = 1 }\n"
-        .to_owned();
+    let mut text = r#"
+[model]
+kind = "incompressible"
+friction = 1.0
+peclet = 1.0
+coherence = 0.5
+elasticity = 0.2
+[mesh]
+file = "mesh.msh"
+[initial]
+polarity = ["1 + 0.2*y", "0.3*x"]
+[time]
+scheme = "bdf2"
+step = 0.1
+end = 0.2
+[[output]]
+fields = ["velocity", "pressure", "stream-function"]
+every = { time = 0.1 }
+[[output]]
+maps = [{ of = "speed" }]
+every = { time = 0.1 }
+[[output]]
+measures = ["free_energy"]
+every = { steps = 1 }
+"#
+    .to_owned();
     for tag in tags {
         let key = monolayer::scene::path::quoted(tag);
         text += &format!("[boundary.{key}]\nvelocity = \"slip\"\npolarity = \"neumann\"\n");
@@ -115,7 +133,8 @@ fn a_cut_in_a_file_is_refused_and_may_be_kept_by_the_scene() {
     source.set("mesh.slits", "true").unwrap();
     let scene = Scene::check(source).unwrap();
     let report = run::report::report(&scene).unwrap();
-    assert_eq!((report.mesh.parts, report.mesh.coincident_vertices), (2, 2));
+    let run::report::MeshReport::Built(mesh) = &report.mesh else { panic!("a mesh of a file is read") };
+    assert_eq!((mesh.parts, mesh.coincident_vertices), (2, 2));
     let said = report.to_string();
     assert!(
         said.contains("2 parts that share no faces") && said.contains("2 boundary vertices lie on others"),

@@ -3,7 +3,6 @@
 mod common;
 mod compressible;
 mod curved;
-mod diag;
 mod incompressible;
 mod rotation;
 mod slip;

@@ -2,7 +2,8 @@
 
 use std::io::Write;
 
-/// Tells that `test` did nothing, and why: on standard output, and on a line of the file that `MONOLAYER_SKIPPED` names, which
+/// Tells that `test` did nothing, and why: on standard output, and on a line of the file that `MONOLAYER_SKIPPED`
+/// names, which
 /// `.ci/run` lists at its end.
 pub fn skip(test: &str, reason: &str) {
     println!("skipped: {test}: {reason}");

@@ -37,8 +37,7 @@ fn formulas() -> [Expression; 2] {
 }
 
 fn mesh_of(n: usize) -> Arc<Mesh> {
-    let distortion = std::env::var("TEMP_DIST").unwrap_or("0.15".into());
-    mesh(&format!("shape = \"square\"\nn = {n}\ndistortion = {distortion}\nseed = 3"))
+    mesh(&format!("shape = \"square\"\nn = {n}\ndistortion = 0.15\nseed = 3"))
 }
 
 /// Errors over the tissue, in L² and of the gradient, and the largest coefficient in the continuation.
@@ -47,14 +46,7 @@ fn errors(n: usize, degree: usize) -> [f64; 3] {
     let loops = loops(&mesh);
     let pose = Pose { position: Point::from(CENTRE), angle: 0.0 };
     let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::Disc { radius: RADIUS }, pose)]));
-    let mut w = Continuation::default();
-    if let Ok(g) = std::env::var("TEMP_GHOST") {
-        w.ghost = g.parse().unwrap();
-    }
-    if let Ok(g) = std::env::var("TEMP_MASS") {
-        w.mass = g.parse().unwrap();
-    }
-    let covered = Covered::new(&loops, &cover, w);
+    let covered = Covered::new(&loops, &cover, Continuation::default());
     let space = discontinuous(&mesh, degree, 2);
     let exact = formulas();
     let condition = Conditions {
@@ -135,12 +127,4 @@ fn the_polarity_around_a_disc_has_the_order_of_its_degree() {
 #[test]
 fn quartic_polarities_have_the_order_of_their_degree() {
     check(4, [8, 11, 16]);
-}
-
-#[test]
-fn temporary_table() {
-    let Ok(sizes) = std::env::var("TEMP_SIZES") else { return };
-    let sizes: Vec<usize> = sizes.split(',').map(|s| s.parse().unwrap()).collect();
-    let degree = std::env::var("TEMP_DEGREE").unwrap().parse().unwrap();
-    table(degree, &sizes);
 }

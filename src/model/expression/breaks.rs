@@ -7,9 +7,9 @@ use super::tree::{Binary, Tree, Unary, Variable, binary};
 use crate::space::project::{Break, Level};
 
 impl Expression {
-    /// The lines on which the formula may jump or have a kink at the time `t`: the zeros of what it compares, of the arguments of `abs`,
-    /// `sign`, `heaviside`, of differences in `min` and `max`, and where the argument of `floor` is an integer. A line that hangs on another
-    /// one comes after it.
+    /// The lines on which the formula may jump or have a kink at the time `t`: the zeros of what it compares, of the
+    /// arguments of `abs`, `sign`, `heaviside`, of differences in `min` and `max`, and where the argument of `floor` is
+    /// an integer. A line that hangs on another one comes after it.
     pub fn breaks(&self, t: f64) -> Vec<Break<'static>> {
         let mut found = Vec::new();
         self.tree.bind(Variable::T, t).add_breaks(&mut found);

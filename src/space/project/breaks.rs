@@ -46,8 +46,8 @@ impl Level {
     }
 }
 
-/// The pieces of a cell between the lines of `breaks`. The lines are straight in a piece, or the piece is small; what they are in a
-/// curved cell makes no difference.
+/// The pieces of a cell between the lines of `breaks`. The lines are straight in a piece, or the piece is small; what
+/// they are in a curved cell makes no difference.
 pub(super) fn cut(map: CellMap, breaks: &[Break]) -> Vec<Piece> {
     let mut pieces = vec![WHOLE];
     for at in breaks {
@@ -83,7 +83,8 @@ struct Knife<'k> {
 }
 
 impl Knife<'_> {
-    /// Cuts along every level line in a piece that was divided `halvings` times, where `scale` is the largest value on what it was cut from.
+    /// Cuts along every level line in a piece that was divided `halvings` times, where `scale` is the largest value on
+    /// what it was cut from.
     fn cut(&mut self, piece: Piece, halvings: usize, scale: f64) {
         let straight = self.straight(&piece, scale);
         let level = straight.as_ref().and_then(|s| self.at.level.between(s.low - s.off, s.high + s.off));

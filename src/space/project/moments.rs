@@ -45,8 +45,8 @@ fn factors(degree: usize, points: impl Iterator<Item = (Point, f64)>) -> Factors
     mass.cholesky().expect("the determinants of a checked mesh are positive")
 }
 
-/// `(f − f_0|φ_i)` by component, and the constants `f_0` that were taken off: a constant function is then exact to the bit, and rounding
-/// is that of the differences. Sizes are those of the reference cell where the map is affine.
+/// `(f − f_0|φ_i)` by component, and the constants `f_0` that were taken off: a constant function is then exact to the
+/// bit, and rounding is that of the differences. Sizes are those of the reference cell where the map is affine.
 pub(super) struct Moments<const C: usize> {
     offset: [f64; C],
     loads: [[f64; MOST_FUNCTIONS]; C],
@@ -134,8 +134,8 @@ impl<'c> Cell<'c> {
         }
     }
 
-    /// The moments of `f(ξ, x)` over the pieces of the cell; pieces are divided until two rules agree on each, as long as there are not too
-    /// many.
+    /// The moments of `f(ξ, x)` over the pieces of the cell; pieces are divided until two rules agree on each, as long
+    /// as there are not too many.
     pub(super) fn converged<const C: usize, E>(
         &self,
         pieces: Vec<Piece>,

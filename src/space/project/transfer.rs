@@ -9,7 +9,8 @@ use crate::mesh::locate::{Locator, straight_inverse};
 use crate::mesh::{CellMap, Mesh, Point};
 use crate::space::{Field, Space};
 
-/// A point of the new mesh counts as covered if it misses a cell of the old one by this share: boundaries are meshed differently.
+/// A point of the new mesh counts as covered if it misses a cell of the old one by this share: boundaries are meshed
+/// differently.
 const SLACK: f64 = 0.05;
 /// Cells that the old ones cover up to this share are cut along them.
 const COVERED: f64 = 1e-9;
@@ -22,9 +23,9 @@ pub struct NotCovered(pub Point);
 
 /// The L² projection of a field of another mesh on a discontinuous space.
 ///
-/// Cells that straight cells of the other mesh cover are cut along those, and the field is integrated exactly: where two meshes of straight
-/// cells cover the same domain, the integral of the field is kept to rounding. Cells at curved boundaries are integrated by a fine rule. On
-/// the same mesh nothing is lost, and the same space gives the same bits.
+/// Cells that straight cells of the other mesh cover are cut along those, and the field is integrated exactly: where
+/// two meshes of straight cells cover the same domain, the integral of the field is kept to rounding. Cells at curved
+/// boundaries are integrated by a fine rule. On the same mesh nothing is lost, and the same space gives the same bits.
 ///
 /// # Errors
 /// A point that the other mesh does not cover.
@@ -76,7 +77,8 @@ fn divided() -> Vec<Piece> {
     (0..HALVINGS).fold(vec![WHOLE], |pieces, _| pieces.into_iter().flat_map(quarters).collect())
 }
 
-/// The parts of a straight cell in the straight cells of another mesh, in reference coordinates; `None` where these do not cover it.
+/// The parts of a straight cell in the straight cells of another mesh, in reference coordinates; `None` where these do
+/// not cover it.
 fn overlaps(here: &Mesh, cell: usize, there: &Mesh, locator: &Locator) -> Option<Vec<(usize, Piece)>> {
     let CellMap::Affine { origin, jacobian } = here.map(cell) else { return None };
     let corners = here.corners(cell);
