@@ -8,7 +8,8 @@ use crate::element::basis;
 use crate::scene::{Field, Output, SceneSource, What};
 use crate::time::Schedule;
 
-/// Bytes of a number in a table, and of one of a field: eight, a little less when compressed, and a third more as text.
+/// Bytes of a number in a table, and of one of a field: eight, a little less when compressed, and a third more as
+/// text.
 const TABLE: f64 = 19.0;
 const FIELD: f64 = 10.5;
 /// Bytes of a picture: pixels and drawing.

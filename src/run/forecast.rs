@@ -1,7 +1,9 @@
 //! What a scene on a large mesh takes, known in a time that does not grow with the mesh.
 //!
-//! Two coarse meshes of the same domain are built, and all that [`memory`](super::memory) counts is counted there. Bytes grow as a power
-//! of the number C of cells, about `C^1.2`: fields and blocks with C, factors with `C log C` or more. Unknowns grow as `a C + b √C`, inside
+//! Two coarse meshes of the same domain are built, and all that [`memory`](super::memory) counts is counted there.
+//! Bytes grow as a power
+//! of the number C of cells, about `C^1.2`: fields and blocks with C, factors with `C log C` or more. Unknowns grow
+//! as `a C + b √C`, inside
 //! and on the boundary.
 
 use std::sync::Arc;
@@ -60,7 +62,8 @@ impl Count {
 pub struct Samples([Count; 2]);
 
 impl Samples {
-    /// Judges the meshes of a table `[mesh]` of about so many cells by two smaller ones, of which `count` tells what there is: with
+    /// Judges the meshes of a table `[mesh]` of about so many cells by two smaller ones, of which `count` tells what
+    /// there is: with
     /// longer cells, or, where so few cells cannot follow the shape, squares. `None` where something fails.
     pub fn new(
         (table, cells): (&MeshScene, f64),

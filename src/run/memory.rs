@@ -1,10 +1,13 @@
 //! The memory of a computation, known before it is taken.
 //!
-//! The blocks of the coupled matrix and its factors are counted. The Stokes part is estimated from the sparsity of its matrix, with
-//! factors that were measured on strips, discs and squares of 500 to 9000 cells: with k = 1 and 2, the estimate lies between 5 percent
+//! The blocks of the coupled matrix and its factors are counted. The Stokes part is estimated from the sparsity of
+//! its matrix, with
+//! factors that were measured on strips, discs and squares of 500 to 9000 cells: with k = 1 and 2, the estimate lies
+//! between 5 percent
 //! below and 15 percent above the largest resident memory on Linux.
 //!
-//! Not counted is what only a run in trouble takes: the direct solution of a small polarity system whose iteration stalled.
+//! Not counted is what only a run in trouble takes: the direct solution of a small polarity system whose iteration
+//! stalled.
 
 use std::sync::Arc;
 
@@ -36,7 +39,8 @@ pub const MIB: f64 = 1024.0 * 1024.0;
 const PROGRAM: f64 = 8.5 * MIB;
 /// Bytes that every thread takes for the products of dense blocks.
 const KERNELS: f64 = 6.0 * MIB;
-/// Bytes of the momentum balance per entry of R in `S = QR`, the Stokes matrix S: factors, and what their factorisation holds.
+/// Bytes of the momentum balance per entry of R in `S = QR`, the Stokes matrix S: factors, and what their
+/// factorisation holds.
 const STOKES: f64 = 27.0;
 /// Those of them that are free again after the factorisation.
 const FREED: f64 = 10.0;
@@ -189,7 +193,8 @@ impl Work<'_> {
                     ElasticForce::Energy => [4.0, 1.0],
                 };
                 let density = layout.carried[0].map_or(0.0, |space| space.n as f64);
-                // by the density: force, drag, polarity and molecular field twice, transport, and the flow's blocks and factors
+                // by the density: force, drag, polarity and molecular field twice, transport, and the flow's blocks
+                // and factors
                 let squeezed = if density > 0.0 {
                     density * (2.0 * rows + 8.0 * columns + 4.0 * density) + 2.0 * rows * rows
                 } else {
@@ -362,7 +367,8 @@ fn stokes_pattern(layout: &Layout) -> Vec<Vec<usize>> {
     columns
 }
 
-/// Bytes that the aligned start takes besides the model. The entries of R of its matrix, which has the polarity's degree and two
+/// Bytes that the aligned start takes besides the model. The entries of R of its matrix, which has the polarity's
+/// degree and two
 /// components, follow from those of the Stokes matrix and the numbers of unknowns.
 fn aligned(layout: &Layout, stokes: f64) -> f64 {
     let (mesh, polarity) = (&layout.velocity.mesh, polarity_of(layout));

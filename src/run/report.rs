@@ -128,7 +128,8 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 
 /// As [`report`] with so many bytes of memory, where they are known.
 ///
-/// Whatever a run would refuse before its first step is refused here, by the same functions: on the mesh itself where a run would be
+/// Whatever a run would refuse before its first step is refused here, by the same functions: on the mesh itself
+/// where a run would be
 /// begun within a second or two, else on a coarser one of the same domain.
 ///
 /// # Errors
@@ -204,7 +205,8 @@ fn mesh_and_count(scene: &Scene) -> Result<Judged, RunError> {
     Ok(Judged { mesh: MeshReport::Built(quality), count, counted, said })
 }
 
-/// As [`try_start`] on a coarser mesh of the same domain, where there is one; what goes wrong with these cells alone is no error.
+/// As [`try_start`] on a coarser mesh of the same domain, where there is one; what goes wrong with these cells alone
+/// is no error.
 fn try_coarse(scene: &Scene, cells: f64) -> Result<(), RunError> {
     let coarse = forecast::smaller(&scene.mesh, (cells / TRIED).sqrt(), scene.source());
     let tried = coarse.map_or(Ok(()), |(table, mesh)| try_start(&scene.on(&table, &mesh.tags)));
@@ -238,7 +240,8 @@ fn written(scene: &Scene, count: &Count) -> f64 {
     written_on(scene, count.cells, count.unknowns)
 }
 
-/// Bytes that a run writes on a mesh of so many cells, with these unknowns of velocity, pressure or density, and polarity.
+/// Bytes that a run writes on a mesh of so many cells, with these unknowns of velocity, pressure or density, and
+/// polarity.
 pub(super) fn written_on(scene: &Scene, cells: f64, unknowns: [f64; 4]) -> f64 {
     let space = scene.space;
     let degree = [space.velocity, space.pressure, space.density, space.polarity, scene.mesh.curved.unwrap_or(1)];

@@ -74,7 +74,8 @@ pub struct StudyReport {
     pub remarks: Vec<String>,
 }
 
-/// Runs that are checked as `check` does a scene of its own; of further ones with a mesh and degrees that have occurred, the tables are.
+/// Runs that are checked as `check` does a scene of its own; of further ones with a mesh and degrees that have
+/// occurred, the tables are.
 const WHOLE: usize = 4;
 
 /// A run of a study, as far as it can be read.

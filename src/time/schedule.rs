@@ -47,7 +47,8 @@ impl Schedule {
     }
 }
 
-/// The step to take from `t` towards `landing`: `step` itself while far away, then as many equal parts as are needed, so that
+/// The step to take from `t` towards `landing`: `step` itself while far away, then as many equal parts as are
+/// needed, so that
 /// no sliver of a step is left.
 pub fn trim(t: f64, step: f64, landing: f64) -> f64 {
     let rest = landing - t;
@@ -55,10 +56,13 @@ pub fn trim(t: f64, step: f64, landing: f64) -> f64 {
     if parts <= 2.0 { rest / parts.max(1.0) } else { step }
 }
 
-/// The decimal number with the fewest digits among those that a number could be without its rounding errors: `value` itself if none
-/// lies within a few units in the last place of `value`, or of `scale` where it is the difference of numbers as large as that.
+/// The decimal number with the fewest digits among those that a number could be without its rounding errors: `value`
+/// itself if none
+/// lies within a few units in the last place of `value`, or of `scale` where it is the difference of numbers as
+/// large as that.
 ///
-/// Sums of steps drift from the multiples that they stand for: 0.1 + 0.1 + 0.1 is 0.30000000000000004. The times of equal steps of
+/// Sums of steps drift from the multiples that they stand for: 0.1 + 0.1 + 0.1 is 0.30000000000000004. The times of
+/// equal steps of
 /// a decimal length are these multiples.
 pub fn plain(value: f64, scale: f64) -> f64 {
     const LAST_PLACES: f64 = 4.0;

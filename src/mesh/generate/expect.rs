@@ -9,7 +9,8 @@ use super::{MeshScene, Shape};
 const PACKED: f64 = 1.0;
 
 impl MeshScene {
-    /// About how many cells the generated mesh will have; exact for `square`. `None` of a file, and of a shape whose keys are missing.
+    /// About how many cells the generated mesh will have; exact for `square`. `None` of a file, and of a shape whose
+    /// keys are missing.
     pub fn expected(&self) -> Option<f64> {
         let shape = self.shape?;
         let full = self.defaults_filled();
@@ -73,7 +74,8 @@ impl MeshScene {
         4.0 / 3f64.sqrt() * area / self.h.unwrap_or(1.0).powi(2)
     }
 
-    /// Number of cells of the size function, `∫ 4/(√3 h(x)²)`; an estimate from above where walls cut the graded zone.
+    /// Number of cells of the size function, `∫ 4/(√3 h(x)²)`; an estimate from above where walls cut the graded
+    /// zone.
     pub(super) fn expected_cells(&self, shape: Shape) -> f64 {
         let far = self.expected_far(shape);
         let (Some(h), Some(a), Some(g)) = (self.h, self.h_disc, self.grading) else { return far };

@@ -1,7 +1,9 @@
 //! Formulas of `x`, `y`, `t` and the model's parameters, as a scene writes them.
 //!
-//! Usual mathematics: `+ - * / ^`, comparisons (1 or 0), function calls, `pi` (or `PI`, `π`), `tau`, `e`. The power is
-//! right-associative and binds tighter than a minus sign on its left, so `exp(-x^2)` decays. `if(c, a, b)` is `a` where
+//! Usual mathematics: `+ - * / ^`, comparisons (1 or 0), function calls, `pi` (or `PI`, `π`), `tau`, `e`. The power
+//! is
+//! right-associative and binds tighter than a minus sign on its left, so `exp(-x^2)` decays. `if(c, a, b)` is `a`
+//! where
 //! `c ≠ 0` and `b` elsewhere; `heaviside(s)` is 1 for `s ≥ 0` and 0 below. Parameters become numbers when the text is
 //! read, so an evaluation sees `x`, `y`, `t` only.
 
@@ -94,7 +96,8 @@ impl Expression {
         Self { text: value.to_string(), tree: Arc::new(Tree::Number(value)), given: Arc::default() }
     }
 
-    /// The same formula, told apart in messages by where it was given; one that has been told already keeps its place.
+    /// The same formula, told apart in messages by where it was given; one that has been told already keeps its
+    /// place.
     #[must_use]
     pub fn given_at(mut self, place: &str) -> Self {
         if self.given.is_empty() {
@@ -118,7 +121,8 @@ impl Expression {
         self.tree.eval([position.x, position.y, t, angle])
     }
 
-    /// The formula's Taylor series in `(x, y)` about the point `x` at the time `t`, up to degree 3. Its value is that of
+    /// The formula's Taylor series in `(x, y)` about the point `x` at the time `t`, up to degree 3. Its value is
+    /// that of
     /// [`eval`](Self::eval), bit for bit; a function with a corner or a jump counts as the branch taken at the point.
     pub fn taylor(&self, x: Point, t: f64) -> Taylor {
         self.tree.eval::<Series>([x.x, x.y, t, 0.0]).into()
@@ -155,7 +159,8 @@ impl Expression {
         Err(ExpressionError::Negative { given, text, value, x: x.x, y: x.y, t })
     }
 
-    /// Partial derivative with respect to `"x"`, `"y"` or `"t"`; one-sided where `abs`, `min`, `max`, `if` and the like
+    /// Partial derivative with respect to `"x"`, `"y"` or `"t"`; one-sided where `abs`, `min`, `max`, `if` and the
+    /// like
     /// have a corner or a jump.
     ///
     /// # Errors
@@ -198,8 +203,10 @@ impl Expression {
         [Variable::X, Variable::Y, Variable::Theta].iter().all(|&v| !self.tree.depends_on(v))
     }
 
-    /// The time from which on the value no longer changes, wherever it is taken in `[x_0, x_1] × [y_0, y_1]`: 0 for a formula
-    /// without `t`, 1 for `if(t < 1, 0, 1)` and `min(t, 1)`, 37 or so for `1 - exp(-t)`, which is 1 to the last bit from then on. `None`
+    /// The time from which on the value no longer changes, wherever it is taken in `[x_0, x_1] × [y_0, y_1]`: 0 for
+    /// a formula
+    /// without `t`, 1 for `if(t < 1, 0, 1)` and `min(t, 1)`, 37 or so for `1 - exp(-t)`, which is 1 to the last bit
+    /// from then on. `None`
     /// where the value changes for ever, or where comparisons, `min`, `max` and the like do not show that it stays.
     pub fn constant_from(&self, place: [[f64; 2]; 2]) -> Option<f64> {
         settle::constant_from(&self.tree, place)

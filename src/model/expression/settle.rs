@@ -5,7 +5,8 @@ use super::tree::{Binary, Tree, Unary, Variable};
 /// What changes only later than this changes for ever.
 const LATEST: f64 = 1e30;
 
-/// The smallest time `T ≥ 0` from which on the value at every place of the rectangle `[x_0, x_1] × [y_0, y_1]` is the same at
+/// The smallest time `T ≥ 0` from which on the value at every place of the rectangle `[x_0, x_1] × [y_0, y_1]` is
+/// the same at
 /// every `t ≥ T`, to the last bit; `None` where the intervals show none.
 pub(super) fn constant_from(tree: &Tree, place: [[f64; 2]; 2]) -> Option<f64> {
     let moves = |time: f64| tree.range(&Region { place, time }).moves;

@@ -37,7 +37,8 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// From when on all data are constant, where the run may stop at rest: before, it would stop while the data only pause.
+    /// From when on all data are constant, where the run may stop at rest: before, it would stop while the data only
+    /// pause.
     pub(super) fn rest(
         &self,
         time: &Time,
