@@ -75,12 +75,7 @@ impl Writer {
     ///
     /// # Errors
     /// Folders or files that cannot be written, results that cannot be continued.
-    pub fn new(
-        scene: &Scene,
-        setup: &Setup,
-        out: &Path,
-        resumed: Option<Resumed>,
-    ) -> Result<Self, RunError> {
+    pub fn new(scene: &Scene, setup: &Setup, out: &Path, resumed: Option<Resumed>) -> Result<Self, RunError> {
         let last_time = resumed.map(|resumed| resumed.last_time());
         let mut writer = Self {
             out: out.into(),
