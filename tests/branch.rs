@@ -187,7 +187,7 @@ fn wrong_studies_are_explained() {
     let beyond = ["line 4", "`range`", "`model.alignment` = 3", "must lie in [-1, 1]", "hint"];
     line("[-1.0, 1.0]", "[-1.0, 3.0]", &beyond);
     let unknown = ["line 6", "`measure` = \"asymmetry_polarty\"", "(did you mean `asymmetry_polarity`?)"];
-    line("asymmetry_polarity", "asymmetry_polarty", &[&unknown[..], &["it measures asymmetry_velocity"]].concat());
+    line("asymmetry_polarity", "asymmetry_polarty", &[&unknown[..], &["asymmetry_velocity"]].concat());
     line("asymmetry_polarity", "mass", &["`measure` = \"mass\"", "measures no such thing", "hint"]);
     line("max_points = 4", "max_points = 1", &["line 7", "`max_points` = 1", "must be at least 2", "hint"]);
     line("max_points = 4", "max_pionts = 4", &["line 7", "max_pionts", "(did you mean `max_points`?)"]);

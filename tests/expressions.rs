@@ -179,7 +179,12 @@ fn a_formula_tells_from_when_on_it_is_constant() {
         ("t - t", None),
         ("min(t/1e40, 1)", None),
     ] {
-        assert_eq!(from(text), expected, "{text}");
+        // rounding may make a formula constant a last bit before its symbols are
+        let same = match (from(text), expected) {
+            (Some(found), Some(expected)) => (found - expected).abs() <= 2.0 * f64::EPSILON * expected.abs(),
+            (found, expected) => found == expected,
+        };
+        assert!(same, "{text}: {:?}, not {expected:?}", from(text));
     }
     // to the last bit from then on
     for text in ["1 - exp(-t)", "tanh(2*t)", "exp(-t)*sin(t)", "1 + exp(-t)*cos(x*t)"] {

@@ -507,7 +507,7 @@ fn wrong_scenes_are_refused() {
         &[(cuts, "[{ name = \"c\", centre = [0, 0], radius = 1, to = [1, 1] }]")],
         &["`output.1.cuts.0.to`", "no ends"],
     );
-    wrong(&[(cuts, "[{ name = \"c\", centre = [0, 0], radius = 1, points = 2 }]")], &["at least 3"]);
+    wrong(&[(cuts, "[{ name = \"c\", centre = [0, 0], radius = 1, points = 2 }]")], &["between 3 and"]);
 
     let compressible = SQUARE
         .replace("\"incompressible\"", "\"compressible\"\ndensity = { penalty = 1.0 }")

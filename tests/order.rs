@@ -64,7 +64,7 @@ fn a_study_leaves_tables_plots_and_what_was_studied() {
     let mut files: Vec<String> =
         std::fs::read_dir(&out).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
     files.sort();
-    assert_eq!(files, ["orders.csv", "orders.png", "orders.svg", "runs.csv", "scene.toml", "study.toml"]);
+    assert_eq!(files, ["lock", "orders.csv", "orders.png", "orders.svg", "runs.csv", "scene.toml", "study.toml"]);
     let (header, orders) = rows(out.join("orders.csv"));
     assert_eq!(header, ["n", "h", "dt", "field", "norm", "error", "order"]);
     assert_eq!(orders.len(), 3 * 4 * 2);
@@ -336,7 +336,7 @@ fn keys_and_levels() {
 #[test]
 fn values_that_vary() {
     let n = "\"mesh.n\" = \"n\"";
-    wrong(n, "\"mesh.m\" = \"n\"", &["level n = 2", "no key `mesh.m` (did you mean `n`?)", "shape, file, n"]);
+    wrong(n, "\"mesh.m\" = \"n\"", &["level n = 2", "no key `mesh.m` (did you mean `n`?)", "shape, file, slits, n"]);
     wrong(n, "\"mesh.n\" = \"2*m\"", &["`vary.mesh.n` = \"2*m\"", "`m`, which is not defined", "x, y, t, n"]);
     wrong(n, "\"mesh.n\" = \"n+\"", &["`vary.mesh.n` = \"n+\"", "no formula: at character 3"]);
     wrong("1/(4*n)", "1/(n-2)", &["`vary.time.step` = \"1/(n-2)\"", "is inf", "at n = 2", "must be finite"]);

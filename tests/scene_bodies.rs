@@ -218,7 +218,7 @@ fn bodies_are_set_by_number_and_by_name() {
     let message = ParticlesScene::check(bad).expect_err("negative").to_string();
     assert!(message.contains("with `body.left.density` set"), "{message}");
     let message = source.clone().set("body.right.density", "1").expect_err("no such body").to_string();
-    assert!(message.contains("`right` is no element of a list of 2"), "{message}");
+    assert!(message.contains("no [[body]] has the name `right`"), "{message}");
     let message = source.set("body.left.densty", "1").expect_err("misspelt").to_string();
     assert!(message.contains("did you mean `density`?"), "{message}");
 }

@@ -277,7 +277,7 @@ fn wrong_studies_are_explained() {
     wrong("title", "titel", &["there is no key `titel` (did you mean `title`?)", known]);
     wrong("square.toml", "sqare.toml", &["`scene` = \"sqare.toml\"", "no such file", "the study's folder"]);
     wrong("[0.5, 2.0]", "[]", &["`vary.model.peclet` = []", "the list is empty"]);
-    wrong("[0.5, 2.0]", "0.5", &["`vary.model.peclet` = 0.5", "expected a list", "brackets"]);
+    wrong("[0.5, 2.0]", "0.5", &["`vary.\"model.peclet\"` = 0.5", "expected a list", "brackets"]);
     wrong("model.peclet", "model.pecle", &["run 01: square.toml with `model.pecle` set", "did you mean `peclet`?"]);
     wrong("mesh.n", "mesh.m", &["every run: square.toml with `mesh.m` set", "(did you mean `n`?)"]);
     wrong("\"mesh.n\" = 2", "mesh.n = 2", &["`set.mesh`", "replace the whole table [mesh]", "quote a key"]);

@@ -27,7 +27,8 @@ pub fn catch(doing: &'static str) -> Result<(), Failure> {
             std::process::exit(INTERRUPTED);
         }
         if end(doing) && kind == Kind::Asked {
-            say::note(&format!("interrupted: {doing} (again to stop at once)"));
+            // a terminal that takes nothing must not keep the next signal waiting
+            std::thread::spawn(move || say::note(&format!("interrupted: {doing} (again to stop at once)")));
         }
     })
 }

@@ -2,8 +2,8 @@
 
 use super::gap::Touch;
 use super::pairs::Pairs;
-use super::solver::{Projected, partner_name, rounding};
-use super::step::Step;
+use super::solver::{Freedom, Projected, partner_name, rounding};
+use super::step::{Step, is_disc};
 use super::{Contact, ContactError, Partner, Wall};
 use crate::body::Twist;
 
@@ -35,7 +35,8 @@ impl Step<'_> {
     }
 
     /// Refuses a step that moves two bodies that can meet in it past each other by more than the thinner one is thick,
-    /// or turns them by more than half of that: gaps are looked at where a step ends.
+    /// or turns them by more than half of that: gaps are looked at where a step ends. Gaps of discs and walls are
+    /// convex, so that their rows keep them apart however far a step goes, as long as one of them may be pushed.
     pub(super) fn refuse_leap(
         &self,
         (body, partner): (usize, Partner),
@@ -49,12 +50,34 @@ impl Step<'_> {
         }
         let travel = shift.norm() + turn;
         let limit = 2.0 * self.thinner(body, partner);
-        if touch.gap > travel || (travel <= limit && turn <= 0.5 * limit) {
+        let apart = self.is_pushed(body, partner) && self.is_convex(body, partner);
+        if apart || touch.gap > travel || (travel <= limit && turn <= 0.5 * limit) {
             return Ok(());
         }
         let (travel, limit) = if travel > limit { (travel, limit) } else { (turn, 0.5 * limit) };
         let (first, second) = (self.movers[body].name.to_owned(), partner_name(self.movers, partner));
         Err(ContactError::TooFar { first, second, travel, limit, dt: self.dt })
+    }
+
+    /// Whether contact can move one of the two.
+    fn is_pushed(&self, body: usize, partner: Partner) -> bool {
+        let given = |k: usize| matches!(self.movers[k].freedom, Freedom::Given { .. });
+        match partner {
+            Partner::Body(other) => !(given(body) && given(other)),
+            Partner::Wall(_) => !given(body),
+        }
+    }
+
+    /// Whether the gap is a convex function of what a step changes.
+    fn is_convex(&self, body: usize, partner: Partner) -> bool {
+        let shifted = |k: usize| {
+            let pinned = matches!(self.movers[k].freedom, Freedom::Pinned { .. });
+            is_disc(self.movers[k].shape) && !pinned
+        };
+        match partner {
+            Partner::Body(other) => shifted(body) && shifted(other),
+            Partner::Wall(_) => shifted(body),
+        }
     }
 
     /// Half of the thickness of the thinner of two; walls that are lines or hollows cannot be passed.

@@ -47,7 +47,7 @@ pub(super) struct Step<'a> {
     effort: Effort,
 }
 
-fn is_disc(shape: &Shape) -> bool {
+pub(super) fn is_disc(shape: &Shape) -> bool {
     match shape {
         Shape::Disc { .. } => true,
         Shape::Ellipse { .. } | Shape::Capsule { .. } | Shape::Polygon { .. } => false,

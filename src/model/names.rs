@@ -26,16 +26,20 @@ pub fn did_you_mean(name: &str, known: &[&str]) -> String {
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let allowed = near_enough(name);
     let candidates = known.iter().filter(|candidate| !opposite(name, candidate));
-    let best = candidates.map(|candidate| (distance(name, candidate), *candidate)).min_by_key(|(d, _)| *d)?;
+    let edits = |candidate: &str| if same_letters(name, candidate) { 0 } else { distance(name, candidate) };
+    let best = candidates.map(|candidate| (edits(candidate), *candidate)).min_by_key(|(d, _)| *d)?;
     (best.0 <= allowed).then_some(best.1)
 }
 
-/// A third of the name's length in edits; in the shortest names every letter counts.
+/// Whether two names differ in `_`, `-` and blanks alone, such as `vx` and `v_x`.
+fn same_letters(a: &str, b: &str) -> bool {
+    let letters = |name: &str| name.replace(['_', '-', ' '], "");
+    letters(a) == letters(b)
+}
+
+/// A third of the name's length in edits, at least one.
 fn near_enough(name: &str) -> usize {
-    match name.chars().count() {
-        0..=2 => 0,
-        length => (length / 3).max(1),
-    }
+    (name.chars().count() / 3).max(1)
 }
 
 /// What the table of words says of a name, alone or behind dots: `model.kappa` where `model.coherence` is known.

@@ -73,13 +73,14 @@ pub fn wait_for(folder: &Path, room: Room) -> Result<Lock, OutputError> {
 /// # Errors
 /// As [`take`]; those of the work.
 pub fn alone<T, E: From<OutputError>>(folder: &Path, room: Room, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
-    let made = !folder.exists();
+    let made: Vec<&Path> = folder.ancestors().take_while(|at| !at.as_os_str().is_empty() && !at.exists()).collect();
     let lock = take(folder, room)?;
     let result = work();
     if result.is_err() && lock.is_new && foreign(folder, room).is_none() {
         // while it is still held, so that nobody takes what is about to go
         let _ = std::fs::remove_file(folder.join(LOCK));
-        if made {
+        // those that something else has come into stay
+        for folder in made {
             let _ = std::fs::remove_dir(folder);
         }
     }

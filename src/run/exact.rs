@@ -84,6 +84,8 @@ fn check_finite(scene: &Scene, exact: &Exact, x: Point, t: f64) -> Result<(), Ru
         if let Err(error) = formula.try_eval(x, t) {
             let message = error.to_string();
             let (what, _) = message.split_once("; hint: ").unwrap_or((&message, ""));
+            // the key stands before it
+            let what = what.rsplit_once(&format!("`{key}`: ")).map_or(what, |(_, what)| what);
             let hint = "exact fields must be finite on the whole domain, up to `time.end`";
             return Err(wrong(scene, key, format!("= {what}"), hint));
         }

@@ -60,7 +60,7 @@ pub fn build_mesh(scene: &Scene) -> Result<Mesh, RunError> {
 /// Says so where making the mesh takes a while.
 pub fn announce_mesh(table: &MeshScene, verbosity: Verbosity) {
     if let Some(cells) = table.expected().filter(|cells| *cells > table.quickly_built()) {
-        Progress::new(verbosity, 0.0).say(&format!("making a mesh of about {cells:.0} cells"));
+        Progress::new(verbosity, 0.0).say(&format!("the mesh will have about {cells:.0} cells"));
     }
 }
 

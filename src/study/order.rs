@@ -119,6 +119,7 @@ fn run_all(
 ) -> Result<Vec<Outcome>, StudyError> {
     table::refuse_occupied(out)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
+    let mut stake = None;
     for variant in &study.variants {
         outcomes.push(Outcome { variant: variant.name.clone(), levels: Vec::new(), interrupted: false });
         for &n in &study.levels {
@@ -133,6 +134,7 @@ fn run_all(
             last.interrupted = stopped;
             last.levels.push(level);
             table::write(study, out, &outcomes)?;
+            stake.get_or_insert_with(Stake::new);
             if stopped {
                 return Ok(outcomes);
             }

@@ -12,8 +12,8 @@ pub struct PaceSettings {
     pub step_min: Smallest,
 }
 
-/// The step below which a run fails.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The step below which a run fails; equal where the lengths are, whoever chose them.
+#[derive(Debug, Clone, Copy)]
 pub enum Smallest {
     /// `time.step_min`
     Given(f64),
@@ -27,6 +27,12 @@ impl Smallest {
         match self {
             Self::Given(step) | Self::Default(step) => step,
         }
+    }
+}
+
+impl PartialEq for Smallest {
+    fn eq(&self, other: &Self) -> bool {
+        self.value() == other.value()
     }
 }
 
@@ -60,11 +66,12 @@ pub struct Pace {
     easy: usize,
     /// Easy steps after which the step is doubled.
     wait: usize,
+    /// Easy steps after the next step that forces refuse.
+    after_force: usize,
 }
 
-/// Easy steps before a longer one. A force that draws back must not see longer steps at the same place of every swing,
-/// which would feed it: a
-/// hundred steps are more than one.
+/// Easy steps before a longer one, twice as many after every refusal: a force that draws back must not see longer steps
+/// at the same place of every swing, which would feed it.
 const AFTER_FORCE: usize = 100;
 const AFTER_CONTACT: usize = 4;
 
@@ -91,7 +98,7 @@ pub struct Paced<T> {
 impl Default for Pace {
     /// Starts with the longest step.
     fn default() -> Self {
-        Self { short: None, easy: 0, wait: AFTER_CONTACT }
+        Self { short: None, easy: 0, wait: AFTER_CONTACT, after_force: AFTER_FORCE }
     }
 }
 
@@ -119,7 +126,14 @@ impl Pace {
                     return Ok(Paced { t, dt, rejected, why, done });
                 }
                 Err(Refusal::Failure(reason)) => return Err(reason),
-                Err(Refusal::Force(reason)) => (reason, AFTER_FORCE),
+                Err(Refusal::Force(reason)) => {
+                    let wait = self.after_force;
+                    // a step that is halved several times in a row is refused once
+                    if rejected == 0 {
+                        self.after_force = self.after_force.saturating_mul(2);
+                    }
+                    (reason, wait)
+                }
                 Err(Refusal::Contact(reason)) => (reason, AFTER_CONTACT),
             };
             let half = 0.5 * dt;

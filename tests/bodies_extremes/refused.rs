@@ -114,7 +114,7 @@ fn sizes_and_weights_that_are_no_numbers_to_compute_with() {
         &["`body.0`", "of the cell where it lies"],
     );
     let message = refused(&particles("", &disc("a", 0.1, 0.0, 0.0, ""), 1e-320, 1.0));
-    has(&message, &["`time.step`", "a millionth of it"]);
+    has(&message, &["`time.step`", "is lost beside"]);
     assert!(!message.contains("`time.step_min`"), "{message}");
 }
 

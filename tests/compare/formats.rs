@@ -376,7 +376,7 @@ fn wrong_separators_and_columns_are_named_as_such() {
         "separator = 'space'\ncolumns = { x = 1, y = 2, t = 3, vx = 4, vy = 5 }",
         &["line 1", "one column", "`separator` = \",\""],
     );
-    fails(&text, "separator = '|'", &["separator", "unknown variant `|`", "tab"]);
+    fails(&text, "separator = '|'", &["separator", "`|` is not among the choices", "tab"]);
     fails(
         &text,
         "columns.vx = 'u'",

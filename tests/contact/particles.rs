@@ -156,7 +156,7 @@ fn bad_starts_and_steps_are_refused_by_name() {
     let before = particles.state();
     let nan = |_: usize, _: f64, _: &Pose, _: &Twist| [0.0, f64::NAN, 0.0];
     let error = particles.step(0.1, &nan).expect_err("a force is not a number");
-    assert!(error.to_string().contains("force or torque of body \"a\""), "{error}");
+    assert!(error.to_string().contains("force of body \"a\""), "{error}");
     assert_eq!(particles.state(), before);
     let weightless = Particle { mass: 0.0, ..disc("light", 0.5, 0.0, 1.0) };
     let error = world(vec![weightless], &wall, Law::Inelastic).step(0.1, &nothing).expect_err("no mass");

@@ -83,7 +83,9 @@ fn parts_flow_as_if_alone() {
                 .iter()
                 .zip(runs)
                 .map(|(model, start)| {
-                    let mut settings = settings(0.02, 2);
+                    // Anderson's method mixes all parts: from a rough start it may end at another solution of a long step
+                    let step = if kind == CouplingKind::Newton { 0.02 } else { 0.002 };
+                    let mut settings = settings(step, 2);
                     settings.coupling.kind = kind;
                     let mut march = March::start(model, settings, start).unwrap();
                     for _ in 0..3 {
@@ -98,9 +100,10 @@ fn parts_flow_as_if_alone() {
                 })
                 .collect();
             let [a, b, both] = &states[..] else { unreachable!() };
-            assert_close([a.0.clone(), b.0.clone()], &both.0, "velocity");
-            assert_close([a.1.clone(), b.1.clone()], &both.1, "pressure");
-            assert_close([a.2.clone(), b.2.clone()], &both.2, "polarity");
+            let what = |field: &str| format!("{field}, {kind:?}, {elastic_force:?}");
+            assert_close([a.0.clone(), b.0.clone()], &both.0, &what("velocity"));
+            assert_close([a.1.clone(), b.1.clone()], &both.1, &what("pressure"));
+            assert_close([a.2.clone(), b.2.clone()], &both.2, &what("polarity"));
         }
     }
 }

@@ -8,7 +8,8 @@ use crate::{SQUARE, good, program, said};
 
 const STUDY: &str = "scene = \"square.toml\"\nvary = { \"model.peclet\" = [1.0, 2.0] }\n";
 
-const ORDER: &str = "scene = \"exact.toml\"\nlevels = [2, 3]\nset = { \"mesh.n\" = \"n\", \"time.step\" = \"0.5/n\", \"time.end\" = 0.5 }\n";
+const ORDER: &str =
+    "expect = {}\nscene = \"exact.toml\"\nlevels = [2, 3]\nvary = { \"mesh.n\" = \"n\", \"time.step\" = \"0.5/n\" }\n";
 
 fn prepared() -> tempfile::TempDir {
     let temporary = tempfile::tempdir().unwrap();

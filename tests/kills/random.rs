@@ -117,7 +117,8 @@ struct Started {
 }
 
 fn start(mut command: Command) -> Started {
-    let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+    rustix::fs::fcntl_setfl(&terminal, rustix::fs::OFlags::NONBLOCK).unwrap();
     grantpt(&terminal).unwrap();
     unlockpt(&terminal).unwrap();
     let name = ptsname(&terminal, Vec::new()).unwrap().into_string().unwrap();
@@ -140,10 +141,18 @@ impl Started {
         done.unwrap();
     }
 
+    /// Takes what the program has printed: a terminal that is full would keep it waiting.
+    fn read(&self) {
+        let mut room = [0; 4096];
+        let read = |room: &mut [u8]| self.terminal.as_ref().map_or(Ok(0), |terminal| rustix::io::read(terminal, room));
+        while read(&mut room).is_ok_and(|count| count > 0) {}
+    }
+
     /// Waits so long for its end.
     fn wait(&mut self, patience: Duration) -> Option<ExitStatus> {
         let begin = Instant::now();
         loop {
+            self.read();
             match self.child.try_wait().unwrap() {
                 Some(status) => return Some(status),
                 None if begin.elapsed() >= patience => return None,
@@ -157,8 +166,15 @@ const LONG: Duration = Duration::from_secs(300);
 
 /// A file without what differs from one process to the next: times, memory, counts of this process.
 fn lasting(path: &Path, bytes: &[u8]) -> Vec<u8> {
-    const OF_THE_PROCESS: [&str; 6] =
-        ["seconds", "seconds_total", "peak_memory_mib", "factorisations", "direct_solves", "threads"];
+    const OF_THE_PROCESS: [&str; 7] = [
+        "seconds",
+        "seconds_total",
+        "peak_memory_mib",
+        "factorisations",
+        "direct_solves",
+        "threads",
+        "seconds_per_iteration",
+    ];
     let name = path.file_name().unwrap().to_string_lossy();
     match &*name {
         "summary.json" | "row.json" => {

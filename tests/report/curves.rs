@@ -14,7 +14,7 @@ fn a_run_leaves_the_curves_of_what_it_measured() {
     let names = files(results().join("one/plots"));
     let mut expected: Vec<String> = ["asymmetry", "energy", "lissajous", "residual"].map(String::from).to_vec();
     for way in ["x1", "x2"] {
-        expected.extend(["polarity_1", "pressure", "velocity_1"].map(|q| format!("sections-along-{way}-{q}")));
+        expected.extend(["polarity-1", "pressure", "velocity-1"].map(|q| format!("sections-along-{way}-{q}")));
     }
     let mut expected: Vec<String> = expected.iter().flat_map(|n| [format!("{n}.png"), format!("{n}.svg")]).collect();
     expected.sort();
@@ -125,7 +125,7 @@ fn wrong_wishes_are_explained() {
     let cases: [(&[&str], &[&str]); 10] = [
         (&["plot", "nowhere"], &["nowhere: there is no such folder; hint: name the folder"]),
         (&["plot", "strip.toml"], &["this is a file, not a folder"]),
-        (&["plot", "empty"], &["empty: holds no results; hint:"]),
+        (&["plot", "empty"], &["empty: is empty; hint:"]),
         (
             &["plot", "one", "--what", "heat"],
             &["`--what heat`: there are no such curves; hint: the kinds are sections, energy"],
