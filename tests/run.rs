@@ -668,7 +668,7 @@ fn check_refuses_what_a_run_refuses_before_its_first_step() {
     }
     // on a mesh that takes long, a coarser one of the same domain tells
     let fine = [("mesh.h", "0.1"), ("mesh.h_disc", "0.02")];
-    let error = report_within(&scene_of(SCENE, &[&cases[0].0[..], &fine].concat()), None).expect_err("off the axis");
+    let error = report_within(&scene_of(SCENE, &[cases[0].0, &fine[..]].concat()), None).expect_err("off the axis");
     assert!(error.to_string().contains("mirror image"), "{error}");
     let report = report_within(&scene_of(SCENE, &fine), None).unwrap();
     assert!(report.mesh.cells() > 14_000 && report.memory_mib > 1000.0, "{} MiB", report.memory_mib);

@@ -154,7 +154,7 @@ impl Bounds {
     /// A place where the Jacobian is below `least`, if it is not certain that there is none.
     fn below(&self, map: CellMap, [a, b, c]: [Point; 3], least: f64, splits: usize) -> Option<(Point, f64)> {
         let at = |xi: &Point| map.at(a + (b - a) * xi.x + (c - a) * xi.y);
-        let values: Vec<(Point, f64)> = self.nodes.iter().map(|xi| at(xi)).map(|(x, j)| (x, j.determinant())).collect();
+        let values: Vec<(Point, f64)> = self.nodes.iter().map(at).map(|(x, j)| (x, j.determinant())).collect();
         let lowest = *values.iter().min_by(|p, q| p.1.total_cmp(&q.1)).expect("a triangle has nodes");
         if lowest.1 <= least || values.iter().any(|(_, area)| area.is_nan()) {
             return Some(lowest);

@@ -70,7 +70,7 @@ fn word(name: &str, known: &[&str], near: bool) -> Option<&'static str> {
     let exact = WORDS.iter().filter(here).find(|row| words(row).contains(&name.as_str()));
     let almost = || {
         let close = |word: &&str| word.len() >= 6 && distance(word, &name) == 1;
-        WORDS.iter().filter(here).find(|row| words(row).iter().any(|word| close(word)))
+        WORDS.iter().filter(here).find(|row| words(row).iter().any(&close))
     };
     exact.or_else(|| almost().filter(|_| near)).map(|row| row.2)
 }

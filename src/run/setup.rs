@@ -450,7 +450,7 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     }
     let wake = super::tissue::wake(scene);
     let carried = wake.is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end));
-    if !carried && !(single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
+    if !(carried || single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { behind }));
     }
     check_inflow(scene, mesh, wake.map_or(scene.mesh.centre.unwrap_or([0.0, 0.0])[1], |(middle, _)| middle.y))

@@ -253,7 +253,7 @@ impl<'w> Entries<'w> {
             let entry = record.get(*at).unwrap_or("");
             number(entry, self.layout.separator).is_some() || !entry.is_empty() && is_missing(entry)
         };
-        self.layout.places.iter().flatten().any(|at| is_number(at))
+        self.layout.places.iter().flatten().any(is_number)
     }
 
     fn row(&mut self, record: &csv::StringRecord, line: u64) -> Result<Vec<f64>, Wrong> {
