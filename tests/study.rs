@@ -433,7 +433,7 @@ together = [{ "model.peclet" = { logspace = [0.01, 1.0, 3] }, "model.beta" = [0.
 
 #[test]
 fn wrong_ranges_pairs_names_and_plots_are_explained() {
-    wrong("[0.5, 2.0]", "{ linspace = [0.5, 2.0] }", &["`vary.model.peclet.linspace`", "invalid length 2"]);
+    wrong("[0.5, 2.0]", "{ linspace = [0.5, 2.0] }", &["`vary.\"model.peclet\".linspace`", "invalid length 2"]);
     wrong("[0.5, 2.0]", "{ linspace = [0.5, 2.0, 1] }", &["and how many (2 to 10000)"]);
     wrong("[0.5, 2.0]", "{ logspace = [0.0, 2.0, 3] }", &["one sign and not be 0"]);
     wrong("[0.5, 2.0]", "{ geomspace = [0.1, 2.0, 3] }", &["`geomspace`", "{ logspace = [a, b, n] }"]);

@@ -37,9 +37,12 @@ fn same_letters(a: &str, b: &str) -> bool {
     letters(a) == letters(b)
 }
 
-/// A third of the name's length in edits, at least one.
+/// A third of the name's length in edits, at least one; a single capital is a symbol and not mistyped.
 fn near_enough(name: &str) -> usize {
-    (name.chars().count() / 3).max(1)
+    match name.as_bytes() {
+        [letter] if letter.is_ascii_uppercase() => 0,
+        _ => (name.chars().count() / 3).max(1),
+    }
 }
 
 /// What the table of words says of a name, alone or behind dots: `model.kappa` where `model.coherence` is known.
