@@ -444,7 +444,7 @@ fn wrong_ranges_pairs_names_and_plots_are_explained() {
     };
     with(
         "together = [{ \"model.beta\" = [0.1, 0.2], \"model.alignment\" = [1] }]",
-        &["as many values as `model.beta`, 2"],
+        &["as many values as `model.alignment`, 1"],
     );
     with("together = [{ \"model.peclet\" = [0.1] }]", &["the key varies already"]);
     with("seeds = []", &["`seeds` = []", "one seed or more"]);
