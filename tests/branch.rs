@@ -244,3 +244,19 @@ fn no_steady_state_at_the_start_is_an_error() {
         assert!(error.contains(part), "`{part}` is not in: {error}");
     }
 }
+
+/// Nothing fixes the direction of a polarity that no wall sees: the states beside it are steady, too.
+#[test]
+fn a_start_among_states_that_are_all_steady_says_so() {
+    let root = with_study(&STUDY.replace("model.alignment", "model.coherence").replace("[-1.0, 1.0]", "[0.5, 1.5]"));
+    let free = ["--set", "source.polarity=[\"0\", \"0\"]", "--set", "model.traction=0.5"];
+    let output = program(root.path(), &[&["branch", "tiny.toml", "--out", "out"], &free[..]].concat());
+    let error = error_of(&output);
+    assert!(!output.status.success() && !error.contains("panicked"), "{error}");
+    for part in
+        ["no branch begins at model.coherence = 0.8", "a steady state was found", "the direction of the polarity"]
+    {
+        assert!(error.contains(part), "`{part}` is not in: {error}");
+    }
+    assert!(!error.contains("time step"), "a branch has no time step: {error}");
+}

@@ -21,9 +21,8 @@ use crate::steady::arclength::{Family, Place};
 use crate::steady::branch::{Branch, Followed, Point, Special, follow};
 use crate::steady::pseudo::Work;
 use crate::steady::{Event, Found, Stability, Stall, SteadySettings, Want, find};
-use crate::time::Phases;
-use crate::time::Sheet;
 use crate::time::memory::Memory;
+use crate::time::{Phases, Sheet, StepFailure};
 
 /// What a study of branches found.
 #[derive(Debug)]
@@ -151,7 +150,7 @@ fn find_and_follow(
     if let Some(error) = broken {
         return Err(error.into());
     }
-    let followed = outcome.map_err(|stall| no_start(study, &stall.to_string()))?;
+    let followed = outcome.map_err(|stall| no_direction(study, &stall))?;
     progress.finish();
     let seconds = begin.elapsed().as_secs_f64();
     let Followed { branches, left, interrupted } = followed;
@@ -178,8 +177,17 @@ fn differ(model: &dyn Sheet, a: &Place, b: &Place) -> bool {
 }
 
 fn no_start(study: &BranchStudy, reason: &str) -> StudyError {
-    let (parameter, start) = (study.parameter.clone(), study.start);
-    StudyError::NoBranch { parameter, start, reason: reason.to_owned() }
+    let hint = "choose another `start`, where `monolayer run --steady` finds a state";
+    StudyError::NoBranch { parameter: study.parameter.clone(), start: study.start, reason: reason.to_owned(), hint }
+}
+
+/// A steady state that has no direction in which a branch goes on: the derivative of its equations is singular.
+fn no_direction(study: &BranchStudy, stall: &Stall) -> StudyError {
+    let Stall::Failed(StepFailure::Polarity(_)) = stall else { return no_start(study, &stall.to_string()) };
+    let reason = "a steady state was found, but its equations have a singular derivative: it is a point where branches \
+                  meet or turn back, or one of many beside each other, as where nothing fixes the direction of the polarity";
+    let hint = "choose another `start`; where every start says so, give the polarity at an inlet or a wall";
+    StudyError::NoBranch { parameter: study.parameter.clone(), start: study.start, reason: reason.to_owned(), hint }
 }
 
 /// A scene that is refused somewhere on the way ends the branch there.

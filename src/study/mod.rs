@@ -61,10 +61,8 @@ pub enum StudyError {
     NoStudy { file: String },
     #[error("{file}: this is {is}; hint: `monolayer {command} {file}` runs it")]
     OtherKind { file: String, is: &'static str, command: &'static str },
-    #[error(
-        "no branch begins at {parameter} = {start}: {reason}; hint: choose another `start`, where `monolayer run --steady` finds a state"
-    )]
-    NoBranch { parameter: String, start: f64, reason: String },
+    #[error("no branch begins at {parameter} = {start}: {reason}; hint: {hint}")]
+    NoBranch { parameter: String, start: f64, reason: String, hint: &'static str },
     /// Wrong in a table of measured values, or in what is asked of it.
     #[error("{place}: {what}; hint: {hint}")]
     Data { place: String, what: String, hint: String },
