@@ -337,9 +337,9 @@ fn keys_and_levels() {
 fn values_that_vary() {
     let n = "\"mesh.n\" = \"n\"";
     wrong(n, "\"mesh.m\" = \"n\"", &["level n = 2", "no key `mesh.m` (did you mean `n`?)", "shape, file, slits, n"]);
-    wrong(n, "\"mesh.n\" = \"2*m\"", &["`vary.mesh.n` = \"2*m\"", "`m`, which is not defined", "x, y, t, n"]);
-    wrong(n, "\"mesh.n\" = \"n+\"", &["`vary.mesh.n` = \"n+\"", "no formula: at character 3"]);
-    wrong("1/(4*n)", "1/(n-2)", &["`vary.time.step` = \"1/(n-2)\"", "is inf", "at n = 2", "must be finite"]);
+    wrong(n, "\"mesh.n\" = \"2*m\"", &["`vary.\"mesh.n\"` = \"2*m\"", "`m`, which is not defined", "x, y, t, n"]);
+    wrong(n, "\"mesh.n\" = \"n+\"", &["`vary.\"mesh.n\"` = \"n+\"", "no formula: at character 3"]);
+    wrong("1/(4*n)", "1/(n-2)", &["`vary.\"time.step\"` = \"1/(n-2)\"", "is inf", "at n = 2", "must be finite"]);
     wrong(n, "\"mesh.n\" = \"n/4\"", &["level n = 2: square.toml with `mesh.n` set: `mesh.n` = 0.5", "a whole number"]);
     wrong("1/(4*n)", "(3-n)/8", &["level n = 3: square.toml with `time.step` set: `time.step` = 0", "greater than 0"]);
     wrong("1/(4*n)", "n", &["level n = 2: square.toml with `time.step` set: `time.step` = 2", "time.end = 0.25"]);

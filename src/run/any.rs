@@ -103,6 +103,15 @@ pub struct Amounts {
 }
 
 impl AnyReport {
+    /// Why a run is refused here and now; empty where it is not.
+    pub fn refused(&self) -> &[String] {
+        match self {
+            Self::Tissue(report) => &report.refused,
+            Self::Stokes(report) => &report.refused,
+            Self::Particles(report) => &report.refused,
+        }
+    }
+
     /// The amounts that every kind has.
     pub fn amounts(&self) -> Amounts {
         match self {

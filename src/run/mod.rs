@@ -214,6 +214,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         gauges.errors = gauges.errors.and(kept.errors);
     }
     let resumed = kept.as_ref().map(|_| Resumed::at(&options.out, march.counts.steps, march.t));
+    Writer::check_cuts(scene, &setup)?;
     let _stake = stake::Stake::new();
     folder::write_scene(&options.out, &scene.resolved_toml(), known.as_deref())?;
     let mut writer = Writer::new(scene, &setup, &options.out, resumed)?;

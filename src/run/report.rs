@@ -94,6 +94,9 @@ pub struct Report {
     /// Estimate of what a run writes.
     pub disk_mib: f64,
     pub remarks: Vec<String>,
+    /// Why a run is refused here and now, by a lack of memory or disk; the rest of the report is right nonetheless.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
     /// What `accuracy` sets, where the scene names one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<PresetReport>,
@@ -133,7 +136,8 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 /// begun within a second or two, else on a coarser one of the same domain.
 ///
 /// # Errors
-/// All that a run could say before its first step, besides what its folder holds.
+/// All that a run could say before its first step, besides what its folder holds; a lack of memory or disk is in the
+/// report, as [`Report::refused`].
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
     let Judged { mesh, count, counted, said } = mesh_and_count(scene)?;
     let fits = available.is_none_or(|available| count.bytes <= available);
@@ -144,10 +148,9 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
     }
     let mut remarks = scene.remarks();
     remarks.extend(said);
-    remarks.extend(memory::check(scene, count.bytes, available).err().map(|error| error.to_string()));
     let steps = disk::steps(scene.time.control.step, scene.time.end, scene.time.max_steps);
     let bytes = written(scene, &count);
-    remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
+    let lacking = [memory::check(scene, count.bytes, available), disk::check(scene.source(), bytes, Path::new("."))];
     Ok(Report {
         title: scene.title.clone(),
         terms: scene.terms(),
@@ -165,9 +168,15 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
         polarity_unknowns: count.unknowns[2] as usize,
         flow_unknowns: count.unknowns[3] as usize,
         remarks,
+        refused: refusals(lacking),
         accuracy: PresetReport::new(scene),
         mesh,
     })
+}
+
+/// What went wrong, in words.
+pub(super) fn refusals(checks: impl IntoIterator<Item = Result<(), RunError>>) -> Vec<String> {
+    checks.into_iter().filter_map(|check| check.err().map(|error| error.to_string())).collect()
 }
 
 /// A mesh, and what there is on it.
