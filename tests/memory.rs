@@ -155,6 +155,53 @@ fn the_estimate_is_near_the_largest_resident_memory() {
     }
 }
 
+/// Cuts are made row by row: a million points take no more than a few.
+#[cfg(target_os = "linux")]
+#[test]
+fn points_of_cuts_are_not_held() {
+    let json = |bytes: &[u8]| serde_json::from_slice::<serde_json::Value>(bytes).expect("JSON");
+    let folder = tempfile::tempdir().expect("a folder");
+    let cut = "[{ cuts = [{ name = \"long\", from = [-5.0, 2.0], to = [5.0, 2.0], points = 1000000 }] }]";
+    let sets = [("output", cut), ("time.stop", ""), ("coupling.kind", "anderson")];
+    let said = program(folder.path(), "check", None, &sets, &["--json"]);
+    let estimate = json(&said.stdout)["memory_mib"].as_f64().expect("a number");
+    let run = program(folder.path(), "run", None, &sets, &["-q", "--out", "results"]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let summary = std::fs::read(folder.path().join("results/summary.json")).expect("a summary");
+    let peak = json(&summary)["peak_memory_mib"].as_f64().expect("a number");
+    assert!((0.7..1.4).contains(&(estimate / peak)), "{estimate} MiB instead of {peak}");
+    let table = std::fs::read_to_string(folder.path().join("results/cuts/long.csv")).expect("a table");
+    assert_eq!(table.lines().count(), 1_000_001);
+    let mut last = -1.0;
+    for row in table.lines().skip(1) {
+        let s: f64 = row.split(',').next().and_then(|s| s.parse().ok()).expect("a number");
+        assert!(s > last, "rows are in their order: {s} after {last}");
+        last = s;
+    }
+}
+
+#[test]
+fn studies_are_refused_for_memory_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = strip_file().display().to_string();
+    let study = format!(
+        "scene = '{scene}'\nset = {{ \"mesh.h\" = 2.0, \"time.max_steps\" = 2 }}\nvary = {{ \"mesh.h_disc\" = [0.75, 0.6] }}\n"
+    );
+    std::fs::write(folder.path().join("study.toml"), study).expect("written");
+    let check = |memory: &str| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_monolayer"));
+        program.current_dir(folder.path()).args(["check", "study.toml", "--json"]).env("MONOLAYER_MEMORY", memory);
+        program.output().expect("the program starts")
+    };
+    let small = check("20");
+    let report: serde_json::Value = serde_json::from_slice(&small.stdout).expect("JSON");
+    let error = String::from_utf8_lossy(&small.stderr);
+    assert_eq!((small.status.code(), report["refused"].as_array().map(Vec::len)), (Some(1), Some(2)), "{error}");
+    assert_eq!(error.matches("does not fit into memory").count(), 2, "{error}");
+    assert!(report["memory_mib"].as_f64().is_some_and(|mib| mib > 20.0), "the amounts are told nonetheless");
+    assert!(check("100000").status.success());
+}
+
 #[test]
 fn the_program_refuses_and_check_tells() {
     let folder = tempfile::tempdir().expect("a folder");

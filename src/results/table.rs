@@ -103,3 +103,23 @@ impl Table {
         self.rows.get(row).map(|row| row[at].as_str())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Table;
+
+    #[test]
+    fn a_long_table_is_thinned_evenly() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        for count in [0, 1, 7, 8, 9, 100, 1000] {
+            let rows: String = (0..count).map(|k| format!("{k},x\n")).collect();
+            std::fs::write(&path, format!("a,b\n{rows}")).unwrap();
+            assert_eq!(Table::read(&path).unwrap().rows.len(), count);
+            let some = Table::read_some(&path, 8).unwrap().numbers("a").unwrap();
+            assert!(some.len() <= 8 && 2 * some.len() >= count.min(8), "{count}: {some:?}");
+            let stride = some.get(1).copied().unwrap_or(1.0);
+            assert!(some.iter().enumerate().all(|(k, a)| *a == stride * k as f64), "{count}: {some:?}");
+        }
+    }
+}

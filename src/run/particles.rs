@@ -161,6 +161,7 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
         text,
         end: scene.time.end,
         max_steps: scene.time.max_steps,
+        suspect: super::extremes::of_source(scene.source()),
         outputs: &scene.outputs,
         bodies: &bodies.bodies,
         walls: bodies.walls.clone(),

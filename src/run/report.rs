@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::available::available;
 use super::bodies::BodiesReport;
 use super::disk::{self, Sizes};
+use super::extremes;
 use super::forecast::{self, COUNTED, Count};
 use super::measures::{self, Gauges};
 use super::memory::{self, Unknowns};
@@ -139,6 +140,10 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 /// All that a run could say before its first step, besides what its folder holds; a lack of memory or disk is in the
 /// report, as [`Report::refused`].
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
+    judge(scene, available).map_err(|error| error.blaming(|| extremes::of_scene(scene)))
+}
+
+fn judge(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
     let Judged { mesh, count, counted, said } = mesh_and_count(scene)?;
     let fits = available.is_none_or(|available| count.bytes <= available);
     if counted && count.bytes <= QUICK && fits {

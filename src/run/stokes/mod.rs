@@ -330,6 +330,7 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
         text,
         end: scene.time.end,
         max_steps: scene.time.max_steps,
+        suspect: super::extremes::of_source(scene.source()),
         outputs: &scene.outputs,
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,

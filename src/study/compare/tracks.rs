@@ -60,7 +60,7 @@ impl Tracks {
     pub(super) fn misplaced(
         &self,
         study: &CompareStudy,
-        domain: &str,
+        (domain, place): (&str, String),
         outside: usize,
         [from, to]: [Point; 2],
     ) -> Result<Option<String>, StudyError> {
@@ -87,7 +87,7 @@ impl Tracks {
         );
         let hint = "check the units and directions: `pixel`, `length`, `centre`, `y` and `box`";
         if outside == all {
-            return Err(wrong(study, what, hint.to_owned()));
+            return Err(StudyError::Data { place, what, hint: hint.to_owned() });
         }
         Ok(Some(format!("{what}; hint: {hint}")))
     }
@@ -95,7 +95,7 @@ impl Tracks {
     /// As [`misplaced`](Self::misplaced) for the box of the bins.
     fn check_box(&mut self, study: &CompareStudy) -> Result<(), StudyError> {
         let outside = self.samples.iter().filter(|sample| study.bins.find(sample.x).is_none()).count();
-        let note = self.misplaced(study, "`box`", outside, [study.bins.low, study.bins.high])?;
+        let note = self.misplaced(study, ("`box`", study.data.display().to_string()), outside, [study.bins.low, study.bins.high])?;
         self.notes.extend(note);
         Ok(())
     }
