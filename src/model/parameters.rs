@@ -251,14 +251,14 @@ impl ModelScene {
             }
             (Some(friction), None) => {
                 let hint = "C_F = 0 is tissue without substrate; or give `beta` in [0, 1)";
-                Err(ModelError::new("friction", friction, "must be finite and not negative", hint))
+                Err(ModelError::new("friction", format!("{friction:?}"), "must be finite and not negative", hint))
             }
             (None, Some(beta)) if (0.0..1.0).contains(&beta) => {
                 require("beta", beta, true, "must lie in [0, 1)", "beta = 0.75 is C_F = 3").map(|beta| beta / (1.0 - beta))
             }
             (None, Some(beta)) => {
                 let hint = "beta = C_F/(1+C_F) is the share of friction in the dissipation; beta = 0.75 is C_F = 3";
-                Err(ModelError::new("beta", beta, "must lie in [0, 1)", hint))
+                Err(ModelError::new("beta", format!("{beta:?}"), "must lie in [0, 1)", hint))
             }
             (None, None) => {
                 let rule = "exactly one of `friction` and `beta` is needed";
@@ -266,7 +266,7 @@ impl ModelScene {
             }
             (Some(_), Some(beta)) => {
                 let rule = "exactly one of `friction` and `beta` may be given, here are both";
-                Err(ModelError::new("beta", beta, rule, "remove one; on the command line, `--set model.beta=` does it"))
+                Err(ModelError::new("beta", format!("{beta:?}"), rule, "remove one; on the command line, `--set model.beta=` does it"))
             }
         }
     }

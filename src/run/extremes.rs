@@ -55,6 +55,8 @@ const FOLLOWERS: [(&str, &str); 2] = [("model.friction", "model.traction"), ("mo
 /// A value outside of the usual range, by so many powers of ten.
 struct Suspect {
     decades: f64,
+    /// Whether it is the size of the domain.
+    is_length: bool,
     said: String,
 }
 
@@ -65,7 +67,7 @@ impl Suspect {
             size if size > 0.0 && size < low => (low / size).log10(),
             _ => return None,
         };
-        Some(Self { decades, said: said() })
+        Some(Self { decades, is_length: false, said: said() })
     }
 }
 
@@ -85,8 +87,11 @@ pub fn of_scene(scene: &Scene) -> Option<String> {
         };
         Suspect::new(size, [0.0, usual], said)
     });
-    let of_file = of_file(source, &points);
-    worst(of_formulas.chain(of_file).chain(of_numbers(source)))
+    let numbers: Vec<Suspect> = of_file(source, &points).into_iter().chain(of_numbers(source)).collect();
+    // what a formula reaches in a domain that is too large grows with it
+    let length = numbers.iter().filter(|suspect| suspect.is_length).map(|suspect| suspect.decades).fold(0.0, f64::max);
+    let of_formulas = of_formulas.map(|suspect| Suspect { decades: suspect.decades - length, ..suspect });
+    worst(numbers.into_iter().chain(of_formulas))
 }
 
 /// As [`of_scene`], by the numbers of a scene of any kind alone.
@@ -117,7 +122,7 @@ fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
         let value = item.as_value()?;
         let list = value.as_array().into_iter().flatten().filter_map(number);
         let size = number(value).into_iter().chain(list).map(f64::abs).fold(0.0, f64::max);
-        Suspect::new(size, *usual, || {
+        let suspect = Suspect::new(size, *usual, || {
             let [low, high] = usual.map(|bound| if bound == 0.0 { "0".to_owned() } else { format!("{bound:e}") });
             let shown = number(value).map_or_else(|| value.to_string().trim().to_owned(), |number| format!("{number:?}"));
             let place = source.place(key);
@@ -125,7 +130,8 @@ fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
                 "`{key}` = {shown} ({place}) is far outside of the usual {low} to {high}{}; {advice}",
                 follower(source, key)
             )
-        })
+        })?;
+        Some(Suspect { is_length: *usual == LENGTHS && key.starts_with("mesh."), ..suspect })
     })
 }
 
@@ -144,7 +150,7 @@ fn of_file(source: &SceneSource, points: &[Point]) -> Option<Suspect> {
     let (low, high) = points.iter().fold((first, first), |(low, high), x| (low.inf(x), high.sup(x)));
     let size = (high - low).max();
     let said = || format!("the mesh of `mesh.file` ({}) is {size:.1e} across; {LENGTH}", source.place("mesh.file"));
-    Suspect::new(size, LENGTHS, said)
+    Suspect::new(size, LENGTHS, said).map(|suspect| Suspect { is_length: true, ..suspect })
 }
 
 /// Whether a formula was given under a key, and does not come from the exact fields.

@@ -314,6 +314,9 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         }
     }
     writer.write_last(&mut march, &setup, ending.is_failure())?;
+    for name in &writer.left_out {
+        progress.say(&format!("note: the cut `{name}` is long, and not written of a run that was stopped; `--resume` does it"));
+    }
     writer.write_last_defects(&march, gauges.census(&march.state))?;
     // a picture that cannot be drawn is no failure
     crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
@@ -31,6 +32,10 @@ use crate::time::{March, Schedule, StepReport};
 
 /// Columns of the history before the measures.
 const STEP_COLUMNS: [&str; 7] = ["time", "dt", "order", "iterations", "increment", "rate", "rejected"];
+
+/// Points of a cut that are written in a moment. Longer ones of its last state a run writes at its end, not when it is
+/// stopped.
+const QUICK: usize = 200_000;
 
 /// A run that is killed loses no more than this, whatever its scene asks for.
 const PAUSE: std::time::Duration = std::time::Duration::from_secs(60);
@@ -64,6 +69,8 @@ pub struct Writer {
     /// Goes into every checkpoint.
     pub kept: Kept,
     last_checkpoint: std::time::Instant,
+    /// Cuts that a run that was stopped has not written of its last state.
+    pub left_out: Vec<String>,
 }
 
 impl Writer {
@@ -95,6 +102,7 @@ impl Writer {
             tables: Vec::new(),
             kept: Kept::default(),
             last_checkpoint: std::time::Instant::now(),
+            left_out: Vec::new(),
         };
         for (at, output) in scene.outputs.iter().enumerate() {
             match &output.what {
@@ -240,8 +248,12 @@ impl Writer {
         if !fields.iter().all(written) {
             self.write_fields(march, setup, &fields)?;
         }
+        let stopped = march.interrupt.load(Ordering::Relaxed);
         for (sections, _) in &self.cuts {
-            self.write_cuts(march, setup, sections, None)?;
+            let (long, short): (Vec<Section>, Vec<Section>) =
+                sections.iter().cloned().partition(|section| stopped && section.points() > QUICK);
+            self.write_cuts(march, setup, &short, None)?;
+            self.left_out.extend(long.iter().map(|section| section.name().to_owned()));
         }
         let maps: Vec<MapRequest> = self.maps.iter().flat_map(|(m, _)| m.iter().cloned()).collect();
         self.draw_maps(march, setup, &maps)?;

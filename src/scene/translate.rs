@@ -39,7 +39,7 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
     let key = path::join(&inner);
     let (rule, hint) = match (message.starts_with("unknown variant"), quoted.split_first()) {
         (true, Some((name, known))) => {
-            let words: Vec<&str> = known.iter().copied().filter(|word| !word.trim().is_empty()).collect();
+            let words: Vec<&str> = known.iter().copied().filter(|word| word.contains(char::is_alphanumeric)).collect();
             // a choice that is a mark, such as a tab, is quoted
             let known: Vec<String> = known.iter().copied().map(path::quoted).collect();
             let (suggestion, known) = (names::did_you_mean(name, &words), known.join(", "));
