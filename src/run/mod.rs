@@ -314,6 +314,10 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         }
     }
     writer.write_last(&mut march, &setup, ending.is_failure())?;
+    if !(writer.left_out.is_empty() || ending.is_failure()) {
+        // whoever resumes it gets them
+        ending = Ending::Interrupted;
+    }
     for name in &writer.left_out {
         progress.say(&format!("note: the cut `{name}` is long, and not written of a run that was stopped; `--resume` does it"));
     }

@@ -220,6 +220,7 @@ impl Writer {
         if before.is_some() {
             for (sections, schedule) in &self.cuts {
                 if due(schedule) {
+                    // that of a step is written to its end, as the step is done
                     self.write_cuts(march, setup, sections, Some(step))?;
                 }
             }
@@ -248,13 +249,11 @@ impl Writer {
         if !fields.iter().all(written) {
             self.write_fields(march, setup, &fields)?;
         }
-        let stopped = march.interrupt.load(Ordering::Relaxed);
+        let mut left_out = Vec::new();
         for (sections, _) in &self.cuts {
-            let (long, short): (Vec<Section>, Vec<Section>) =
-                sections.iter().cloned().partition(|section| stopped && section.points() > QUICK);
-            self.write_cuts(march, setup, &short, None)?;
-            self.left_out.extend(long.iter().map(|section| section.name().to_owned()));
+            left_out.extend(self.write_cuts(march, setup, sections, None)?);
         }
+        self.left_out = left_out;
         let maps: Vec<MapRequest> = self.maps.iter().flat_map(|(m, _)| m.iter().cloned()).collect();
         self.draw_maps(march, setup, &maps)?;
         if !self.tables.is_empty() {
@@ -359,13 +358,14 @@ impl Writer {
         })
     }
 
+    /// Those of a step, or of the last state. Of that, long ones of a run that is stopped are left out, and named.
     fn write_cuts(
         &self,
         march: &March,
         setup: &Setup,
         sections: &[Section],
         step: Option<usize>,
-    ) -> Result<(), RunError> {
+    ) -> Result<Vec<String>, RunError> {
         let state = &march.state;
         let pressure = march.model.pressure(state)?;
         let laplacian = march.model.polarity_laplacian(state, march.t);
@@ -377,6 +377,7 @@ impl Writer {
         columns.extend([(&laplacian, 0), (&laplacian, 1)]);
         columns.extend(strain.iter().flat_map(|strain| &strain.components).map(|part| (part, 0)));
         let columns = Columns::new(columns);
+        let mut left_out = Vec::new();
         for section in sections {
             let (name, abscissa) = (section.name(), section.abscissa());
             let file = match step {
@@ -384,12 +385,18 @@ impl Writer {
                 None => format!("{name}.csv"),
             };
             let path = self.out.join("cuts").join(file);
-            write_whole(&path, |out| {
+            let leaves = step.is_none() && section.points() > QUICK;
+            let is_stopped = || leaves && march.interrupt.load(Ordering::Relaxed);
+            let written = write_whole(&path, |out| {
                 writeln!(out, "{abscissa},x1,x2,v1,v2,pressure,p1,p2{density},laplacian1,laplacian2{strained}")?;
-                write_rows(out, section, &columns, (&*setup.mesh, &setup.locator))
-            })?;
+                write_rows(out, section, &columns, (&*setup.mesh, &setup.locator), &is_stopped)
+            });
+            match written {
+                Err(_) if is_stopped() => left_out.push(name.to_owned()),
+                other => other?,
+            }
         }
-        Ok(())
+        Ok(left_out)
     }
 
     fn write_bodies(&mut self, march: &March) -> Result<(), RunError> {
@@ -447,12 +454,13 @@ pub const CHUNK: usize = 1024;
 /// Chunks of each thread between two times of writing.
 pub const CHUNKS: usize = 4;
 
-/// The rows of a section, made by all threads and written in their order.
+/// The rows of a section, made by all threads and written in their order; an error where it is stopped on the way.
 fn write_rows(
     out: &mut dyn Write,
     section: &Section,
     columns: &Columns,
     (mesh, locator): (&Mesh, &Locator),
+    is_stopped: &dyn Fn() -> bool,
 ) -> io::Result<()> {
     let count = section.points();
     let rows = |first: usize| {
@@ -472,6 +480,9 @@ fn write_rows(
     };
     let batch = CHUNK * CHUNKS * rayon::current_num_threads();
     for start in (0..count).step_by(batch) {
+        if is_stopped() {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
         let firsts: Vec<usize> = (start..count.min(start + batch)).step_by(CHUNK).collect();
         let texts: Vec<String> = firsts.into_par_iter().map(rows).collect();
         texts.iter().try_for_each(|text| out.write_all(text.as_bytes()))?;
