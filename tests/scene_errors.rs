@@ -220,7 +220,9 @@ fn overrides() {
     says(&set("model.peclet", "-4"), &["`model.peclet` set", "`model.peclet` = -4", "greater than 0"]);
     says(&set("model.friction", "2"), &["here are both", "--set model.beta="]);
     says(&set("output.9.every.time", "1"), &["`9` is no element of a list of 4", "counted from 0"]);
-    for (path, value) in [("body.0.radius", "1"), ("body.0.radius", ""), ("bodies.3.count", "1"), ("wall.0.a", "[0, 0]")] {
+    for (path, value) in
+        [("body.0.radius", "1"), ("body.0.radius", ""), ("bodies.3.count", "1"), ("wall.0.a", "[0, 0]")]
+    {
         let list = path.split('.').next().unwrap();
         let rule = format!("there is no list `{list}`, and so no element");
         says(&set(path, value), &[path, &rule, "hint: ", "the lists of this file are `output` (elements 0 to 3)"]);

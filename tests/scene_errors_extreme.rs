@@ -95,7 +95,10 @@ fn every_extreme_of_a_number_is_said_of_its_key() {
                 let named = format!("`{key}` = ");
                 for message in said(kind, (key, value)).into_iter().flatten() {
                     println!("{kind}, {key} = {value}: {message}\n");
-                    assert!(message.contains(&named) || message.contains("here are both"), "{key} = {value}: {message}");
+                    assert!(
+                        message.contains(&named) || message.contains("here are both"),
+                        "{key} = {value}: {message}"
+                    );
                     assert_eq!(message.matches("; hint: ").count(), 1, "{message}");
                     assert!(!message.contains("00000000000000000000"), "{message}");
                 }

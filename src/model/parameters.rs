@@ -254,7 +254,8 @@ impl ModelScene {
                 Err(ModelError::new("friction", format!("{friction:?}"), "must be finite and not negative", hint))
             }
             (None, Some(beta)) if (0.0..1.0).contains(&beta) => {
-                require("beta", beta, true, "must lie in [0, 1)", "beta = 0.75 is C_F = 3").map(|beta| beta / (1.0 - beta))
+                require("beta", beta, true, "must lie in [0, 1)", "beta = 0.75 is C_F = 3")
+                    .map(|beta| beta / (1.0 - beta))
             }
             (None, Some(beta)) => {
                 let hint = "beta = C_F/(1+C_F) is the share of friction in the dissipation; beta = 0.75 is C_F = 3";
@@ -266,7 +267,12 @@ impl ModelScene {
             }
             (Some(_), Some(beta)) => {
                 let rule = "exactly one of `friction` and `beta` may be given, here are both";
-                Err(ModelError::new("beta", format!("{beta:?}"), rule, "remove one; on the command line, `--set model.beta=` does it"))
+                Err(ModelError::new(
+                    "beta",
+                    format!("{beta:?}"),
+                    rule,
+                    "remove one; on the command line, `--set model.beta=` does it",
+                ))
             }
         }
     }
@@ -284,7 +290,12 @@ fn require(key: &str, value: f64, holds: bool, rule: &str, hint: &str) -> Result
     let size = value.abs();
     if size > LARGEST || (size > 0.0 && size < 1.0 / LARGEST) {
         let rule = "its size must lie between 1e-40 and 1e40, or be 0 where that is allowed";
-        return Err(ModelError::new(key, format!("{value:?}"), rule, "choose units in which lengths and times are near 1"));
+        return Err(ModelError::new(
+            key,
+            format!("{value:?}"),
+            rule,
+            "choose units in which lengths and times are near 1",
+        ));
     }
     Ok(value)
 }

@@ -124,7 +124,8 @@ fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
         let size = number(value).into_iter().chain(list).map(f64::abs).fold(0.0, f64::max);
         let suspect = Suspect::new(size, *usual, || {
             let [low, high] = usual.map(|bound| if bound == 0.0 { "0".to_owned() } else { format!("{bound:e}") });
-            let shown = number(value).map_or_else(|| value.to_string().trim().to_owned(), |number| format!("{number:?}"));
+            let shown =
+                number(value).map_or_else(|| value.to_string().trim().to_owned(), |number| format!("{number:?}"));
             let place = source.place(key);
             format!(
                 "`{key}` = {shown} ({place}) is far outside of the usual {low} to {high}{}; {advice}",

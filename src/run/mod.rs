@@ -319,7 +319,9 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         ending = Ending::Interrupted;
     }
     for name in &writer.left_out {
-        progress.say(&format!("note: the cut `{name}` is long, and not written of a run that was stopped; `--resume` does it"));
+        progress.say(&format!(
+            "note: the cut `{name}` is long, and not written of a run that was stopped; `--resume` does it"
+        ));
     }
     writer.write_last_defects(&march, gauges.census(&march.state))?;
     // a picture that cannot be drawn is no failure
@@ -446,7 +448,8 @@ fn checkpoint_of(scene: &Scene, options: &Options) -> Result<Option<Saved>, RunE
 
 impl Ending {
     fn failed(scene: &Scene, error: &MarchError) -> Self {
-        let of_formula = matches!(error, MarchError::Failed { cause, .. } if matches!(**cause, StepFailure::Formula(_)));
+        let of_formula =
+            matches!(error, MarchError::Failed { cause, .. } if matches!(**cause, StepFailure::Formula(_)));
         let suspect = if of_formula { None } else { extremes::of_scene(scene) };
         Ending::Failed { reason: extremes::hinted(error.to_string(), suspect) }
     }

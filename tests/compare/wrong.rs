@@ -77,7 +77,7 @@ fn a_bad_key_is_told_with_its_line() {
     for (key, value) in [("filter", "1e300"), ("obstacle", "1e-300"), ("centre", "[1e300, 0]")] {
         fails(GOOD, &with(&format!("{key} = {value}")), &["c.toml, line 4", &format!("`{key}` = "), "1e30"]);
     }
-    let choices = ["`separator` = \"x\"", "not among the choices;", "the choices are tab, ", "\"\\t\"", "\";\"", "space"];
+    let choices = ["`separator` = \"x\"", "not among the choices;", "the choices are ", "\"\\t\"", "\";\"", "space"];
     fails(GOOD, &with("separator = \"x\""), &choices);
     fails(GOOD, &with("filter = -1"), &["line 4", "`filter`", "0 or greater"]);
     fails(GOOD, &with("filtr = 1"), &["line 4", "no key `filtr`", "did you mean `filter`?"]);
@@ -106,7 +106,8 @@ fn rows_outside_of_the_mesh_are_told() {
     // three of four
     let most = GOOD.replace("-2,2,0", "-42,2,0").replace("2,-2,1", "42,-2,1").replace("-2,-2,1", "-2,-42,1");
     let note = noted(&most, &keys);
-    for part in ["most rows lie outside of the mesh of the run (3 of 4", "between (-42.0000,", "and (8.0000,", "`length`"]
+    for part in
+        ["most rows lie outside of the mesh of the run (3 of 4", "between (-42.0000,", "and (8.0000,", "`length`"]
     {
         assert!(note.contains(part), "`{part}` is not in: {note}");
     }
@@ -119,7 +120,11 @@ fn a_run_elsewhere_and_wrong_options_are_told() {
     let far = GOOD.replace('2', "42");
     let keys =
         format!("{}run = '{}'\n", KEYS.replace("[[-4, -3], [4, 3]]", "[[40, -43], [44, 43]]"), strip().display());
-    fails(&far, &keys, &["c.toml, line 4", "no row lies in the mesh of the run (4 of 4", "between (-42.0000, -42.0000)"]);
+    fails(
+        &far,
+        &keys,
+        &["c.toml, line 4", "no row lies in the mesh of the run (4 of 4", "between (-42.0000, -42.0000)"],
+    );
     let temporary = tempfile::tempdir().unwrap();
     let says = |arguments: &[&str], parts: &[&str]| {
         let output = program(&[&["compare"], arguments].concat(), temporary.path());

@@ -97,7 +97,12 @@ pub fn compare(study: &CompareStudy) -> Result<Comparison, StudyError> {
     let run = study.run.as_ref().map(|folder| RunVelocity::read(folder)).transpose()?;
     if let Some(run) = &run {
         let outside = run.count_outside(&tracks.samples);
-        let note = tracks.misplaced(study, ("the mesh of the run", study.source.place("run").to_string()), outside, run.bounds())?;
+        let note = tracks.misplaced(
+            study,
+            ("the mesh of the run", study.source.place("run").to_string()),
+            outside,
+            run.bounds(),
+        )?;
         tracks.notes.extend(note);
     }
     let over_bins = run.as_ref().map(|run| run.average(bins, &raw.weights, study.obstacle));

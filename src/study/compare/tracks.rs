@@ -95,7 +95,12 @@ impl Tracks {
     /// As [`misplaced`](Self::misplaced) for the box of the bins.
     fn check_box(&mut self, study: &CompareStudy) -> Result<(), StudyError> {
         let outside = self.samples.iter().filter(|sample| study.bins.find(sample.x).is_none()).count();
-        let note = self.misplaced(study, ("`box`", study.data.display().to_string()), outside, [study.bins.low, study.bins.high])?;
+        let note = self.misplaced(
+            study,
+            ("`box`", study.data.display().to_string()),
+            outside,
+            [study.bins.low, study.bins.high],
+        )?;
         self.notes.extend(note);
         Ok(())
     }
