@@ -368,7 +368,7 @@ fn variants_and_expectations() {
     let table = "[[variant]]\nname = \"a\"\nset.coupling.kind = \"WRONG\"\n";
     variants(table, &["`variant.0.set.coupling`", "replace the whole table [coupling]", "quote a key that has dots"]);
     let both = "[[variant]]\nname = \"a\"\nset = { \"mesh.n\" = 3 } # WRONG\n";
-    variants(both, &["`variant.0.set.mesh.n` = 3", "`vary` sets it at every level"]);
+    variants(both, &["`variant.0.set.\"mesh.n\"` = 3", "`vary` sets it at every level"]);
     let kind = "[[variant]]\nname = \"a\"\nset = { \"coupling.kind\" = \"newtn\" } # WRONG\n";
     variants(kind, &["variant `a`: square.toml with `coupling.kind` set", "did you mean `newton`?"]);
     variants("[expect]\nvelocitty = 3 # WRONG\n", &["`expect.velocitty` = 3", "did you mean `velocity`?", "laplacian"]);
