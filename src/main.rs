@@ -183,7 +183,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             }
             let report = run::any::check(&scene.any(*steady)?)?;
             say::answer(&if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
-            Ok(ExitCode::SUCCESS)
+            Ok(refuse(report.refused().iter().cloned()))
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
         Command::Study(args) => command::study::execute(cli, args),
@@ -298,8 +298,17 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
 fn check_study(kind: study::check::Kind, args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
     let report = study::check::check(kind, &args.scene, &args.sets.pairs()?)?;
     say::answer(&if json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
-    report.refused.iter().for_each(|(run, reason)| say::note(&format!("error: {run}: {reason}")));
-    Ok(if report.refused.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(refuse(report.refused.iter().map(|(run, reason)| format!("{run}: {reason}"))))
+}
+
+/// Says what `run` would refuse, below a report that is right nonetheless.
+fn refuse(reasons: impl Iterator<Item = String>) -> ExitCode {
+    let mut code = ExitCode::SUCCESS;
+    for reason in reasons {
+        say::note(&format!("error: {reason}"));
+        code = ExitCode::FAILURE;
+    }
+    code
 }
 
 fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<ExitCode, Failure> {

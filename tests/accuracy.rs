@@ -364,7 +364,7 @@ fn wrong_studies_of_a_trade_off_are_explained() {
     wrong(&STUDY.replace("\"exact\"", "\"exactly\""), &["reference", "exactly", "hint"]);
     wrong(&STUDY.replace("\"exact\"", "{ set = { \"mesh.n\" = 4 } }"), &["reference", "coarser", "hint"]);
     wrong(&STUDY.replace("\"mesh.n\" = [2, 4]", "\"mesh.m\" = [2, 4]"), &["mesh.m", "small.toml"]);
-    wrong(&STUDY.replace("[2, 4]", "[]"), &["setting.0.vary.mesh.n", "the list is empty"]);
+    wrong(&STUDY.replace("[2, 4]", "[]"), &["setting.0.vary.\"mesh.n\"", "the list is empty"]);
     wrong(&STUDY.replace("name = \"k2\"", "name = \"k 2\""), &["setting.1.name", "letters, digits"]);
     wrong("scene = \"square.toml\"\nvary = { \"mesh.n\" = [2] }\n", &["monolayer study"]);
     refused(&["run", root().join("studies/tradeoff/mms.toml").to_str().unwrap()], &["monolayer tradeoff"]);

@@ -337,9 +337,9 @@ fn keys_and_levels() {
 fn values_that_vary() {
     let n = "\"mesh.n\" = \"n\"";
     wrong(n, "\"mesh.m\" = \"n\"", &["level n = 2", "no key `mesh.m` (did you mean `n`?)", "shape, file, slits, n"]);
-    wrong(n, "\"mesh.n\" = \"2*m\"", &["`vary.mesh.n` = \"2*m\"", "`m`, which is not defined", "x, y, t, n"]);
-    wrong(n, "\"mesh.n\" = \"n+\"", &["`vary.mesh.n` = \"n+\"", "no formula: at character 3"]);
-    wrong("1/(4*n)", "1/(n-2)", &["`vary.time.step` = \"1/(n-2)\"", "is inf", "at n = 2", "must be finite"]);
+    wrong(n, "\"mesh.n\" = \"2*m\"", &["`vary.\"mesh.n\"` = \"2*m\"", "`m`, which is not defined", "x, y, t, n"]);
+    wrong(n, "\"mesh.n\" = \"n+\"", &["`vary.\"mesh.n\"` = \"n+\"", "no formula: at character 3"]);
+    wrong("1/(4*n)", "1/(n-2)", &["`vary.\"time.step\"` = \"1/(n-2)\"", "is inf", "at n = 2", "must be finite"]);
     wrong(n, "\"mesh.n\" = \"n/4\"", &["level n = 2: square.toml with `mesh.n` set: `mesh.n` = 0.5", "a whole number"]);
     wrong("1/(4*n)", "(3-n)/8", &["level n = 3: square.toml with `time.step` set: `time.step` = 0", "greater than 0"]);
     wrong("1/(4*n)", "n", &["level n = 2: square.toml with `time.step` set: `time.step` = 2", "time.end = 0.25"]);
@@ -368,7 +368,7 @@ fn variants_and_expectations() {
     let table = "[[variant]]\nname = \"a\"\nset.coupling.kind = \"WRONG\"\n";
     variants(table, &["`variant.0.set.coupling`", "replace the whole table [coupling]", "quote a key that has dots"]);
     let both = "[[variant]]\nname = \"a\"\nset = { \"mesh.n\" = 3 } # WRONG\n";
-    variants(both, &["`variant.0.set.mesh.n` = 3", "`vary` sets it at every level"]);
+    variants(both, &["`variant.0.set.\"mesh.n\"` = 3", "`vary` sets it at every level"]);
     let kind = "[[variant]]\nname = \"a\"\nset = { \"coupling.kind\" = \"newtn\" } # WRONG\n";
     variants(kind, &["variant `a`: square.toml with `coupling.kind` set", "did you mean `newton`?"]);
     variants("[expect]\nvelocitty = 3 # WRONG\n", &["`expect.velocitty` = 3", "did you mean `velocity`?", "laplacian"]);

@@ -220,6 +220,16 @@ fn overrides() {
     says(&set("model.peclet", "-4"), &["`model.peclet` set", "`model.peclet` = -4", "greater than 0"]);
     says(&set("model.friction", "2"), &["here are both", "--set model.beta="]);
     says(&set("output.9.every.time", "1"), &["`9` is no element of a list of 4", "counted from 0"]);
+    for (path, value) in
+        [("body.0.radius", "1"), ("body.0.radius", ""), ("bodies.3.count", "1"), ("wall.0.a", "[0, 0]")]
+    {
+        let list = path.split('.').next().unwrap();
+        let rule = format!("there is no list `{list}`, and so no element");
+        says(&set(path, value), &[path, &rule, "hint: ", "the lists of this file are `output` (elements 0 to 3)"]);
+    }
+    says(&set("output.9.every.time", ""), &["`9` is no element of a list of 4"]);
+    says(&set("output.4", "{ fields = [\"velocty\"] }"), &["`output.4.fields.0`", "did you mean `velocity`?"]);
+    says(&set("mesh.centre.0", "1"), &["there is no list `centre`", "as a whole, in brackets"]);
     says(&set("output.0.every.tiem", "1"), &["`output.0.every.tiem`", "time, steps"]);
     says(&set("output.0.every.steps", "1"), &["`output.0.every`", "exactly one of `time` and `steps`"]);
     says(&set("boundary.disc.velocity.traction", "[1, 0]"), &["\"slip\"", "no key `traction`", "as a whole"]);
@@ -228,6 +238,19 @@ fn overrides() {
     says(&set("model..peclet", "3"), &["no path of keys"]);
     says(&set("boundary.inlet.velocity", "slipp"), &["did you mean `slip`?", "\"no-tangential\""]);
     says(&set("time.step_min", "1.0"), &["`time.step` = 0.1", "time.step_min = 1"]);
+}
+
+#[test]
+fn whole_elements_are_appended() {
+    let mut source = SceneSource::parse(STRIP, Path::new("strip.toml")).unwrap();
+    source.set("output.4", "{ measures = [\"asymmetry\"] }").unwrap();
+    assert_eq!(Scene::check(source).unwrap().outputs.len(), 5);
+    let without = STRIP.split("[[output]]").next().unwrap();
+    let mut source = SceneSource::parse(without, Path::new("strip.toml")).unwrap();
+    let refused = source.set("output.7.every", "5").expect_err("there are no outputs").to_string();
+    says(&refused, &["there is no list `output`, and so no element `7` of it", "no lists of tables"]);
+    source.set("output.0", "{ measures = [\"asymmetry\"] }").unwrap();
+    assert_eq!(Scene::check(source).unwrap().outputs.len(), 1);
 }
 
 const SQUARE: &str = include_str!("../studies/mms/square.toml");

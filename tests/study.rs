@@ -235,8 +235,8 @@ fn results_are_not_overwritten() {
         assert!(error.starts_with("error: out/tiny: holds the ") && error.contains(&key), "{error}");
         assert!(error.contains("another `--out`"), "{error}");
     };
-    other("vary={ \"model.peclet\" = [0.5, 3.0] }", "vary.model.peclet");
-    other("time.step=0.25", "set.time.step");
+    other("vary={ \"model.peclet\" = [0.5, 3.0] }", "vary.\"model.peclet\"");
+    other("time.step=0.25", "set.\"time.step\"");
     // the scene is another one since
     let scene = std::fs::read_to_string(root.path().join("square.toml")).unwrap();
     std::fs::write(root.path().join("square.toml"), scene.replace("end = 0.25", "end = 0.5")).unwrap();
@@ -276,12 +276,12 @@ fn wrong_studies_are_explained() {
     let known = "title, scene, set, vary, case";
     wrong("title", "titel", &["there is no key `titel` (did you mean `title`?)", known]);
     wrong("square.toml", "sqare.toml", &["`scene` = \"sqare.toml\"", "no such file", "the study's folder"]);
-    wrong("[0.5, 2.0]", "[]", &["`vary.model.peclet` = []", "the list is empty"]);
+    wrong("[0.5, 2.0]", "[]", &["`vary.\"model.peclet\"` = []", "the list is empty"]);
     wrong("[0.5, 2.0]", "0.5", &["`vary.\"model.peclet\"` = 0.5", "expected a list", "brackets"]);
     wrong("model.peclet", "model.pecle", &["run 01: square.toml with `model.pecle` set", "did you mean `peclet`?"]);
     wrong("mesh.n", "mesh.m", &["every run: square.toml with `mesh.m` set", "(did you mean `n`?)"]);
     wrong("\"mesh.n\" = 2", "mesh.n = 2", &["`set.mesh`", "replace the whole table [mesh]", "quote a key"]);
-    wrong("mesh.n", "model.peclet", &["`set.model.peclet` = 2", "`vary` sets it from run to run"]);
+    wrong("mesh.n", "model.peclet", &["`set.\"model.peclet\"` = 2", "`vary` sets it from run to run"]);
     wrong("[1.0, 0.01]", "[-1.0, -0.5]", &["run 01: square.toml with `model.coherence` set", "greater than 0"]);
     let many = format!("{:?}", [1.0; 101]);
     let root = with_study(&STUDY.replace("[0.5, 2.0]", &many).replace("[1.0, 0.01]", &many));
@@ -502,7 +502,7 @@ fn huge_studies_are_refused() {
     refused_in(&seeds, &["study", "tiny.toml"], &["`seeds` = 100000000000000", "at most 10000 seeds"]);
     let list = "{ linspace = [1.0, 2.0, 1000000000] }";
     let long = with_study(&format!("scene = \"square.toml\"\nvary = {{ \"model.peclet\" = {list} }}\n"));
-    refused_in(&long, &["check", "tiny.toml"], &["vary.model.peclet", "2 to 10000"]);
+    refused_in(&long, &["check", "tiny.toml"], &["vary.\"model.peclet\"", "2 to 10000"]);
     let list = "{ linspace = [1.0, 2.0, 9000] }";
     let grid =
         format!("scene = \"square.toml\"\nvary = {{ \"model.peclet\" = {list}, \"model.coherence\" = {list} }}\n");

@@ -13,7 +13,7 @@ pub mod stream;
 
 pub use asymmetry::Mirror;
 pub use budget::Budget;
-pub use cut::{Circle, Line, Sample};
+pub use cut::{Circle, Line, Sample, Section};
 pub use defects::{Census, Defects};
 pub use overshoot::{Inlet, Overshoot};
 pub use strain::{Strain, Tensor};

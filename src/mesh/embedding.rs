@@ -17,6 +17,8 @@ use crate::element::basis;
 const NEAR: f64 = 1e-6;
 /// Deviation of a sum of angles from 2π that rounding may cause.
 const ROUND: f64 = 1e-6;
+/// Distance, relative to the shorter of two faces of different parts, below which they look as if they should touch.
+const CLOSE: f64 = 1e-2;
 /// Straight pieces of a curved face.
 const PIECES: usize = 8;
 
@@ -28,6 +30,18 @@ pub enum Slits {
     Refused,
     /// Walls without thickness, which are meant.
     Kept,
+}
+
+/// Boundary faces of different parts that nearly touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearMiss {
+    /// Pairs of them.
+    pub count: usize,
+    /// Where they are nearest.
+    pub at: Point,
+    pub distance: f64,
+    /// Of the shorter of the two faces there.
+    pub length: f64,
 }
 
 /// A piece of the boundary, the domain on its left.
@@ -132,6 +146,48 @@ impl Mesh {
         }
     }
 
+    /// Whether different parts come closer to each other than a hundredth of their boundary faces, but do not touch:
+    /// mostly nodes that should have been one.
+    pub fn near_miss(&self) -> Option<NearMiss> {
+        let parts = self.parts();
+        if parts.count < 2 {
+            return None;
+        }
+        let boundary = (0..self.faces.len()).filter(|&f| self.faces[f].plus.is_none());
+        let pieces: Vec<Piece> = boundary.flat_map(|face| self.pieces(face)).collect();
+        let tree = RTree::bulk_load(pieces.clone());
+        let part = |piece: &Piece| parts.of_cell[self.faces[piece.data].minus.cell];
+        let (mut pairs, mut nearest) = (Vec::new(), None::<NearMiss>);
+        for piece in &pieces {
+            let (one, own) = (ends(piece), self.face_length(piece.data));
+            let margin = CLOSE * own;
+            let (low, high) = (one[0].inf(&one[1]).add_scalar(-margin), one[0].sup(&one[1]).add_scalar(margin));
+            for other in tree.locate_in_envelope_intersecting(AABB::from_corners(low.into(), high.into())) {
+                if other.data <= piece.data || part(other) == part(piece) {
+                    continue;
+                }
+                let length = own.min(self.face_length(other.data));
+                let (distance, at) = nearest_points(one, ends(other));
+                // what touches is refused, or told of with the vertices that lie on one another
+                if distance <= NEAR * length || distance >= CLOSE * length {
+                    continue;
+                }
+                pairs.push([piece.data, other.data]);
+                if nearest.is_none_or(|found| distance < found.distance) {
+                    nearest = Some(NearMiss { count: 0, at, distance, length });
+                }
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        nearest.map(|found| NearMiss { count: pairs.len(), ..found })
+    }
+
+    fn face_length(&self, face: usize) -> f64 {
+        let [a, b] = self.face_vertices(&self.faces[face]).map(|v| self.vertices[v]);
+        (b - a).norm()
+    }
+
     /// Refuses vertices around which the cells do not lie in one sheet.
     pub(super) fn check_fans(&self) -> Result<(), MeshError> {
         let mut angles = vec![0.0; self.vertices.len()];
@@ -203,6 +259,18 @@ enum Meeting {
 
 fn ends(piece: &Piece) -> [Point; 2] {
     [Point::from(piece.geom().from), Point::from(piece.geom().to)]
+}
+
+/// Distance of two pieces that do not cross, and the place on the first where they are nearest.
+fn nearest_points([a, b]: [Point; 2], [c, d]: [Point; 2]) -> (f64, Point) {
+    let on = |x: Point, [p, q]: [Point; 2]| {
+        let u = q - p;
+        p + u * ((x - p).dot(&u) / u.norm_squared()).clamp(0.0, 1.0)
+    };
+    let from_first = [a, b].map(|x| ((on(x, [c, d]) - x).norm(), x));
+    let from_second = [c, d].map(|x| (on(x, [a, b]), x)).map(|(at, x)| ((at - x).norm(), at));
+    let all = from_first.into_iter().chain(from_second);
+    all.min_by(|one, two| one.0.total_cmp(&two.0)).expect("four ends")
 }
 
 fn meeting([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Meeting {

@@ -18,7 +18,7 @@ use std::collections::HashMap;
 use nalgebra::Vector2;
 
 pub use curve::Curve;
-pub use embedding::{Parts, Slits};
+pub use embedding::{NearMiss, Parts, Slits};
 pub use geometry::CellMap;
 
 /// A point or vector of the plane.

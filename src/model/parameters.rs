@@ -246,15 +246,20 @@ impl ModelScene {
     /// `C_F`, given as such or by `β = C_F/(1+C_F)`.
     fn check_friction(&self) -> Result<f64, ModelError> {
         match (self.friction, self.beta) {
-            (Some(friction), None) if friction >= 0.0 && friction.is_finite() => Ok(friction),
+            (Some(friction), None) if friction >= 0.0 && friction.is_finite() => {
+                require("friction", friction, true, "must be finite and not negative", "C_F is about 1 to 100")
+            }
             (Some(friction), None) => {
                 let hint = "C_F = 0 is tissue without substrate; or give `beta` in [0, 1)";
-                Err(ModelError::new("friction", friction, "must be finite and not negative", hint))
+                Err(ModelError::new("friction", format!("{friction:?}"), "must be finite and not negative", hint))
             }
-            (None, Some(beta)) if (0.0..1.0).contains(&beta) => Ok(beta / (1.0 - beta)),
+            (None, Some(beta)) if (0.0..1.0).contains(&beta) => {
+                require("beta", beta, true, "must lie in [0, 1)", "beta = 0.75 is C_F = 3")
+                    .map(|beta| beta / (1.0 - beta))
+            }
             (None, Some(beta)) => {
                 let hint = "beta = C_F/(1+C_F) is the share of friction in the dissipation; beta = 0.75 is C_F = 3";
-                Err(ModelError::new("beta", beta, "must lie in [0, 1)", hint))
+                Err(ModelError::new("beta", format!("{beta:?}"), "must lie in [0, 1)", hint))
             }
             (None, None) => {
                 let rule = "exactly one of `friction` and `beta` is needed";
@@ -262,7 +267,12 @@ impl ModelScene {
             }
             (Some(_), Some(beta)) => {
                 let rule = "exactly one of `friction` and `beta` may be given, here are both";
-                Err(ModelError::new("beta", beta, rule, "remove one; on the command line, `--set model.beta=` does it"))
+                Err(ModelError::new(
+                    "beta",
+                    format!("{beta:?}"),
+                    rule,
+                    "remove one; on the command line, `--set model.beta=` does it",
+                ))
             }
         }
     }
@@ -275,12 +285,17 @@ const LARGEST_EXPONENT: f64 = 50.0;
 
 fn require(key: &str, value: f64, holds: bool, rule: &str, hint: &str) -> Result<f64, ModelError> {
     if !(value.is_finite() && holds) {
-        return Err(ModelError::new(key, value, rule, hint));
+        return Err(ModelError::new(key, format!("{value:?}"), rule, hint));
     }
     let size = value.abs();
     if size > LARGEST || (size > 0.0 && size < 1.0 / LARGEST) {
         let rule = "its size must lie between 1e-40 and 1e40, or be 0 where that is allowed";
-        return Err(ModelError::new(key, value, rule, "choose units in which lengths and times are near 1"));
+        return Err(ModelError::new(
+            key,
+            format!("{value:?}"),
+            rule,
+            "choose units in which lengths and times are near 1",
+        ));
     }
     Ok(value)
 }

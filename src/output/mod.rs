@@ -91,5 +91,18 @@ pub fn write_whole(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Resu
 
 /// A number for a table: the shortest text that reads back to the same bits, with an exponent where that is shorter.
 pub fn number(value: f64) -> String {
-    if value == 0.0 || (1e-4..1e9).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
+    let mut text = String::new();
+    push_number(&mut text, value);
+    text
+}
+
+/// Adds [`number`] to a text.
+pub fn push_number(text: &mut String, value: f64) {
+    use std::fmt::Write as _;
+    // a text takes whatever is written
+    let _ = if value == 0.0 || (1e-4..1e9).contains(&value.abs()) {
+        write!(text, "{value}")
+    } else {
+        write!(text, "{value:e}")
+    };
 }

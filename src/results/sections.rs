@@ -34,6 +34,9 @@ const KNOWN: [(&str, &str, &[&str], bool); 11] = [
 /// Points farther apart than so many times the usual distance lie on both sides of a hole.
 const GAP: f64 = 1.5;
 
+/// Rows of a section that are drawn: many for each pixel of a picture.
+const MOST_ROWS: usize = 20_000;
+
 /// Which way a section runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
@@ -88,7 +91,7 @@ impl Quantity {
 
 impl Section {
     fn read(file: &SectionFile) -> Result<Self, ResultsError> {
-        let table = Table::read(&file.path)?;
+        let table = Table::read_some(&file.path, MOST_ROWS)?;
         let columns = [table.numbers("x1"), table.numbers("x2")];
         let spread = |values: &[f64]| {
             let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));

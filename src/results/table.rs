@@ -20,6 +20,15 @@ impl Table {
     /// # Errors
     /// [`ResultsError::Broken`]: a file that cannot be read, has no header, or rows of another length.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
+        Self::read_some(path, usize::MAX)
+    }
+
+    /// As [`read`](Self::read), of a long table every second row, or every fourth, …: at most `most` of them, evenly
+    /// spread from the first on.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_some(path: &Path, most: usize) -> Result<Self, ResultsError> {
         let broken = |what: String| ResultsError::Broken {
             file: path.display().to_string(),
             what,
@@ -32,20 +41,38 @@ impl Table {
             return Err(broken("the table is empty".to_owned()));
         }
         let mut table = Self { header, rows: Vec::new(), cut_off: false };
-        for row in reader.records() {
-            let row = row.map_err(|e| broken(e.to_string()))?;
+        let (mut row, mut count, mut stride) = (csv::StringRecord::new(), 0, 1);
+        while reader.read_record(&mut row).map_err(|e| broken(e.to_string()))? {
             if table.cut_off {
-                return Err(broken(format!("row {} is too short", table.rows.len() + 1)));
+                return Err(broken(format!("row {count} is too short")));
             }
+            count += 1;
             if row.len() > table.header.len() {
-                return Err(broken(format!("row {} is too long", table.rows.len() + 1)));
+                return Err(broken(format!("row {count} is too long")));
             }
             table.cut_off = row.len() < table.header.len();
-            if !table.cut_off {
-                table.rows.push(row.iter().map(str::to_owned).collect());
+            if table.cut_off || !(count - 1_usize).is_multiple_of(stride) {
+                continue;
             }
+            if table.rows.len() == most {
+                table.thin();
+                stride *= 2;
+                if !(count - 1).is_multiple_of(stride) {
+                    continue;
+                }
+            }
+            table.rows.push(row.iter().map(str::to_owned).collect());
         }
         Ok(table)
+    }
+
+    /// Leaves every second row.
+    fn thin(&mut self) {
+        let mut at = 0;
+        self.rows.retain(|_| {
+            at += 1;
+            at % 2 == 1
+        });
     }
 
     /// Number of a column.
@@ -74,5 +101,25 @@ impl Table {
     pub fn at(&self, row: usize, name: &str) -> Option<&str> {
         let at = self.position(name)?;
         self.rows.get(row).map(|row| row[at].as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Table;
+
+    #[test]
+    fn a_long_table_is_thinned_evenly() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        for count in [0, 1, 7, 8, 9, 100, 1000] {
+            let rows: String = (0..count).map(|k| format!("{k},x\n")).collect();
+            std::fs::write(&path, format!("a,b\n{rows}")).unwrap();
+            assert_eq!(Table::read(&path).unwrap().rows.len(), count);
+            let some = Table::read_some(&path, 8).unwrap().numbers("a").unwrap();
+            assert!(some.len() <= 8 && 2 * some.len() >= count.min(8), "{count}: {some:?}");
+            let stride = some.get(1).copied().unwrap_or(1.0);
+            assert!(some.iter().enumerate().all(|(k, a)| *a == stride * k as f64), "{count}: {some:?}");
+        }
     }
 }

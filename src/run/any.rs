@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::motion::MotionSummary;
-use super::{Ending, Options, Record, RunError, Summary, folder, particles, report, stokes, tissue};
+use super::{Ending, Options, Record, RunError, Summary, extremes, folder, particles, report, stokes, tissue};
 use crate::mesh::Mesh;
 use crate::output::progress::Verbosity;
 use crate::scene::{AnyScene, SceneError};
@@ -66,11 +66,21 @@ pub fn run_held(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunEr
         AnyScene::Stokes(scene) => stokes::run(scene, options),
         AnyScene::Particles(scene) => particles::run(scene, options),
     };
+    let result = result.map_err(|error| error.blaming(|| suspect(scene)));
     if result.is_err() && made {
         // takes away an empty folder only: nothing was found
         let _ = std::fs::remove_dir(&options.out);
     }
     result.map(|summary| AnySummary::Motion(Box::new(summary)))
+}
+
+/// The value of a scene that is farthest outside of the usual.
+fn suspect(scene: &AnyScene) -> Option<String> {
+    match scene {
+        AnyScene::Tissue(scene) => extremes::of_scene(scene),
+        AnyScene::Stokes(scene) => extremes::of_source(scene.source()),
+        AnyScene::Particles(scene) => extremes::of_source(scene.source()),
+    }
 }
 
 /// What `check` says of a scene.
@@ -103,6 +113,15 @@ pub struct Amounts {
 }
 
 impl AnyReport {
+    /// Why a run is refused here and now; empty where it is not.
+    pub fn refused(&self) -> &[String] {
+        match self {
+            Self::Tissue(report) => &report.refused,
+            Self::Stokes(report) => &report.refused,
+            Self::Particles(report) => &report.refused,
+        }
+    }
+
     /// The amounts that every kind has.
     pub fn amounts(&self) -> Amounts {
         match self {
@@ -130,11 +149,12 @@ impl AnyReport {
 /// # Errors
 /// All that a run could say before its first step, besides what its folder holds.
 pub fn check(scene: &AnyScene) -> Result<AnyReport, RunError> {
-    Ok(match scene {
-        AnyScene::Tissue(scene) => AnyReport::Tissue(Box::new(report::report(scene)?)),
-        AnyScene::Stokes(scene) => AnyReport::Stokes(Box::new(stokes::report(scene)?)),
-        AnyScene::Particles(scene) => AnyReport::Particles(Box::new(particles::report(scene)?)),
-    })
+    let report = match scene {
+        AnyScene::Tissue(scene) => report::report(scene).map(|report| AnyReport::Tissue(Box::new(report))),
+        AnyScene::Stokes(scene) => stokes::report(scene).map(|report| AnyReport::Stokes(Box::new(report))),
+        AnyScene::Particles(scene) => particles::report(scene).map(|report| AnyReport::Particles(Box::new(report))),
+    };
+    report.map_err(|error| error.blaming(|| suspect(scene)))
 }
 
 /// Says so where making the mesh takes a while.

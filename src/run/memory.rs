@@ -14,6 +14,7 @@ use std::sync::Arc;
 use super::RunError;
 use super::forecast::{Count, Samples};
 use super::setup::describe;
+use super::writer;
 use crate::form::Faces;
 use crate::measure::Strain;
 use crate::mesh::Mesh;
@@ -54,8 +55,8 @@ const STREAM: f64 = 1.5;
 const FIXED_POINT: f64 = 0.15;
 /// Bytes of drawing curves, and of drawing maps: pixels, the encoded picture, tables.
 const PICTURES: [f64; 2] = [19.0 * MIB, 32.0 * MIB];
-/// Bytes of a point of a section: its place, and those in the cells on both sides; a row of its table.
-const POINT: f64 = 300.0;
+/// Bytes of a row of a section's table: only those of one batch are held.
+const ROW: f64 = 250.0;
 /// For whatever is small.
 const MARGIN: f64 = 1.03;
 /// Vectors that GMRES usually holds.
@@ -264,7 +265,7 @@ pub fn samples(scene: &Scene, cells: f64) -> Option<Samples> {
     Samples::new((&scene.mesh, cells), scene.source(), |table, mesh| count(&scene.on(table, &mesh.tags), &mesh))
 }
 
-/// What the points of sections take, and the largest picture that a run draws.
+/// What the rows of sections take, and the largest picture that a run draws.
 fn pictures(scene: &Scene) -> f64 {
     let told = scene.time.stop_residual.is_some() || scene.time.stop_energy_rate.is_some() || scene.steady.is_some();
     let drawn = scene.outputs.iter().map(|output| match &output.what {
@@ -273,10 +274,12 @@ fn pictures(scene: &Scene) -> f64 {
         What::Fields(_) | What::Bodies { .. } | What::Checkpoint => 0.0,
     });
     let points = scene.outputs.iter().filter_map(|output| match &output.what {
-        What::Cuts(cuts) => Some(cuts.iter().map(Cut::points).sum::<usize>() as f64),
+        What::Cuts(cuts) => cuts.iter().map(Cut::points).max(),
         What::Measures(_) | What::Fields(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
     });
-    drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max) + POINT * points.sum::<f64>()
+    let batch = writer::CHUNK * writer::CHUNKS * rayon::current_num_threads();
+    let rows = points.max().unwrap_or(0).min(batch);
+    drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max) + ROW * rows as f64
 }
 
 /// What a scene takes: of a search for steady states with its eigenvalues, else of the coupling.

@@ -7,6 +7,7 @@ pub mod defects;
 pub mod disk;
 pub mod estimate;
 pub mod exact;
+mod extremes;
 pub mod finished;
 pub mod folder;
 pub mod forecast;
@@ -104,6 +105,8 @@ pub enum RunError {
     Disk { origin: String, folder: String, needed: f64, free: f64 },
     #[error("MONOLAYER_MEMORY = `{value}`: must be a positive number of MiB; hint: leave it unset to ask the system")]
     BadMemory { value: String },
+    #[error("{what}; hint: {hint}")]
+    Extreme { what: String, hint: String },
     #[error("{file}: {what}; hint: {hint}")]
     Start { file: String, what: String, hint: String },
 }
@@ -123,6 +126,43 @@ impl RunError {
         match failure {
             StepFailure::Momentum(error) => RunError::Model { origin, error: Box::new(error) },
             other => RunError::Begin { origin, error: Box::new(other) },
+        }
+    }
+}
+
+impl RunError {
+    /// An error of a solver with the hint of `suspect`, which names the value of the scene that is to blame.
+    pub(crate) fn blaming(self, suspect: impl FnOnce() -> Option<String>) -> Self {
+        let solver = |error: &MomentumError| matches!(error, MomentumError::Solve(_) | MomentumError::Weighted(_));
+        let unclear = match &self {
+            RunError::Model { error, .. } => solver(error),
+            RunError::Momentum(error) => solver(error),
+            RunError::Begin { error, .. } => !matches!(**error, StepFailure::Formula(_) | StepFailure::Interrupted),
+            RunError::Solve(_) | RunError::Steady { .. } => true,
+            RunError::Scene(_)
+            | RunError::Mesh { .. }
+            | RunError::Formula { .. }
+            | RunError::Contact { .. }
+            | RunError::Measure(_)
+            | RunError::Output(_)
+            | RunError::Map { .. }
+            | RunError::NoRun { .. }
+            | RunError::Occupied { .. }
+            | RunError::NothingToResume { .. }
+            | RunError::OtherProblem { .. }
+            | RunError::Memory { .. }
+            | RunError::Disk { .. }
+            | RunError::BadMemory { .. }
+            | RunError::Extreme { .. }
+            | RunError::Start { .. } => false,
+        };
+        match unclear.then(suspect).flatten() {
+            Some(hint) => {
+                let message = self.to_string();
+                let what = message.split("; hint: ").next().unwrap_or_default().to_owned();
+                RunError::Extreme { what, hint }
+            }
+            None => self,
         }
     }
 }
@@ -172,7 +212,8 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
 /// As [`run`].
 pub fn run_recorded(scene: &Scene, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
     let made = !options.out.exists();
-    let mut result = run_in_folder(scene, options, record);
+    let result = run_in_folder(scene, options, record);
+    let mut result = result.map_err(|error| error.blaming(|| extremes::of_scene(scene)));
     if let (Ok(summary), true) = (&mut result, estimate::is_asked_for(scene)) {
         // what the run itself has found is on disk by now, and its memory free
         estimate::add(scene, options, summary, record);
@@ -214,6 +255,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         gauges.errors = gauges.errors.and(kept.errors);
     }
     let resumed = kept.as_ref().map(|_| Resumed::at(&options.out, march.counts.steps, march.t));
+    Writer::check_cuts(scene, &setup)?;
     let _stake = stake::Stake::new();
     folder::write_scene(&options.out, &scene.resolved_toml(), known.as_deref())?;
     let mut writer = Writer::new(scene, &setup, &options.out, resumed)?;
@@ -272,6 +314,15 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
         }
     }
     writer.write_last(&mut march, &setup, ending.is_failure())?;
+    if !(writer.left_out.is_empty() || ending.is_failure()) {
+        // whoever resumes it gets them
+        ending = Ending::Interrupted;
+    }
+    for name in &writer.left_out {
+        progress.say(&format!(
+            "note: the cut `{name}` is long, and not written of a run that was stopped; `--resume` does it"
+        ));
+    }
     writer.write_last_defects(&march, gauges.census(&march.state))?;
     // a picture that cannot be drawn is no failure
     crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));
@@ -325,7 +376,7 @@ fn step_to_the_end(
         let report = match march.advance(landing) {
             Ok(report) => report,
             Err(MarchError::Interrupted { .. }) => return Ok(Ending::Interrupted),
-            Err(error) => return Ok(Ending::failed(&error)),
+            Err(error) => return Ok(Ending::failed(scene, &error)),
         };
         // whatever fails after the step was accepted must not lose it
         let readings = match gauges.read(march, before) {
@@ -396,7 +447,10 @@ fn checkpoint_of(scene: &Scene, options: &Options) -> Result<Option<Saved>, RunE
 }
 
 impl Ending {
-    fn failed(error: &MarchError) -> Self {
-        Ending::Failed { reason: error.to_string() }
+    fn failed(scene: &Scene, error: &MarchError) -> Self {
+        let of_formula =
+            matches!(error, MarchError::Failed { cause, .. } if matches!(**cause, StepFailure::Formula(_)));
+        let suspect = if of_formula { None } else { extremes::of_scene(scene) };
+        Ending::Failed { reason: extremes::hinted(error.to_string(), suspect) }
     }
 }

@@ -46,6 +46,9 @@ pub struct ParticlesReport {
     /// Estimate of what a run writes.
     pub disk_mib: f64,
     pub remarks: Vec<String>,
+    /// Why a run is refused here and now, by a lack of memory or disk; the rest of the report is right nonetheless.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
 }
 
 /// Says what a scene has; moves nothing.
@@ -55,8 +58,6 @@ pub struct ParticlesReport {
 pub fn report(scene: &ParticlesScene) -> Result<ParticlesReport, RunError> {
     Stepper::new(scene)?;
     let bytes = written(scene);
-    let mut remarks = remarks(scene);
-    remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
     let bodies = &scene.bodies.bodies;
     let moves = |hold: &Hold| match hold {
         Hold::Free | Hold::Pinned(_) => true,
@@ -75,7 +76,8 @@ pub fn report(scene: &ParticlesScene) -> Result<ParticlesReport, RunError> {
         steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
         disk_mib: bytes / MIB,
         body: BodiesReport::new(&scene.bodies),
-        remarks,
+        remarks: remarks(scene),
+        refused: super::report::refusals([disk::check(scene.source(), bytes, Path::new("."))]),
     })
 }
 
@@ -159,6 +161,7 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
         text,
         end: scene.time.end,
         max_steps: scene.time.max_steps,
+        suspect: super::extremes::of_source(scene.source()),
         outputs: &scene.outputs,
         bodies: &bodies.bodies,
         walls: bodies.walls.clone(),

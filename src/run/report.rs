@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::available::available;
 use super::bodies::BodiesReport;
 use super::disk::{self, Sizes};
+use super::extremes;
 use super::forecast::{self, COUNTED, Count};
 use super::measures::{self, Gauges};
 use super::memory::{self, Unknowns};
@@ -94,6 +95,9 @@ pub struct Report {
     /// Estimate of what a run writes.
     pub disk_mib: f64,
     pub remarks: Vec<String>,
+    /// Why a run is refused here and now, by a lack of memory or disk; the rest of the report is right nonetheless.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
     /// What `accuracy` sets, where the scene names one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<PresetReport>,
@@ -133,8 +137,13 @@ pub fn report(scene: &Scene) -> Result<Report, RunError> {
 /// begun within a second or two, else on a coarser one of the same domain.
 ///
 /// # Errors
-/// All that a run could say before its first step, besides what its folder holds.
+/// All that a run could say before its first step, besides what its folder holds; a lack of memory or disk is in the
+/// report, as [`Report::refused`].
 pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
+    judge(scene, available).map_err(|error| error.blaming(|| extremes::of_scene(scene)))
+}
+
+fn judge(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
     let Judged { mesh, count, counted, said } = mesh_and_count(scene)?;
     let fits = available.is_none_or(|available| count.bytes <= available);
     if counted && count.bytes <= QUICK && fits {
@@ -144,10 +153,9 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
     }
     let mut remarks = scene.remarks();
     remarks.extend(said);
-    remarks.extend(memory::check(scene, count.bytes, available).err().map(|error| error.to_string()));
     let steps = disk::steps(scene.time.control.step, scene.time.end, scene.time.max_steps);
     let bytes = written(scene, &count);
-    remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
+    let lacking = [memory::check(scene, count.bytes, available), disk::check(scene.source(), bytes, Path::new("."))];
     Ok(Report {
         title: scene.title.clone(),
         terms: scene.terms(),
@@ -165,9 +173,15 @@ pub fn report_within(scene: &Scene, available: Option<f64>) -> Result<Report, Ru
         polarity_unknowns: count.unknowns[2] as usize,
         flow_unknowns: count.unknowns[3] as usize,
         remarks,
+        refused: refusals(lacking),
         accuracy: PresetReport::new(scene),
         mesh,
     })
+}
+
+/// What went wrong, in words.
+pub(super) fn refusals(checks: impl IntoIterator<Item = Result<(), RunError>>) -> Vec<String> {
+    checks.into_iter().filter_map(|check| check.err().map(|error| error.to_string())).collect()
 }
 
 /// A mesh, and what there is on it.

@@ -15,7 +15,7 @@ use crate::measure::{Inlet, MeasureError, Strain};
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
-use crate::mesh::{Mesh, MeshError, Point, Slits, gmsh};
+use crate::mesh::{Mesh, MeshError, NearMiss, Point, Slits, gmsh};
 use crate::model::boundary::PolarityCondition;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
@@ -23,6 +23,7 @@ use crate::model::manufactured::Volume;
 use crate::model::momentum::{MomentumError, check_held};
 use crate::model::{Conditions, Expression, ModelKind, VelocityCondition, rotation, start};
 use crate::output::progress::{Progress, Verbosity};
+use crate::scene::path::quoted;
 use crate::scene::{Initial, InitialDensity, Measure, Scene, SceneSource, What};
 use crate::space::{Continuity, Field, Space, project};
 use crate::time::schedule::plain;
@@ -420,6 +421,16 @@ pub fn mesh_remarks(mesh: &Mesh) -> Vec<String> {
             x.x, x.y
         ));
     }
+    if let Some(NearMiss { count, at, distance, length }) = mesh.near_miss() {
+        let pairs = if count == 1 { "a pair".to_owned() } else { format!("{count} pairs") };
+        remarks.push(format!(
+            "{pairs} of boundary edges of different parts nearly touch: near ({:.4}, {:.4}) two edges are {distance:.1e} \
+             apart, and the shorter one is {length:.1e} long; nothing passes from one part to the other there; hint: \
+             if they belong together, let them share their nodes (`Coherence` in Gmsh, with a larger \
+             `Geometry.Tolerance`)",
+            at.x, at.y
+        ));
+    }
     remarks
 }
 
@@ -519,7 +530,7 @@ pub fn first_difference(saved: &str, now: &str) -> Option<String> {
 pub(crate) fn differing(path: &str, a: &toml::Value, b: &toml::Value) -> Option<String> {
     match (a.as_table(), b.as_table()) {
         (Some(a), Some(b)) => a.keys().chain(b.keys()).find_map(|key| {
-            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+            let path = if path.is_empty() { quoted(key) } else { format!("{path}.{}", quoted(key)) };
             match (a.get(key), b.get(key)) {
                 (Some(a), Some(b)) => differing(&path, a, b),
                 (None, None) => None,

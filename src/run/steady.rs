@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::measures::{Gauges, Readings};
 use super::summary::Ending;
 use super::writer::Writer;
-use super::{Options, RunError};
+use super::{Options, RunError, extremes};
 use crate::output::progress::{Progress, Status};
 use crate::scene::Scene;
 use crate::steady::spectrum::Disc;
@@ -108,7 +108,10 @@ pub(super) fn search(
         Found::Interrupted => Ending::Interrupted,
         Found::Nothing => {
             let tries: Vec<String> = report.tries.iter().map(|t| format!("{}: {}", t.way.name(), t.outcome)).collect();
-            Ending::Failed { reason: format!("no steady state was found; {}", tries.join("; ")) }
+            let reason = format!("no steady state was found; {}", tries.join("; "));
+            // tries have hints of their own
+            let suspect = extremes::of_scene(scene).map_or_else(String::new, |suspect| format!("; hint: {suspect}"));
+            Ending::Failed { reason: format!("{reason}{suspect}") }
         }
     };
     let state = match search.found {

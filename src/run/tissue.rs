@@ -282,6 +282,7 @@ pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> 
         text,
         end: scene.time.end,
         max_steps: scene.time.max_steps,
+        suspect: super::extremes::of_scene(scene),
         outputs: &scene.outputs,
         bodies: &bodies.bodies,
         walls,

@@ -1,6 +1,10 @@
 //! The files of a run, each on its schedule.
 
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
 
 use super::defects::{self, DefectTables};
 use super::folder::Resumed;
@@ -11,14 +15,16 @@ use super::tissue::{self, AtRest};
 use super::{RunError, Setup};
 use crate::element::basis;
 use crate::element::tables::Tables;
-use crate::measure::{Census, Circle, Defects, Line, MeasureError, Sample, StreamFunction, cut};
-use crate::mesh::Point;
+use crate::measure::cut::{Bases, Columns};
+use crate::measure::{Census, Circle, Defects, Line, MeasureError, Section, StreamFunction};
+use crate::mesh::locate::Locator;
+use crate::mesh::{Mesh, Point};
 use crate::output::bodies::{Asked, BodyFiles};
 use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
-use crate::output::{OutputError, number, write_whole};
+use crate::output::{OutputError, push_number, write_whole};
 use crate::scene::output::AXIS_POINTS;
 use crate::scene::{Axis, AxisLine, Cut, Field, MapRequest, Scene, What};
 use crate::space;
@@ -27,17 +33,12 @@ use crate::time::{March, Schedule, StepReport};
 /// Columns of the history before the measures.
 const STEP_COLUMNS: [&str; 7] = ["time", "dt", "order", "iterations", "increment", "rate", "rejected"];
 
+/// Points of a cut that are written in a moment. Longer ones of its last state a run writes at its end, not when it is
+/// stopped.
+const QUICK: usize = 200_000;
+
 /// A run that is killed loses no more than this, whatever its scene asks for.
 const PAUSE: std::time::Duration = std::time::Duration::from_secs(60);
-
-/// A prepared section.
-#[derive(Debug)]
-struct Section {
-    name: String,
-    /// Column of [`Sample::s`].
-    abscissa: &'static str,
-    samples: Vec<Sample>,
-}
 
 /// Writes what a scene asks for.
 #[derive(Debug)]
@@ -68,6 +69,8 @@ pub struct Writer {
     /// Goes into every checkpoint.
     pub kept: Kept,
     last_checkpoint: std::time::Instant,
+    /// Cuts that a run that was stopped has not written of its last state.
+    pub left_out: Vec<String>,
 }
 
 impl Writer {
@@ -99,6 +102,7 @@ impl Writer {
             tables: Vec::new(),
             kept: Kept::default(),
             last_checkpoint: std::time::Instant::now(),
+            left_out: Vec::new(),
         };
         for (at, output) in scene.outputs.iter().enumerate() {
             match &output.what {
@@ -112,7 +116,7 @@ impl Writer {
                 }
                 What::Fields(fields) => writer.fields.push((fields.clone(), output.schedule)),
                 What::Cuts(cuts) => {
-                    let sections = cuts.iter().map(|c| section(c, scene, setup)).collect::<Result<_, _>>()?;
+                    let sections = cuts.iter().map(|cut| section(cut, scene, setup)).collect();
                     writer.cuts.push((sections, output.schedule));
                 }
             }
@@ -154,9 +158,17 @@ impl Writer {
     /// A window or a section without a point in the domain.
     pub fn check(scene: &Scene, setup: &Setup) -> Result<(), RunError> {
         maps::check_all_windows(&scene.outputs, scene.source(), &setup.mesh)?;
+        Self::check_cuts(scene, setup)
+    }
+
+    /// Whether every section has a point in the domain.
+    ///
+    /// # Errors
+    /// [`MeasureError::CutOutside`]
+    pub fn check_cuts(scene: &Scene, setup: &Setup) -> Result<(), RunError> {
         for output in &scene.outputs {
             match &output.what {
-                What::Cuts(cuts) => cuts.iter().try_for_each(|cut| section(cut, scene, setup).map(|_| ()))?,
+                What::Cuts(cuts) => cuts.iter().try_for_each(|cut| check_cut(cut, scene, setup))?,
                 What::Measures(_) | What::Fields(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => {}
             }
         }
@@ -208,6 +220,7 @@ impl Writer {
         if before.is_some() {
             for (sections, schedule) in &self.cuts {
                 if due(schedule) {
+                    // that of a step is written to its end, as the step is done
                     self.write_cuts(march, setup, sections, Some(step))?;
                 }
             }
@@ -236,9 +249,11 @@ impl Writer {
         if !fields.iter().all(written) {
             self.write_fields(march, setup, &fields)?;
         }
+        let mut left_out = Vec::new();
         for (sections, _) in &self.cuts {
-            self.write_cuts(march, setup, sections, None)?;
+            left_out.extend(self.write_cuts(march, setup, sections, None)?);
         }
+        self.left_out = left_out;
         let maps: Vec<MapRequest> = self.maps.iter().flat_map(|(m, _)| m.iter().cloned()).collect();
         self.draw_maps(march, setup, &maps)?;
         if !self.tables.is_empty() {
@@ -343,40 +358,45 @@ impl Writer {
         })
     }
 
+    /// Those of a step, or of the last state. Of that, long ones of a run that is stopped are left out, and named.
     fn write_cuts(
         &self,
         march: &March,
         setup: &Setup,
         sections: &[Section],
         step: Option<usize>,
-    ) -> Result<(), RunError> {
+    ) -> Result<Vec<String>, RunError> {
         let state = &march.state;
         let pressure = march.model.pressure(state)?;
         let laplacian = march.model.polarity_laplacian(state, march.t);
         let strain = strain::at(setup, state)?;
-        for Section { name, abscissa, samples } in sections {
+        let density = if state.density().is_some() { ",density" } else { "" };
+        let strained = if strain.is_some() { ",strain_11,strain_12,strain_22" } else { "" };
+        let mut columns = vec![(&state.v, 0), (&state.v, 1), (&pressure, 0), (&state.p, 0), (&state.p, 1)];
+        columns.extend(state.density().map(|rho| (rho, 0)));
+        columns.extend([(&laplacian, 0), (&laplacian, 1)]);
+        columns.extend(strain.iter().flat_map(|strain| &strain.components).map(|part| (part, 0)));
+        let columns = Columns::new(columns);
+        let mut left_out = Vec::new();
+        for section in sections {
+            let (name, abscissa) = (section.name(), section.abscissa());
             let file = match step {
                 Some(step) => format!("{name}-step-{step:06}.csv"),
                 None => format!("{name}.csv"),
             };
             let path = self.out.join("cuts").join(file);
-            write_whole(&path, |out| {
-                let density = if state.density().is_some() { ",density" } else { "" };
-                let strained = if strain.is_some() { ",strain_11,strain_12,strain_22" } else { "" };
+            let leaves = step.is_none() && section.points() > QUICK;
+            let is_stopped = || leaves && march.interrupt.load(Ordering::Relaxed);
+            let written = write_whole(&path, |out| {
                 writeln!(out, "{abscissa},x1,x2,v1,v2,pressure,p1,p2{density},laplacian1,laplacian2{strained}")?;
-                for sample in samples {
-                    let v = |field: &space::Field, c| cut::value(field, &sample.at, c);
-                    let (v1, p1) = ([0, 1].map(|c| v(&state.v, c)), [0, 1].map(|c| v(&state.p, c)));
-                    let mut row = vec![sample.s, sample.x.x, sample.x.y, v1[0], v1[1], v(&pressure, 0), p1[0], p1[1]];
-                    row.extend(state.density().map(|rho| v(rho, 0)));
-                    row.extend([0, 1].map(|c| v(&laplacian, c)));
-                    row.extend(strain.iter().flat_map(|s| &s.components).map(|e| v(e, 0)));
-                    writeln!(out, "{}", row.into_iter().map(number).collect::<Vec<_>>().join(","))?;
-                }
-                Ok(())
-            })?;
+                write_rows(out, section, &columns, (&*setup.mesh, &setup.locator), &is_stopped)
+            });
+            match written {
+                Err(_) if is_stopped() => left_out.push(name.to_owned()),
+                other => other?,
+            }
         }
-        Ok(())
+        Ok(left_out)
     }
 
     fn write_bodies(&mut self, march: &March) -> Result<(), RunError> {
@@ -429,27 +449,67 @@ fn open_history(scene: &Scene, out: &Path, resume_after: Option<usize>) -> Resul
     }
 }
 
-/// The points of a cut.
-///
-/// # Errors
-/// A cut that lies outside of the domain.
-fn section(cut: &Cut, scene: &Scene, setup: &Setup) -> Result<Section, MeasureError> {
-    let (mesh, locator) = (&*setup.mesh, &setup.locator);
-    let name = cut.name().to_owned();
-    let (abscissa, samples) = match cut {
-        Cut::Line { from, to, points, .. } => {
-            ("s", Line { name: name.clone(), from: *from, to: *to, points: *points }.samples(mesh, locator))
+/// Points of a section whose rows are made at once. What a table takes does not grow with its rows.
+pub const CHUNK: usize = 1024;
+/// Chunks of each thread between two times of writing.
+pub const CHUNKS: usize = 4;
+
+/// The rows of a section, made by all threads and written in their order; an error where it is stopped on the way.
+fn write_rows(
+    out: &mut dyn Write,
+    section: &Section,
+    columns: &Columns,
+    (mesh, locator): (&Mesh, &Locator),
+    is_stopped: &dyn Fn() -> bool,
+) -> io::Result<()> {
+    let count = section.points();
+    let rows = |first: usize| {
+        let (mut text, mut bases) = (String::new(), Bases::default());
+        let samples = (first..count.min(first + CHUNK)).filter_map(|k| section.sample(k, mesh, locator));
+        for sample in samples {
+            push_number(&mut text, sample.s);
+            let mut add = |value| {
+                text.push(',');
+                push_number(&mut text, value);
+            };
+            [sample.x.x, sample.x.y].into_iter().for_each(&mut add);
+            columns.read(&sample.at, &mut bases, &mut add);
+            text.push('\n');
         }
-        Cut::Circle { centre, radius, points, .. } => {
-            let circle = Circle { name: name.clone(), centre: *centre, radius: *radius, points: *points };
-            ("theta", circle.samples(mesh, locator))
-        }
-        Cut::Axis(axis) => ("s", whole_axis(*axis, scene, setup).samples(mesh, locator)),
+        text
     };
-    if samples.is_empty() {
-        return Err(MeasureError::CutOutside { name });
+    let batch = CHUNK * CHUNKS * rayon::current_num_threads();
+    for start in (0..count).step_by(batch) {
+        if is_stopped() {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
+        let firsts: Vec<usize> = (start..count.min(start + batch)).step_by(CHUNK).collect();
+        let texts: Vec<String> = firsts.into_par_iter().map(rows).collect();
+        texts.iter().try_for_each(|text| out.write_all(text.as_bytes()))?;
     }
-    Ok(Section { name, abscissa, samples })
+    Ok(())
+}
+
+/// Refuses a cut that lies outside of the domain.
+fn check_cut(cut: &Cut, scene: &Scene, setup: &Setup) -> Result<(), RunError> {
+    let section = section(cut, scene, setup);
+    let inside = |k| section.sample(k, &setup.mesh, &setup.locator).is_some();
+    if (0..section.points()).into_par_iter().any(inside) {
+        return Ok(());
+    }
+    Err(MeasureError::CutOutside { name: cut.name().to_owned() }.into())
+}
+
+/// The course of a cut.
+fn section(cut: &Cut, scene: &Scene, setup: &Setup) -> Section {
+    let name = cut.name().to_owned();
+    match cut {
+        Cut::Line { from, to, points, .. } => Section::Line(Line { name, from: *from, to: *to, points: *points }),
+        Cut::Circle { centre, radius, points, .. } => {
+            Section::Circle(Circle { name, centre: *centre, radius: *radius, points: *points })
+        }
+        Cut::Axis(axis) => Section::Line(whole_axis(*axis, scene, setup)),
+    }
 }
 
 /// An axis through the whole domain.

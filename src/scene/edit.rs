@@ -16,7 +16,46 @@ fn refuse<T>(rule: String, hint: impl Into<String>) -> Result<T, Refusal> {
 /// there was nothing to remove.
 pub(super) fn set(root: &mut Item, keys: &[&str], text: &str) -> Result<bool, Refusal> {
     let value = if text.is_empty() { None } else { Some(parse(text)?) };
-    in_item(root, keys, value)
+    let lists = lists(root);
+    in_item(root, keys, value).map_err(|refusal| match refusal.rule.starts_with(NO_LIST) {
+        true => Refusal { hint: format!("{}; {lists}", refusal.hint), ..refusal },
+        false => refusal,
+    })
+}
+
+/// How a rule begins that is about a list that is not there.
+const NO_LIST: &str = "there is no list";
+/// Keys of files that are lists of tables.
+const LISTS: [&str; 7] = ["body", "bodies", "wall", "output", "case", "setting", "variant"];
+
+/// Whether the keys after `key` name an element of it. A number may be the tag of a boundary, too.
+fn is_list(key: &str, rest: &[&str]) -> bool {
+    LISTS.contains(&key) || key != "boundary" && rest.first().is_some_and(|next| next.parse::<usize>().is_ok())
+}
+
+/// The lists of tables that a file has, in a sentence.
+fn lists(root: &Item) -> String {
+    let tables = root.as_table().into_iter().flat_map(|table| table.iter());
+    let found: Vec<String> = tables
+        .filter_map(|(name, item)| {
+            let count = match item {
+                Item::ArrayOfTables(tables) => tables.len(),
+                Item::Value(Value::Array(array)) if array.iter().any(Value::is_inline_table) => array.len(),
+                Item::Value(_) | Item::Table(_) | Item::None => return None,
+            };
+            Some(format!("`{name}` (elements 0 to {})", count.saturating_sub(1)))
+        })
+        .collect();
+    if found.is_empty() {
+        "this file has no lists of tables".to_owned()
+    } else {
+        format!("the lists of this file are {}", found.join(", "))
+    }
+}
+
+/// The list that a first whole element makes.
+fn first_of(keys: &[&str], value: &Value) -> Option<Array> {
+    (keys == ["0"] && value.is_inline_table()).then(|| Array::from_iter([value.clone()]))
 }
 
 /// A TOML value; bare words and formulas are strings.
@@ -41,6 +80,10 @@ fn in_item(item: &mut Item, keys: &[&str], value: Option<Value>) -> Result<bool,
         Item::Value(inner) => in_value(inner, keys, value),
         Item::ArrayOfTables(tables) => {
             let (at, rest) = index(keys, tables.len(), value.is_none())?;
+            if let (true, Some(Value::InlineTable(whole))) = (at == tables.len(), &value) {
+                tables.push(whole.clone().into_table());
+                return Ok(true);
+            }
             match tables.get_mut(at) {
                 Some(table) if !rest.is_empty() => in_table(table, rest, value, || Item::Table(Table::new())),
                 Some(_) if value.is_none() => {
@@ -71,7 +114,15 @@ fn in_table(
             Ok(true)
         }
         (false, value) => {
-            if table.get(key).is_none() && value.is_some() {
+            if let (None, Some(value)) = (table.get(key), &value) {
+                if let Some(list) = first_of(rest, value) {
+                    table.insert(key, Item::Value(Value::Array(list)));
+                    return Ok(true);
+                }
+                if is_list(key, rest) {
+                    let hint = format!("give it as a whole, in brackets, as in '{key}=[…]'");
+                    return refuse(format!("{NO_LIST} `{key}`, and so no element `{}` of it", rest[0]), hint);
+                }
                 table.insert(key, below());
             }
             table.get_mut(key).map_or(Ok(false), |next| in_item(next, rest, value))
@@ -123,7 +174,13 @@ fn index<'a>(keys: &'a [&'a str], length: usize, remove: bool) -> Result<(usize,
         Ok(at) if at < last => Ok((at, rest)),
         Ok(_) | Err(_) => refuse(
             format!("`{key}` is no element of a list of {length}"),
-            "elements are counted from 0, as in output.0",
+            match length {
+                0 => "the list is empty: give it as a whole, in brackets".to_owned(),
+                _ => format!(
+                    "elements are counted from 0, so that the last one is {}; a whole one is appended at {length}",
+                    length - 1
+                ),
+            },
         ),
     }
 }

@@ -220,8 +220,9 @@ impl SceneSource {
         let mut tried = self.clone();
         let names: Vec<&str> = keys.iter().map(String::as_str).collect();
         let joined = path::join(keys);
-        if edit::set(tried.document.as_item_mut(), &names, "0").is_err() {
-            return Ok(());
+        if let Err(edit::Refusal { rule, hint }) = edit::set(tried.document.as_item_mut(), &names, "0") {
+            let place = Box::new(Place::Set { file: self.origin.clone(), path: path.to_owned() });
+            return Err(SceneError::Value { place, key: joined, value: "(to be removed)".to_owned(), rule, hint });
         }
         tried.set.push((joined.clone(), path.to_owned()));
         match tried.tables::<T>() {
@@ -336,6 +337,12 @@ impl SceneSource {
     /// The top-level value `key`, if it is there.
     pub(crate) fn value(&self, key: &str) -> Option<&Item> {
         self.document.get(key)
+    }
+
+    /// What is given at a dotted path.
+    pub(crate) fn at(&self, path: &str) -> Option<&Item> {
+        let keys = path::split(path).ok()?;
+        keys.iter().try_fold(self.document.as_item(), |item, key| item.get(key.as_str()))
     }
 
     /// The file, as messages name it.

@@ -39,10 +39,14 @@ pub(super) fn translate(source: &SceneSource, text: &str, error: &toml_edit::de:
     let key = path::join(&inner);
     let (rule, hint) = match (message.starts_with("unknown variant"), quoted.split_first()) {
         (true, Some((name, known))) => {
-            let (suggestion, known) = (names::did_you_mean(name, known), known.join(", "));
+            let words: Vec<&str> = known.iter().copied().filter(|word| word.contains(char::is_alphanumeric)).collect();
+            // a choice that is a mark, such as a tab, is quoted
+            let known: Vec<String> = known.iter().copied().map(path::quoted).collect();
+            let (suggestion, known) = (names::did_you_mean(name, &words), known.join(", "));
             if inner.last().is_some_and(|last| last == name) {
                 return (key.clone(), SceneError::UnknownKey { place: source.place(&key), key, suggestion, known });
             }
+            let name = name.escape_debug();
             (format!("`{name}` is not among the choices{suggestion}"), format!("the choices are {known}"))
         }
         (true, None) | (false, _) => (plain(message), example(message).to_owned()),

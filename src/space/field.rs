@@ -137,4 +137,10 @@ impl Field {
     pub fn component_at(&self, cell: usize, xi: Point, c: usize) -> f64 {
         basis::values(self.space.degree, xi).zip(self.coefficients(cell, c)).map(|(phi, u)| phi * u).sum()
     }
+
+    /// Value of component `c` where the basis of the field's degree has these values; the same bits as
+    /// [`component_at`](Self::component_at).
+    pub fn component_by(&self, cell: usize, basis: &[f64], c: usize) -> f64 {
+        basis.iter().zip(self.coefficients(cell, c)).map(|(phi, u)| phi * u).sum()
+    }
 }

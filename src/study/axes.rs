@@ -6,7 +6,7 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, de};
 
 use super::StudyError;
-use super::source::{Values, refuse, value_text};
+use super::source::{Values, below, refuse, value_text};
 use crate::scene::SceneSource;
 
 /// Key of the scene that `seeds` sets.
@@ -120,7 +120,7 @@ pub(super) fn axes(
 ) -> Result<Vec<Axis>, StudyError> {
     let mut axes: Vec<Axis> = Vec::new();
     for key in keys_in_order(source, vary) {
-        let values = expand(source, &format!("vary.{key}"), &vary[&key])?;
+        let values = expand(source, &below("vary", &key), &vary[&key])?;
         axes.push(Axis::of(vec![key], vec![values]));
     }
     for (at, table) in together.iter().enumerate() {
@@ -145,7 +145,7 @@ pub(super) fn axes(
     let mut count = 1_usize;
     for (at, axis) in axes.iter().enumerate() {
         count = count.saturating_mul(axis.rows.len());
-        let name = if axis.keys.len() > 1 { "together".to_owned() } else { format!("vary.{}", axis.keys[0]) };
+        let name = if axis.keys.len() > 1 { "together".to_owned() } else { below("vary", &axis.keys[0]) };
         if count > MOST {
             let rule = format!("with it there are {count} combinations, and at most {MOST} may be");
             return Err(refuse(source, &name, format!("{} values", axis.rows.len()), &rule, "shorten a list"));

@@ -116,7 +116,7 @@ impl BranchStudy {
         let mut scene = source::read_scene(&source, &file.scene)?;
         let varied = |key: &str| key == file.parameter;
         for (key, value) in &check_values(&source, "set", &file.set, &varied, "along the branch")? {
-            scene.set(key, value).map_err(|error| source::within(&source, &format!("set.{key}"), error))?;
+            scene.set(key, value).map_err(|error| source::within(&source, &source::below("set", key), error))?;
         }
         let fixed = |key: &str| {
             let hint = "set `range` and `start` of the study instead".to_owned();

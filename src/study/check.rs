@@ -143,22 +143,17 @@ fn gather(kind: Kind, title: Option<String>, runs: impl Iterator<Item = Run>) ->
         refused: Vec::new(),
         remarks: Vec::new(),
     };
-    let mut seen: HashMap<String, Amounts> = HashMap::new();
+    let mut seen: HashMap<String, Looked> = HashMap::new();
     for (name, scene) in runs {
         report.runs += 1;
         let looked = scene.and_then(|scene| look(&scene, report.runs <= WHOLE, &mut seen));
         match looked {
-            Ok(amounts) => {
+            Ok(Looked { amounts, refused }) => {
                 report.cells = [report.cells[0].min(amounts.cells), report.cells[1].max(amounts.cells)];
                 report.steps += amounts.steps;
                 report.memory_mib = report.memory_mib.max(amounts.memory_mib);
                 report.disk_mib += amounts.disk_mib;
-                if available.is_some_and(|available| amounts.memory_mib > available) {
-                    report.remarks.push(format!(
-                        "{name}: would take about {:.0} MiB, more than the memory that is available",
-                        amounts.memory_mib
-                    ));
-                }
+                report.refused.extend(refused.map(|reason| (name, reason)));
             }
             Err(error) => report.refused.push((name, error.to_string())),
         }
@@ -167,15 +162,23 @@ fn gather(kind: Kind, title: Option<String>, runs: impl Iterator<Item = Run>) ->
     Ok(report)
 }
 
+/// What a run takes, and why that is refused, if it is.
+#[derive(Debug, Clone)]
+struct Looked {
+    amounts: Amounts,
+    refused: Option<String>,
+}
+
 /// What a run takes; `whole` where it is checked as far as its first step.
-fn look(scene: &AnyScene, whole: bool, seen: &mut HashMap<String, Amounts>) -> Result<Amounts, StudyError> {
+fn look(scene: &AnyScene, whole: bool, seen: &mut HashMap<String, Looked>) -> Result<Looked, StudyError> {
     let key = alike(scene);
     if let (false, Some(known)) = (whole, seen.get(&key)) {
-        return Ok(*known);
+        return Ok(known.clone());
     }
-    let amounts = any::check(scene)?.amounts();
-    seen.insert(key, amounts);
-    Ok(amounts)
+    let report = any::check(scene)?;
+    let looked = Looked { amounts: report.amounts(), refused: report.refused().first().cloned() };
+    seen.insert(key, looked.clone());
+    Ok(looked)
 }
 
 /// What the amounts of a run depend on.

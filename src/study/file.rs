@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
-use super::source::{self, Kind, check_name, check_values, override_of, refuse};
+use super::source::{self, Kind, below, check_name, check_values, override_of, refuse};
 use crate::measure::errors::ErrorField;
 use crate::mesh::Point;
 use crate::model::expression::{ExpressionError, Formula};
@@ -134,7 +134,7 @@ impl OrderStudy {
                     String::new()
                 };
                 let (rule, value) = (format!("{rule}{at}"), format!("\"{formula}\""));
-                refuse(&self.source, &format!("vary.{key}"), value, &rule, hint)
+                refuse(&self.source, &below("vary", key), value, &rule, hint)
             })?;
             source.set(key, &value.to_string()).map_err(blame)?;
         }
@@ -149,10 +149,10 @@ impl OrderStudy {
     fn blame(&self, variant: &Variant, n: f64, error: SceneError) -> StudyError {
         let Some(path) = override_of(&error).map(str::to_owned) else { return error.into() };
         let (place, part) = if self.vary.iter().any(|(key, _)| *key == path) {
-            (self.source.place(&format!("vary.{path}")), format!("level n = {n}"))
+            (self.source.place(&below("vary", &path)), format!("level n = {n}"))
         } else if variant.set.iter().any(|(key, _)| *key == path) {
             let at = self.variants.iter().position(|v| v.name == variant.name).unwrap_or(0);
-            (self.source.place(&format!("variant.{at}.set.{path}")), format!("variant `{}`", variant.name))
+            (self.source.place(&below(&format!("variant.{at}.set"), &path)), format!("variant `{}`", variant.name))
         } else {
             return error.into();
         };

@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::StudyError;
 use crate::model::names;
+use crate::scene::path::quoted;
 use crate::scene::{Place, SceneError, SceneSource, renamed};
 
 /// Keys of the scene and their values, as [`SceneSource::set`] takes them.
@@ -224,6 +225,11 @@ pub(super) fn put(source: &mut SceneSource, table: &str, key: &str, value: &str)
     source.put(table, key, value);
 }
 
+/// The path of a key of the scene in a table of the study, as TOML writes it: `vary."model.peclet"`.
+pub(super) fn below(table: &str, key: &str) -> String {
+    format!("{table}.{}", quoted(key))
+}
+
 /// An error about a key of the study.
 pub(super) fn refuse(source: &SceneSource, key: &str, value: String, rule: &str, hint: &str) -> StudyError {
     let place = source.place(key);
@@ -279,7 +285,7 @@ pub(super) fn check_values(
     when: &str,
 ) -> Result<Values, StudyError> {
     let value_of = |(key, value): (&String, &toml::Value)| {
-        let refuse = |rule: &str, hint: &str| refuse(source, &format!("{at}.{key}"), value.to_string(), rule, hint);
+        let refuse = |rule: &str, hint: &str| refuse(source, &below(at, key), value.to_string(), rule, hint);
         if varied(key) {
             return Err(refuse(&format!("`vary` sets it {when}"), "take the key out of one of the two"));
         }

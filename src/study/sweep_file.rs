@@ -114,7 +114,7 @@ impl SweepStudy {
         for (key, value) in &everywhere {
             scene
                 .set(key, value)
-                .map_err(|error| within(&source, &format!("set.{key}"), "every run".to_owned(), error))?;
+                .map_err(|error| within(&source, &source::below("set", key), "every run".to_owned(), error))?;
         }
         let fixed = |key: &str| {
             let by_case = file.case.iter().find(|case| case.set.contains_key(key));
@@ -246,9 +246,9 @@ impl SweepStudy {
             None if path == SEED => "seeds".to_owned(),
             None => {
                 let in_vary = self.source.value("vary").and_then(|vary| vary.as_table_like()?.get(path)).is_some();
-                if in_vary { format!("vary.{path}") } else { "together".to_owned() }
+                if in_vary { source::below("vary", path) } else { "together".to_owned() }
             }
-            Some(_) => format!("case.{}.set.{path}", at + self.named() - self.cases.len()),
+            Some(_) => source::below(&format!("case.{}.set", at + self.named() - self.cases.len()), path),
         };
         within(&self.source, &key, format!("run {}", case.folder), error)
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::StudyError;
-use super::source::{self, Kind, Values, check_name, check_values, refuse, value_text, within};
+use super::source::{self, Kind, Values, below, check_name, check_values, refuse, value_text, within};
 use crate::measure::errors::{ErrorField, Norm};
 use crate::model::names;
 use crate::run::measures::columns_of;
@@ -118,7 +118,7 @@ impl TradeoffStudy {
         let file: TradeoffFile = source.tables().map_err(|found| found.1)?;
         let mut scene = source::read_scene(&source, &file.scene)?;
         for (key, value) in check_values(&source, "set", &file.set, &|_| false, "")? {
-            scene.set(&key, &value).map_err(|error| within(&source, &format!("set.{key}"), error))?;
+            scene.set(&key, &value).map_err(|error| within(&source, &below("set", &key), error))?;
         }
         source::apply(&mut scene, Kind::Tradeoff, sets, &|_| None)?;
         let reference = check_reference(&source, &file.reference)?;
@@ -258,7 +258,7 @@ fn settings(source: &SceneSource, tables: &[SettingTable]) -> Result<Vec<Setting
         let mut all = vec![Setting { name: table.name.clone(), set }];
         for (key, values) in &table.vary {
             if values.is_empty() {
-                let place = format!("setting.{at}.vary.{key}");
+                let place = below(&format!("setting.{at}.vary"), key);
                 return Err(refuse(source, &place, "[]".into(), "the list is empty", "list its values, as in [8, 16]"));
             }
             let with = |setting: &Setting, value: &toml::Value| {

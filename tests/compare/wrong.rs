@@ -69,6 +69,16 @@ fn a_bad_key_is_told_with_its_line() {
     fails(GOOD, &KEYS.replace("bins = [4, 4]", "bins = [1, 4]"), &["line 3", "`bins` = [1, 4]", "at least 2"]);
     fails(GOOD, &KEYS.replace("bins = [4, 4]", "bins = [-4, 4]"), &["line 3", "bins", "not negative"]);
     fails(GOOD, &with("length = 0"), &["line 4", "`length`", "greater than 0"]);
+    for key in ["length", "speed", "pixel", "frame", "frames", "window"] {
+        for value in ["0", "-1", "nan", "inf", "1e300", "1e-300"] {
+            fails(GOOD, &with(&format!("{key} = {value}")), &["c.toml, line 4", &format!("`{key}` = "), "must "]);
+        }
+    }
+    for (key, value) in [("filter", "1e300"), ("obstacle", "1e-300"), ("centre", "[1e300, 0]")] {
+        fails(GOOD, &with(&format!("{key} = {value}")), &["c.toml, line 4", &format!("`{key}` = "), "1e30"]);
+    }
+    let choices = ["`separator` = \"x\"", "not among the choices;", "the choices are ", "\"\\t\"", "\";\"", "space"];
+    fails(GOOD, &with("separator = \"x\""), &choices);
     fails(GOOD, &with("filter = -1"), &["line 4", "`filter`", "0 or greater"]);
     fails(GOOD, &with("filtr = 1"), &["line 4", "no key `filtr`", "did you mean `filter`?"]);
     fails(GOOD, &with("columns = { x = \"y\" }"), &["line 4", "columns.y", "`columns.x` is the same column"]);
@@ -80,12 +90,41 @@ fn a_bad_key_is_told_with_its_line() {
     fails(GOOD, "[model]\nkind = \"incompressible\"\n", &["a scene", "monolayer run"]);
 }
 
+/// A wrong unit puts most rows out of the domain: that is said with both boxes, and refused where it is all of them.
+#[test]
+fn rows_outside_of_the_mesh_are_told() {
+    let temporary = tempfile::tempdir().unwrap();
+    let box_of = KEYS.replace("[[-4, -3], [4, 3]]", "[[-50, -50], [50, 50]]");
+    let keys = format!("{box_of}run = '{}'\n", strip().display());
+    let noted = |table: &str, keys: &str| {
+        std::fs::write(temporary.path().join("t.csv"), table).unwrap();
+        std::fs::write(temporary.path().join("c.toml"), keys).unwrap();
+        let study = CompareStudy::read(&temporary.path().join("c.toml"), &[]).unwrap();
+        compare(&study).unwrap_or_else(|error| panic!("{error}")).tracks.notes.join("; ")
+    };
+    assert_eq!(noted(GOOD, &keys), "");
+    // three of four
+    let most = GOOD.replace("-2,2,0", "-42,2,0").replace("2,-2,1", "42,-2,1").replace("-2,-2,1", "-2,-42,1");
+    let note = noted(&most, &keys);
+    for part in
+        ["most rows lie outside of the mesh of the run (3 of 4", "between (-42.0000,", "and (8.0000,", "`length`"]
+    {
+        assert!(note.contains(part), "`{part}` is not in: {note}");
+    }
+    let note = noted(&most, &KEYS.replace("bins = [4, 4]", "bins = [4, 4]\n"));
+    assert!(note.contains("most rows lie outside of `box` (3 of 4"), "{note}");
+}
+
 #[test]
 fn a_run_elsewhere_and_wrong_options_are_told() {
     let far = GOOD.replace('2', "42");
     let keys =
         format!("{}run = '{}'\n", KEYS.replace("[[-4, -3], [4, 3]]", "[[40, -43], [44, 43]]"), strip().display());
-    fails(&far, &keys, &["c.toml, line 4", "no bin with cells lies in the domain of the run"]);
+    fails(
+        &far,
+        &keys,
+        &["c.toml, line 4", "no row lies in the mesh of the run (4 of 4", "between (-42.0000, -42.0000)"],
+    );
     let temporary = tempfile::tempdir().unwrap();
     let says = |arguments: &[&str], parts: &[&str]| {
         let output = program(&[&["compare"], arguments].concat(), temporary.path());

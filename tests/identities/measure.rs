@@ -88,4 +88,14 @@ fn cuts_skip_the_obstacle_and_average_the_sides_of_faces() {
     for sample in samples.iter().filter(|s| s.x.x.abs() > 1.01) {
         assert!(cut::value(&sign, &sample.at, 0).abs() < 1e-14, "at {:?}", sample.x);
     }
+    // many columns at once are the same bits
+    let v = random(&continuous(&mesh, 3, 2), 1);
+    let columns = cut::Columns::new(vec![(&v, 1), (&sign, 0), (&v, 0)]);
+    let mut bases = cut::Bases::default();
+    for sample in &samples {
+        let mut read = Vec::new();
+        columns.read(&sample.at, &mut bases, |value| read.push(value));
+        let one = |field, c| cut::value(field, &sample.at, c);
+        assert_eq!(read, [one(&v, 1), one(&sign, 0), one(&v, 0)]);
+    }
 }

@@ -250,6 +250,27 @@ fn the_first_signal_ends_what_has_nothing_to_save() {
     good(folder, &["run", "square.toml", "-q", "--out", "out"]);
 }
 
+/// A table of millions of rows holds no signal up; whoever resumes the run gets it.
+#[test]
+fn a_long_cut_is_left_by_a_signal_and_written_on_resume() {
+    let temporary = with(&[]);
+    let folder = temporary.path();
+    let cut = |points: usize| {
+        format!("output=[{{ cuts = [{{ name = \"long\", from = [0, 0.3], to = [1, 0.7], points = {points} }}] }}]")
+    };
+    let mut command = program(folder, &["run", "square.toml", "--out", "out", "--set", &cut(9_000_000)]);
+    let mut child = command.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+    wait_for(&folder.join("out/cuts/long.csv.part"));
+    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+    let begin = Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(begin.elapsed() < Duration::from_secs(10), "{:?}", begin.elapsed());
+    assert!(std::fs::read_dir(folder.join("out/cuts")).unwrap().next().is_none(), "no half of a table is left");
+    good(folder, &["run", "square.toml", "--out", "out", "--resume", "--set", &cut(300_000)]);
+    let table = std::fs::read_to_string(folder.join("out/cuts/long.csv")).unwrap();
+    assert_eq!(table.lines().count(), 300_001);
+}
+
 #[test]
 fn a_terminal_that_goes_away_ends_a_run_cleanly_unless_it_was_told_to_stay() {
     for (shell, code) in [("exec", 130), ("trap '' HUP; exec", 0)] {

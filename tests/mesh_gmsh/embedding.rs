@@ -168,6 +168,31 @@ fn a_cut_through_the_mesh_is_refused_and_may_be_kept() {
     }
 }
 
+/// Nodes that were meant to be one lie a little apart: a note with the place, at any scale; none where parts are well
+/// apart, or where one part comes near itself.
+#[test]
+fn parts_that_nearly_touch_are_told() {
+    for scale in [1e-6, 1.0, 1e6] {
+        for (gap, near) in [(1e-5, true), (1e-3, true), (4e-3, true), (0.1, false), (1.0, false)] {
+            let (mut vertices, cells) = rectangles(&[([0.0, 0.0], [1.0, 1.0], 2), ([1.0 + gap, 0.0], [1.0, 1.0], 2)]);
+            vertices.iter_mut().flatten().for_each(|x| *x *= scale);
+            let mesh = build(&vertices, &cells).unwrap();
+            let found = mesh.near_miss();
+            assert_eq!(found.is_some(), near, "gap {gap}: {found:?}");
+            if let Some(found) = found {
+                assert!((found.distance / (scale * gap) - 1.0).abs() < 1e-6, "{found:?}");
+                assert!((found.at.x / scale - 1.0).abs() < 0.01 && found.length == 0.5 * scale, "{found:?}");
+                let notes = monolayer::run::setup::mesh_remarks(&mesh).join("\n");
+                assert!(notes.contains("nearly touch") && notes.contains("Coherence"), "{notes}");
+            }
+        }
+    }
+    // a sharp corner of one part
+    let wedge = [[0.0, 0.0], [1.0, 0.001], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [1.0, -0.001]];
+    let cells = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 6]];
+    assert_eq!(build(&wedge, &cells).unwrap().near_miss(), None);
+}
+
 /// A crack inside of one part: four squares about a point, of which two do not share the nodes between them.
 #[test]
 fn a_slit_inside_of_a_part_is_refused() {

@@ -15,7 +15,7 @@ use super::folder::{self, Resumed};
 use super::maps::Source;
 use super::measures::{of_body, of_holding};
 use super::stake::Stake;
-use super::{Ending, Options, RunError};
+use super::{Ending, Options, RunError, extremes};
 use crate::body::penalty::Wrench;
 use crate::body::{Body, Pose, Twist};
 use crate::contact::{Contact, Wall};
@@ -125,6 +125,8 @@ pub(super) struct Plan<'a> {
     pub text: String,
     pub end: f64,
     pub max_steps: Option<usize>,
+    /// The value of the scene that is farthest outside of the usual.
+    pub suspect: Option<String>,
     pub outputs: &'a [Output],
     pub bodies: &'a [Body],
     pub walls: Vec<Wall>,
@@ -183,7 +185,10 @@ pub(super) fn run(
         progress.say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.end));
     }
     let mut overlaps = Overlaps::default();
-    let failed = |reason: String| Ending::Failed { reason: format!("{}: {reason}", plan.origin) };
+    let failed = |reason: String| {
+        let reason = extremes::hinted(reason, plan.suspect.clone());
+        Ending::Failed { reason: format!("{}: {reason}", plan.origin) }
+    };
     let ending = loop {
         if let Some(reason) = lost(plan.bodies, mover, t) {
             break failed(reason);

@@ -51,6 +51,9 @@ pub struct StokesReport {
     /// Estimate of what a run writes.
     pub disk_mib: f64,
     pub remarks: Vec<String>,
+    /// Why a run is refused here and now, by a lack of memory or disk; the rest of the report is right nonetheless.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
 }
 
 /// Mesh and sizes of a scene, before anything is assembled.
@@ -173,10 +176,8 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
             (MeshReport::Built(mesh.quality()), count)
         }
     };
-    let mut remarks = said;
-    remarks.extend(check_memory(scene, count.bytes, available).err().map(|error| error.to_string()));
     let bytes = written(scene, &count);
-    remarks.extend(disk::check(scene.source(), bytes, Path::new(".")).err().map(|error| error.to_string()));
+    let lacking = [check_memory(scene, count.bytes, available), disk::check(scene.source(), bytes, Path::new("."))];
     let bodies = scene.bodies.as_ref();
     Ok(StokesReport {
         title: scene.title.clone(),
@@ -190,7 +191,8 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
         memory_mib: count.bytes / memory::MIB,
         available_mib: available.map(|bytes| bytes / memory::MIB),
         disk_mib: bytes / memory::MIB,
-        remarks,
+        remarks: said,
+        refused: super::report::refusals(lacking),
         mesh,
     })
 }
@@ -328,6 +330,7 @@ pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunE
         text,
         end: scene.time.end,
         max_steps: scene.time.max_steps,
+        suspect: super::extremes::of_source(scene.source()),
         outputs: &scene.outputs,
         bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
         walls,

@@ -127,8 +127,7 @@ impl Checker<'_> {
     fn motion_time(&self, table: &mut MotionTimeTable) -> Result<MotionTime, SceneError> {
         let step = self.positive("time.step", table.step, "the time step, such as 0.01")?;
         let end = self.positive("time.end", table.end, "runs start at t = 0")?;
-        let rule = format!("must not be longer than the run, time.end = {end}");
-        self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
+        self.step_before_end(step, end)?;
         self.step_counts(step, end)?;
         let step_min = self.step_min(step, table.step_min)?;
         let tolerance = *table.tolerance.get_or_insert(TOLERANCE);
@@ -193,6 +192,9 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let holds = friction.is_finite() && friction >= 0.0;
     let hint = "friction of the fluid with the substrate; 0 is none";
     checker.require(holds, "model.friction", shown(friction), "must be finite and not negative", hint)?;
+    let sound = friction == 0.0 || (1e-40..=1e40).contains(&friction);
+    let rule = "its size must lie between 1e-40 and 1e40, or be 0";
+    checker.require(sound, "model.friction", shown(friction), rule, "choose units in which lengths are near 1")?;
     let symbols = [("friction", friction)];
     let table = &file.space;
     let mut space =

@@ -92,6 +92,12 @@ fn shown(value: f64) -> String {
     format!("{value:?}")
 }
 
+/// Whether a positive number is farther from 1 than another by more than three powers of ten: it is to blame where
+/// the two do not go together.
+fn is_odder(one: f64, other: f64) -> bool {
+    one.log10().abs() > other.log10().abs() + 3.0
+}
+
 /// What to do about a key that only the other kind of sheet has.
 const WRONG_KIND: &str = "remove it, or take kind = \"compressible\"";
 /// Why an incompressible sheet has no such key.
@@ -364,8 +370,7 @@ impl Checker<'_> {
         self.step_counts(step, end)?;
         let step_min = self.step_min(step, table.step_min)?;
         table.step_min = Some(step_min.value());
-        let rule = format!("must not be longer than the run, time.end = {end}");
-        self.require(step <= end, "time.step", step, &rule, "lower `step` or raise `end`")?;
+        self.step_before_end(step, end)?;
         let none = "leave it out for no limit";
         self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
         let grows = table.growth.is_finite() && table.growth >= 1.0;
@@ -424,9 +429,24 @@ impl Checker<'_> {
 
     /// A step that the clock does not see at the end would never get there.
     fn step_counts(&self, step: f64, end: f64) -> Result<(), SceneError> {
-        let rule = format!("is lost beside time.end = {}: t + step would be t", shown(end));
+        let holds = end + 0.5 * step > end;
         let hint = "numbers have 16 digits: raise `step` or lower `end`";
-        self.require(end + 0.5 * step > end, "time.step", shown(step), &rule, hint)
+        if is_odder(end, step) {
+            let rule = format!("makes time.step = {} be lost: t + step would be t", shown(step));
+            return self.require(holds, "time.end", shown(end), &rule, hint);
+        }
+        let rule = format!("is lost beside time.end = {}: t + step would be t", shown(end));
+        self.require(holds, "time.step", shown(step), &rule, hint)
+    }
+
+    fn step_before_end(&self, step: f64, end: f64) -> Result<(), SceneError> {
+        let hint = "lower `step` or raise `end`";
+        if is_odder(end, step) {
+            let rule = format!("must not be shorter than a step, time.step = {}", shown(step));
+            return self.require(step <= end, "time.end", shown(end), &rule, hint);
+        }
+        let rule = format!("must not be longer than the run, time.end = {}", shown(end));
+        self.require(step <= end, "time.step", shown(step), &rule, hint)
     }
 
     fn density_implicit(&self, scheme: &mut Option<DensityScheme>, kind: ModelKind) -> Result<bool, SceneError> {

@@ -207,6 +207,9 @@ fn check(source: SceneSource, file: CompareFile) -> Result<CompareStudy, StudyEr
     })
 }
 
+/// Units and lengths beyond these are misprints: their products leave the range of numbers.
+const SIZES: [f64; 2] = [1e-30, 1e30];
+
 fn check_numbers(source: &SceneSource, file: &CompareFile) -> Result<(), StudyError> {
     let positive = [
         ("length", Some(file.length), "number of the data's units in one disc radius"),
@@ -224,6 +227,9 @@ fn check_numbers(source: &SceneSource, file: &CompareFile) -> Result<(), StudyEr
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(refuse(source, key, format!("{value:?}"), "must be greater than 0 and finite", hint));
         }
+        if let Some(value) = value.filter(|value| !(SIZES[0]..=SIZES[1]).contains(value)) {
+            return Err(refuse(source, key, format!("{value:?}"), "must lie between 1e-30 and 1e30", hint));
+        }
     }
     let not_negative = [
         ("filter", file.filter, "deviation of the Gaussian in bins and frames; 0 for no filter"),
@@ -233,10 +239,14 @@ fn check_numbers(source: &SceneSource, file: &CompareFile) -> Result<(), StudyEr
         if !(value.is_finite() && value >= 0.0) {
             return Err(refuse(source, key, format!("{value:?}"), "must be 0 or greater, and finite", hint));
         }
+        if value > SIZES[1] || value > 0.0 && value < SIZES[0] {
+            return Err(refuse(source, key, format!("{value:?}"), "must be 0, or lie between 1e-30 and 1e30", hint));
+        }
     }
-    if !file.centre.iter().all(|x| x.is_finite()) {
+    if !file.centre.iter().all(|x| x.is_finite() && x.abs() <= SIZES[1]) {
         let hint = "place of the disc's centre in the table's units";
-        return Err(refuse(source, "centre", format!("{:?}", file.centre), "must be two finite numbers", hint));
+        let rule = "must be two finite numbers, of size 1e30 at most";
+        return Err(refuse(source, "centre", format!("{:?}", file.centre), rule, hint));
     }
     Ok(())
 }
@@ -245,8 +255,9 @@ fn check_box(source: &SceneSource, bins: &Bins) -> Result<(), StudyError> {
     let (low, high) = (bins.low, bins.high);
     let shown = format!("[[{:?}, {:?}], [{:?}, {:?}]]", low.x, low.y, high.x, high.y);
     for (c, side) in ["left of the right one", "below the upper one"].into_iter().enumerate() {
-        if !(low[c].is_finite() && high[c].is_finite() && low[c] < high[c]) {
-            let rule = format!("the first corner must lie {side}, both finite");
+        let sound = |x: f64| x.is_finite() && x.abs() <= SIZES[1];
+        if !(sound(low[c]) && sound(high[c]) && high[c] - low[c] >= SIZES[0]) {
+            let rule = format!("the first corner must lie {side}, both finite and of size 1e30 at most");
             return Err(refuse(source, "box", shown, &rule, "such as box = [[-10, -5], [10, 5]], in disc radii"));
         }
     }

@@ -8,7 +8,7 @@ use super::reader::{Column, Cut, Wanted};
 use crate::mesh::Point;
 use crate::scene::SceneSource;
 use crate::study::StudyError;
-use crate::study::source::refuse;
+use crate::study::source::{below, refuse};
 
 /// What tells the velocity of a row, by the places of its columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -146,7 +146,7 @@ impl List {
         let all: Vec<(String, Vec<f64>)> = given.map_or_else(own, |all| all.clone().into_iter().collect());
         let add = |(name, accepted): (String, Vec<f64>)| {
             let at = self.push("keep", None, &name);
-            self.wanted[at].key = format!("keep.\"{name}\"");
+            self.wanted[at].key = below("keep", &name);
             // a form may lack the columns that it usually has, a study names those that there are
             self.wanted[at].optional = given.is_none();
             Keep { name, at, accepted }

@@ -87,7 +87,7 @@ pub fn run(study: &CompareStudy, out: &Path) -> Result<Comparison, StudyError> {
 /// # Errors
 /// As [`run`].
 pub fn compare(study: &CompareStudy) -> Result<Comparison, StudyError> {
-    let tracks = Tracks::read(study)?;
+    let mut tracks = Tracks::read(study)?;
     let bins = study.bins;
     let closed: Vec<bool> = (0..bins.len()).map(|bin| bins.centre(bin).norm() < study.obstacle).collect();
     let blocks = tracks.frames.min(BLOCKS);
@@ -95,6 +95,16 @@ pub fn compare(study: &CompareStudy) -> Result<Comparison, StudyError> {
     let averages = Averages::join(&parts, None);
     let raw = averages.mean();
     let run = study.run.as_ref().map(|folder| RunVelocity::read(folder)).transpose()?;
+    if let Some(run) = &run {
+        let outside = run.count_outside(&tracks.samples);
+        let note = tracks.misplaced(
+            study,
+            ("the mesh of the run", study.source.place("run").to_string()),
+            outside,
+            run.bounds(),
+        )?;
+        tracks.notes.extend(note);
+    }
     let over_bins = run.as_ref().map(|run| run.average(bins, &raw.weights, study.obstacle));
     let over_bins = over_bins.as_ref().map(|(field, shares)| (field, &shares[..]));
     let at_window = |error: MeasureError| StudyError::Within {

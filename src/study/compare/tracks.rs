@@ -48,25 +48,67 @@ impl Tracks {
         let (rows, notes) = found.rows(study)?;
         let samples = place(study, &rows)?;
         let frames = samples.iter().map(|sample| sample.frame + 1).max().unwrap_or(0);
-        let tracks = Self { samples, frames, notes };
+        let mut tracks = Self { samples, frames, notes };
         tracks.check_box(study)?;
         Ok(tracks)
     }
 
-    fn check_box(&self, study: &CompareStudy) -> Result<(), StudyError> {
-        if self.samples.iter().any(|sample| study.bins.find(sample.x).is_some()) {
-            return Ok(());
+    /// Says so where most rows lie outside of `domain`, which has these corners in disc radii.
+    ///
+    /// # Errors
+    /// All of them do.
+    pub(super) fn misplaced(
+        &self,
+        study: &CompareStudy,
+        (domain, place): (&str, String),
+        outside: usize,
+        [from, to]: [Point; 2],
+    ) -> Result<Option<String>, StudyError> {
+        let all = self.samples.len();
+        if 2 * outside <= all {
+            return Ok(None);
         }
         let positions = || self.samples.iter().map(|sample| sample.x);
         let low = positions().fold(Point::repeat(f64::INFINITY), |m, x| m.inf(&x));
         let high = positions().fold(Point::repeat(f64::NEG_INFINITY), |m, x| m.sup(&x));
+        let share = if outside == all { "no row lies in" } else { "most rows lie outside of" };
+        let between = |low: Point, high: Point| {
+            let [a, b, c, d] = [low.x, low.y, high.x, high.y].map(shown);
+            format!("between ({a}, {b}) and ({c}, {d})")
+        };
         let what = format!(
-            "no row lies in `box`: with `length` = {} and `centre` = ({}, {}) the positions are between \
-             ({:.4}, {:.4}) and ({:.4}, {:.4}) disc radii",
-            study.length, study.centre.x, study.centre.y, low.x, low.y, high.x, high.y
+            "{share} {domain} ({outside} of {all} are outside): with `length` = {} and `centre` = ({}, {}) the positions \
+             are {} disc radii, and {domain} is {}",
+            study.length,
+            study.centre.x,
+            study.centre.y,
+            between(low, high),
+            between(from, to)
         );
-        Err(wrong(study, what, "check `pixel`, `length`, `centre`, `y` and `box`".to_owned()))
+        let hint = "check the units and directions: `pixel`, `length`, `centre`, `y` and `box`";
+        if outside == all {
+            return Err(StudyError::Data { place, what, hint: hint.to_owned() });
+        }
+        Ok(Some(format!("{what}; hint: {hint}")))
     }
+
+    /// As [`misplaced`](Self::misplaced) for the box of the bins.
+    fn check_box(&mut self, study: &CompareStudy) -> Result<(), StudyError> {
+        let outside = self.samples.iter().filter(|sample| study.bins.find(sample.x).is_none()).count();
+        let note = self.misplaced(
+            study,
+            ("`box`", study.data.display().to_string()),
+            outside,
+            [study.bins.low, study.bins.high],
+        )?;
+        self.notes.extend(note);
+        Ok(())
+    }
+}
+
+/// A coordinate with four decimals, or with an exponent where those say nothing.
+fn shown(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) { format!("{value:.4}") } else { format!("{value:.3e}") }
 }
 
 fn wrong(study: &CompareStudy, what: String, hint: String) -> StudyError {

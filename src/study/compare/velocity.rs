@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::measure::measured::{Binned, Bins};
+use rayon::prelude::*;
+
+use crate::measure::measured::{Binned, Bins, Sample};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
 use crate::run::finished::Left;
@@ -49,6 +51,12 @@ impl RunVelocity {
     pub fn at(&self, x: Point) -> Option<Point> {
         let (cell, xi) = self.locator.locate(&self.mesh, self.centre + x * self.radius)?;
         Some(self.velocity.vector_at(cell, xi))
+    }
+
+    /// How many of these points in disc radii lie outside of the mesh.
+    pub fn count_outside(&self, points: &[Sample]) -> usize {
+        let Self { mesh, locator, centre, radius, .. } = self;
+        points.par_iter().filter(|point| locator.locate(mesh, centre + point.x * *radius).is_none()).count()
     }
 
     /// Lowest and highest corner of the mesh, in disc radii about the disc's centre.

@@ -166,9 +166,15 @@ fn blame_separator(line: &Line, cut: Cut, found: Option<Separator>) -> Option<Wr
     Some(Wrong::new(Some(line.number), what, hint))
 }
 
+/// The beginning of a line, its tabs written as `\\t`.
 fn short(text: &str) -> String {
     const MOST: usize = 60;
-    if text.chars().count() > MOST { text.chars().take(MOST).chain(['…']).collect() } else { text.to_owned() }
+    let more = if text.chars().count() > MOST { "…" } else { "" };
+    let mut shown = String::new();
+    for letter in text.chars().take(MOST) {
+        if letter.is_control() { shown.extend(letter.escape_debug()) } else { shown.push(letter) }
+    }
+    shown + more
 }
 
 /// The columns of a text that begins with numbers, as far as its form tells their numbers.
