@@ -115,6 +115,11 @@ impl Stiffness {
         self.varying.is_empty() && self.paths.is_empty()
     }
 
+    /// Whether the force or torque on a body varies with where it is.
+    pub fn has_varying_force(&self, body: usize) -> bool {
+        self.varying.iter().any(|varying| varying.body == body && !varying.held)
+    }
+
     /// What strains a step the most; `None` where nothing varies.
     ///
     /// # Errors

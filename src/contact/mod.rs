@@ -17,6 +17,7 @@ pub mod projection;
 mod smooth;
 mod solver;
 mod step;
+mod swing;
 mod walls;
 
 pub use bonds::{Bond, Bonds, Key};

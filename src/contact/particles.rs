@@ -5,11 +5,13 @@
 //! γ_d m V = F + Σ λ G              overdamped: γ_d > 0
 //! ```
 //! and the same for spin, moment of inertia and torque. A step takes the forces at its beginning, projects the velocities that they give, and moves
-//! with the projected ones.
+//! with the projected ones. Inertial bodies whose forces vary with their place, and that nothing touches in a step, follow
+//! them within the step instead.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bonds, Contact, ContactError, Effort, Freedom, Metric, Mover, Projected, Solver};
+use super::swing::{Swing, Swinging};
+use super::{Bonds, Contact, ContactError, Effort, Freedom, Metric, Mover, Partner, Projected, Solver};
 use crate::body::penalty::Wrench;
 use crate::body::stiffness::{DECAY, Response, Stiffness, Strain, Stride};
 use crate::body::{Pose, Shape, Twist, perpendicular, turned};
@@ -43,6 +45,11 @@ pub enum Motion {
 pub trait Drive {
     /// Total force and torque about the centre: `(F_x, F_y, τ)`.
     fn load(&self, body: usize, t: f64, pose: &Pose, twist: &Twist) -> [f64; 3];
+
+    /// [`Drive::load`] at a share of the step from `t` to `t + dt`.
+    fn load_within(&self, body: usize, (t, dt): (f64, f64), share: f64, pose: &Pose, twist: &Twist) -> [f64; 3] {
+        self.load(body, t + share * dt, pose, twist)
+    }
 
     /// Twist of a held body.
     fn twist(&self, _body: usize, _t: f64, _pose: &Pose) -> Twist {
@@ -194,31 +201,66 @@ impl Particles {
         self.solver.restore(state.bonds);
     }
 
-    /// One step.
+    /// One step, with the forces at its beginning.
     ///
     /// # Errors
     /// Empty steps; forces that are not finite; bodies that cannot move without overlap. The state is that before the step.
     pub fn step(&mut self, dt: f64, drive: &dyn Drive) -> Result<StepReport, ContactError> {
+        self.step_along(&Stiffness::default(), dt, drive)
+    }
+
+    /// One step. Bodies with inertia whose forces vary with their place follow them within the step, where contact lets them.
+    ///
+    /// # Errors
+    /// As [`Particles::step`].
+    pub fn step_along(
+        &mut self,
+        stiffness: &Stiffness,
+        dt: f64,
+        drive: &dyn Drive,
+    ) -> Result<StepReport, ContactError> {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(ContactError::Step { dt });
         }
         let plans: Vec<Plan> =
             (0..self.bodies.len()).map(|k| self.plan(k, dt, drive)).collect::<Result<_, ContactError>>()?;
-        let metric = match self.dynamics {
-            Dynamics::Inertial { .. } => Metric::Mass,
-            Dynamics::Overdamped { .. } => Metric::Resistance,
+        let mut swings: Vec<Option<Swing>> =
+            (0..self.bodies.len()).map(|k| self.swing(k, dt, stiffness, drive)).collect();
+        let bonds = swings.iter().any(Option::is_some).then(|| self.solver.bonds().clone());
+        let projected = loop {
+            let along = |(plan, swing): (&Plan, &Option<Swing>)| swing.map_or(*plan, |swing| plan.with(&swing));
+            let projected = self.project(&plans.iter().zip(&swings).map(along).collect::<Vec<_>>(), dt)?;
+            match &bonds {
+                Some(bonds) if give_up(&mut swings, &projected.contacts) => self.solver.restore(bonds.clone()),
+                Some(_) | None => break projected,
+            }
         };
-        // `project` changes the solver only when it succeeds
-        let mut solver = std::mem::replace(&mut self.solver, Solver::empty());
-        let projected = solver.project(&self.movers(&plans), dt, metric);
-        self.solver = solver;
-        let Projected { twists, poses, forces, contacts, wall_force, gap, effort } = projected?;
-        for ((body, pose), twist) in self.bodies.iter_mut().zip(poses).zip(twists) {
-            (body.pose, body.twist) = (pose, twist);
+        let Projected { twists, poses, forces, contacts, wall_force, gap, effort } = projected;
+        for (((body, pose), twist), swing) in self.bodies.iter_mut().zip(poses).zip(twists).zip(swings) {
+            (body.pose, body.twist) = (pose, swing.map_or(twist, |swing| swing.last));
         }
         self.time += dt;
         let kinetic_energy = self.kinetic_energy();
         Ok(StepReport { time: self.time, contacts, forces, wall_force, gap, kinetic_energy, effort })
+    }
+
+    /// What contact leaves of plans; it changes the solver only when it succeeds.
+    fn project(&mut self, plans: &[Plan], dt: f64) -> Result<Projected, ContactError> {
+        let metric = match self.dynamics {
+            Dynamics::Inertial { .. } => Metric::Mass,
+            Dynamics::Overdamped { .. } => Metric::Resistance,
+        };
+        let mut solver = std::mem::replace(&mut self.solver, Solver::empty());
+        let projected = solver.project(&self.movers(plans), dt, metric);
+        self.solver = solver;
+        projected
+    }
+
+    /// The swing of body `k`, where its forces make it swing.
+    fn swing(&self, k: usize, dt: f64, stiffness: &Stiffness, drive: &dyn Drive) -> Option<Swing> {
+        let Dynamics::Inertial { drag } = self.dynamics else { return None };
+        let swinging = Swinging { body: &self.bodies[k], index: k, drag, drive };
+        stiffness.has_varying_force(k).then(|| swinging.step(self.time, dt)).flatten()
     }
 
     /// How hard a step from `t` is to follow, for bodies whose forces or velocities vary with their place.
@@ -347,9 +389,28 @@ impl Particles {
 }
 
 /// What a body would do in a step without contact.
+#[derive(Clone, Copy)]
 struct Plan {
     predicted: Twist,
     freedom: Freedom,
+}
+
+impl Plan {
+    fn with(self, swing: &Swing) -> Self {
+        Self { predicted: swing.mean, ..self }
+    }
+}
+
+/// Takes the swings from bodies that contact acts on: these take the forces at the beginning, as contact does. Whether there was one.
+fn give_up(swings: &mut [Option<Swing>], contacts: &[Contact]) -> bool {
+    let mut found = false;
+    for contact in contacts.iter().filter(|contact| contact.force != 0.0) {
+        found |= swings[contact.body].take().is_some();
+        if let Partner::Body(other) = contact.partner {
+            found |= swings[other].take().is_some();
+        }
+    }
+    found
 }
 
 /// What forces change of the velocities of a step.

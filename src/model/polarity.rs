@@ -325,7 +325,9 @@ impl Polarity {
             return vec![0.0; self.space.dof_count()];
         }
         let data = move |s: &FacePoint| self.data(s, t);
-        let form = self.parameters.peclet * upwind::l_upw(&self.space, carrier, self.dirichlet, FORMULA_DEGREE, data);
+        // with the points of `a_upw`, so that iterations in turn solve the equation of `carried` wherever the flow turns round on a face
+        let degree = self.space.degree;
+        let form = self.parameters.peclet * upwind::l_upw(&self.space, carrier, self.dirichlet, degree, data);
         loops.vector(&form, &self.space)
     }
 

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
-use crate::form::{Integrator, mass, stokes};
+use super::momentum::{SlipTreatment, tagged};
+use crate::form::{Faces, Integrator, mass, stokes};
 use crate::mesh::{Curve, Mesh, Point};
-use crate::solve::sparse::Matrix;
+use crate::solve::dot;
+use crate::solve::sparse::{Factored, Matrix};
 use crate::space::Space;
 
 /// Circles whose centres differ by less than this share of their radius have one centre.
@@ -34,32 +36,75 @@ pub fn drag(mesh: &Arc<Mesh>, velocity: &Space, centre: Point) -> f64 {
         return 0.0;
     }
     let loops = Integrator::new(mesh);
-    let positions = velocity.node_positions();
-    let count = velocity.dof_count();
-    let mut turned = vec![0.0; count];
-    for (cell, i) in (0..mesh.cells.len()).flat_map(|cell| (0..velocity.n).map(move |i| (cell, i))) {
-        let x = positions[velocity.node(cell, i)] - centre;
-        turned[velocity.dof(cell, 0, i)] = -x.y;
-        turned[velocity.dof(cell, 1, i)] = x.x;
-    }
+    let (turned, count) = (rotation_of(mesh, velocity, centre), velocity.dof_count());
     let quadratic = |triplets: &[(usize, usize, f64)]| Matrix::from_triplets(count, count, triplets).quadratic(&turned);
     let viscous = quadratic(&loops.triplets(&stokes::viscosity(velocity), velocity, velocity));
     viscous / quadratic(&loops.triplets(&mass::vector_mass(velocity), velocity, velocity))
 }
 
+/// The interpolant of `(x − centre)^⊥`.
+fn rotation_of(mesh: &Mesh, velocity: &Space, centre: Point) -> Vec<f64> {
+    let positions = velocity.node_positions();
+    let mut turned = vec![0.0; velocity.dof_count()];
+    for (cell, i) in (0..mesh.cells.len()).flat_map(|cell| (0..velocity.n).map(move |i| (cell, i))) {
+        let x = positions[velocity.node(cell, i)] - centre;
+        turned[velocity.dof(cell, 0, i)] = -x.y;
+        turned[velocity.dof(cell, 1, i)] = x.x;
+    }
+    turned
+}
+
+/// How fast a force that friction alone would balance at the speed 1 turns velocities whose slip is imposed by penalty. Nothing asks them to
+/// be free of divergence, so those of the flow turn no faster. `None` where it cannot be told.
+fn turning_by_penalty(
+    mesh: &Arc<Mesh>,
+    velocity: &Space,
+    centre: Point,
+    friction: f64,
+    (slip, epsilon): (Faces, f64),
+) -> Option<f64> {
+    let loops = Integrator::new(mesh);
+    let (turned, count) = (rotation_of(mesh, velocity, centre), velocity.dof_count());
+    let matrix = |form| Matrix::from_triplets(count, count, &loops.triplets(&form, velocity, velocity));
+    let held = stokes::viscosity(velocity) + stokes::slip_penalty(velocity, slip, epsilon * mesh.area().sqrt());
+    let held = matrix(held + friction * mass::vector_mass(velocity));
+    let weighed = matrix(mass::vector_mass(velocity)).times(&turned);
+    let force: Vec<f64> = weighed.iter().map(|v| friction * v).collect();
+    let v = Factored::new("rotation", held).ok()?.solve(&force).ok()?;
+    Some(dot(&weighed, &v) / dot(&weighed, &turned))
+}
+
 /// What to say about a rotation that costs more than a thousandth of the friction.
-pub fn remark(mesh: &Arc<Mesh>, velocity: &Space, conditions: &[Conditions], friction: f64) -> Option<String> {
+pub fn remark(
+    mesh: &Arc<Mesh>,
+    velocity: &Space,
+    conditions: &[Conditions],
+    friction: f64,
+    slip: SlipTreatment,
+) -> Option<String> {
     let centre = free_centre(mesh, conditions)?;
     let drag = drag(mesh, velocity, centre);
+    let degree = velocity.degree;
+    let hint = format!("take `mesh.curved` = {}, or `space.k` larger", degree.min(3));
+    if let (SlipTreatment::Penalty { epsilon }, true) = (slip, drag > 0.0) {
+        let faces = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
+        let share = turning_by_penalty(mesh, velocity, centre, friction, (faces, epsilon))?;
+        return (share < 0.999).then(|| {
+            format!(
+                "the tissue can rotate as a whole about ({:.3}, {:.3}), and velocities of degree {degree} do not turn \
+                 rigidly along walls of cells of a higher degree, to which `space.penalty` = {epsilon:.0e} holds them: what \
+                 should turn with the speed 1 turns with {share:.1e} at most; hint: {hint}",
+                centre.x, centre.y
+            )
+        });
+    }
     (drag > 1e-3 * friction).then(|| {
-        let (share, degree) = (friction / (friction + drag), velocity.degree);
+        let share = friction / (friction + drag);
         format!(
             "the tissue can rotate as a whole about ({:.3}, {:.3}), and velocities of degree {degree} do not turn \
              rigidly in cells of a higher degree: that costs as much as a friction of {drag:.1e} beside {friction:.1e}, \
-             and what should turn with the speed 1 turns with {share:.3}; hint: take `mesh.curved` = {}, or `space.k` larger",
-            centre.x,
-            centre.y,
-            degree.min(3)
+             and what should turn with the speed 1 turns with {share:.3}; hint: {hint}",
+            centre.x, centre.y
         )
     })
 }

@@ -277,10 +277,15 @@ impl Acting<'_> {
 }
 
 impl Drive for Acting<'_> {
-    fn load(&self, body: usize, _t: f64, pose: &Pose, _twist: &Twist) -> [f64; 3] {
+    fn load(&self, body: usize, t: f64, pose: &Pose, twist: &Twist) -> [f64; 3] {
+        self.load_within(body, (t, self.end - self.t), 0.0, pose, twist)
+    }
+
+    fn load_within(&self, body: usize, _: (f64, f64), share: f64, pose: &Pose, _twist: &Twist) -> [f64; 3] {
         let body = &self.scene.bodies.bodies[body];
-        let value = |formula: &Expression| formula.eval_at(pose.position, pose.angle, self.t);
-        let fall = |formula: &Expression| body.mass() * formula.eval(Point::zeros(), self.t);
+        let t = self.t + share * (self.end - self.t);
+        let value = |formula: &Expression| formula.eval_at(pose.position, pose.angle, t);
+        let fall = |formula: &Expression| body.mass() * formula.eval(Point::zeros(), t);
         let ([g1, g2], [f1, f2]) = (&self.scene.gravity, &body.force);
         [fall(g1) + value(f1), fall(g2) + value(f2), value(&body.torque)]
     }
@@ -321,7 +326,7 @@ impl Mover for Stepper<'_> {
                 Some(strain) => strain.load <= EASY,
                 None => true,
             };
-            Ok((particles.step(dt, &acting).map_err(failure)?, easy))
+            Ok((particles.step_along(stiffness, dt, &acting).map_err(failure)?, easy))
         })?;
         let Paced { t, dt, rejected, why, done: report } = paced;
         self.contacts = report.contacts;

@@ -213,7 +213,8 @@ fn mesh_and_count(scene: &Scene) -> Result<Judged, RunError> {
     };
     let (quality, friction) = (mesh.quality(), scene.parameters.friction);
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
-    let turning = rotation::remark(&mesh, &velocity, &setup::describe(scene, &mesh).conditions, friction);
+    let turning =
+        rotation::remark(&mesh, &velocity, &setup::describe(scene, &mesh).conditions, friction, scene.space.slip);
     let of_mesh = setup::mesh_remarks(&mesh).into_iter().chain(setup::resolution_remarks(scene, &mesh, &quality));
     let said = of_mesh.chain(turning).collect();
     Ok(Judged { mesh: MeshReport::Built(quality), count, counted, said })

@@ -392,7 +392,7 @@ impl Setup {
         remarks.extend(mesh_remarks(&self.mesh));
         remarks.extend(resolution_remarks(scene, &self.mesh, &self.quality));
         let (model, friction) = (&self.model, scene.parameters.friction);
-        remarks.extend(rotation::remark(&self.mesh, model.velocity(), model.conditions(), friction));
+        remarks.extend(rotation::remark(&self.mesh, model.velocity(), model.conditions(), friction, scene.space.slip));
         remarks
     }
 }

@@ -87,14 +87,19 @@ fn attempt(text: &str, folder: &Path, resume: bool) -> Result<MotionSummary, Str
     }
 }
 
+/// Runs a scene, or tells why it is refused.
+pub fn try_to_run(text: &str) -> Result<Left, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let summary = attempt(text, folder.path(), false)?;
+    Ok(read(folder, summary))
+}
+
 /// Runs a scene.
 ///
 /// # Panics
 /// Where it is refused.
 pub fn run(text: &str) -> Left {
-    let folder = tempfile::tempdir().unwrap();
-    let summary = attempt(text, folder.path(), false).unwrap_or_else(|message| panic!("refused: {message}"));
-    read(folder, summary)
+    try_to_run(text).unwrap_or_else(|message| panic!("refused: {message}"))
 }
 
 /// Goes on with what a run left, as the scene `text` has it now.

@@ -6,3 +6,4 @@ mod flow;
 mod particles;
 mod refused;
 mod tissue;
+mod units;

@@ -1,6 +1,9 @@
 //! Mass: kept where nothing passes the boundary, counted where something does; and never negative.
 
+use std::sync::Arc;
+
 use crate::common::*;
+use monolayer::mesh::{BoundaryEdge, Mesh, Point};
 use monolayer::model::compressible::Compressible;
 use monolayer::model::{Conditions, Parameters, VelocityCondition};
 use monolayer::time::{CouplingKind, March, MarchSettings};
@@ -20,6 +23,53 @@ fn uneven(step: f64, order: usize, kind: CouplingKind) -> MarchSettings {
 
 fn mass(march: &March) -> f64 {
     march.model.mass(&march.model.carried(&march.state))
+}
+
+/// Two squares of different size that share nothing.
+fn two_parts() -> Arc<Mesh> {
+    let (a, b) = (square(2), mesh("shape = \"square\"\nn = 3\nlength = [0.0, 1.5]\ndistortion = 0.1"));
+    let (mut vertices, mut cells, mut boundary) = (Vec::new(), Vec::new(), Vec::new());
+    for (part, by, tag) in [(&a, Point::zeros(), 0), (&b, Point::new(2.0, -0.3), 1)] {
+        let first = vertices.len();
+        vertices.extend(part.vertices.iter().map(|x| x + by));
+        cells.extend(part.cells.iter().map(|cell| cell.map(|k| k + first)));
+        let outer = part.faces.iter().filter(|face| face.plus.is_none());
+        let edge = |face| BoundaryEdge { vertices: part.face_vertices(face).map(|k| k + first), tag, curve: None };
+        boundary.extend(outer.map(edge));
+    }
+    let tags = ["a", "b"].map(str::to_owned).into();
+    Arc::new(Mesh::build(vertices, cells, &boundary, tags, Vec::new()).expect("the parts lie apart"))
+}
+
+/// `∫ρ` over the part left of x = 1.5 and over the other one.
+fn masses(model: &Compressible, march: &March) -> [f64; 2] {
+    let mesh = &model.loops.mesh;
+    let over = |left: bool| {
+        let rho = march.state.volume();
+        model.loops.sum(4, |x| if (mesh.centroid(x.site.cell).x < 1.5) == left { rho.scalar(&x.site) } else { 0.0 })
+    };
+    [over(true), over(false)]
+}
+
+#[test]
+fn parts_that_share_nothing_keep_their_masses_apart() {
+    let mesh = two_parts();
+    for kind in COUPLINGS {
+        for k in [1, 2] {
+            let model = sheet(&mesh, active(), k, closed);
+            let mut march = March::start(&model, uneven(0.02, 3, kind), smooth(&model)).unwrap();
+            let start = masses(&model, &march);
+            let (mut worst, mut fastest) = (0.0_f64, 0.0_f64);
+            for _ in 0..100 {
+                march.advance(next_landing(march.t)).unwrap();
+                let now = masses(&model, &march);
+                worst = now.iter().zip(start).fold(worst, |worst, (now, start)| worst.max((now / start - 1.0).abs()));
+                fastest = fastest.max(largest(&march.state.v.values));
+            }
+            assert!(fastest > 0.3, "{kind:?}: it moves: {fastest}");
+            assert!(worst < 1e-13, "{kind:?}, k = {k}: the mass of a part changes by {worst:.1e}");
+        }
+    }
 }
 
 fn next_landing(t: f64) -> f64 {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::saved::SavedMotion;
-use super::{Mover, Plan, Row, asked, draw, take};
+use super::{Mover, Plan, Row, Totals, asked, draw, take};
 use crate::measure::bodies::loads;
 use crate::output::OutputError;
 use crate::output::bodies::{Asked, BodyFiles, Cast, Look, Moment, picture, view};
@@ -18,7 +18,6 @@ use crate::run::maps::failed;
 use crate::run::measures::columns_of;
 use crate::scene::{Field, MapRequest, Measure, Quantity, What};
 use crate::time::Schedule;
-use crate::time::march::Counts;
 
 /// Columns of the history before the measures.
 const STEP_COLUMNS: [&str; 4] = ["time", "dt", "iterations", "rejected"];
@@ -216,17 +215,18 @@ impl Files {
         plan: &Plan,
         mover: &dyn Mover,
         (before, t): (f64, f64),
-        counts: Counts,
+        totals: Totals,
     ) -> Result<(), RunError> {
-        let due = self.checkpoints.iter().any(|s| s.is_due(before, t, counts.steps));
+        let due = self.checkpoints.iter().any(|s| s.is_due(before, t, totals.counts.steps));
         if due || self.last_checkpoint.elapsed() > PAUSE {
-            self.write_checkpoint(plan, mover, t, counts)?;
+            self.write_checkpoint(plan, mover, t, totals)?;
         }
         Ok(())
     }
 
-    pub fn write_checkpoint(&mut self, plan: &Plan, mover: &dyn Mover, t: f64, counts: Counts) -> Result<(), RunError> {
-        let saved = SavedMotion::new(plan.text.clone(), plan.fingerprint, t, counts, mover.state());
+    pub fn write_checkpoint(&mut self, plan: &Plan, mover: &dyn Mover, t: f64, totals: Totals) -> Result<(), RunError> {
+        let Totals { counts, overlap } = totals;
+        let saved = SavedMotion::new(plan.text.clone(), plan.fingerprint, t, counts, overlap, mover.state());
         saved.write(&self.out.join("checkpoint.bin"))?;
         self.last_checkpoint = Instant::now();
         Ok(())

@@ -169,17 +169,18 @@ pub(super) fn run(
     let resumed = saved.as_ref().map(|saved| Resumed::at(&options.out, saved.counts.steps, saved.t));
     let _stake = Stake::new();
     folder::write_scene(&options.out, &plan.text, saved.as_ref().map(|saved| saved.scene.as_str()))?;
-    let (mut t, mut counts) = saved.as_ref().map_or((0.0, Counts::default()), |saved| (saved.t, saved.counts));
+    let mut t = saved.as_ref().map_or(0.0, |saved| saved.t);
+    let mut totals = saved.as_ref().map_or_else(Totals::default, Totals::of);
     let mut files = Files::new(plan, &options.out, resumed)?;
     let mut phases = Phases::default();
     let mut progress = Progress::new(options.verbosity, t);
     plan.remarks.iter().for_each(|remark| progress.say(&format!("note: {remark}")));
     if saved.is_none() {
         phases.measure("output", || files.write_due(mover, t, 0, None))?;
-        files.write_checkpoint(plan, mover, t, counts)?;
+        files.write_checkpoint(plan, mover, t, totals)?;
     }
     if let Some(resumed) = resumed.filter(|resumed| resumed.cut_off) {
-        phases.measure("output", || files.write_due(mover, t, counts.steps, resumed.before(&options.out)))?;
+        phases.measure("output", || files.write_due(mover, t, totals.counts.steps, resumed.before(&options.out)))?;
     }
     if t > plan.end {
         progress.say(&format!("note: the run stands at t = {t}, past its end {}: nothing is left to do", plan.end));
@@ -196,7 +197,7 @@ pub(super) fn run(
         if t >= plan.end * (1.0 - 1e-12) {
             break Ending::EndTime;
         }
-        if plan.max_steps.is_some_and(|most| counts.steps >= most) {
+        if plan.max_steps.is_some_and(|most| totals.counts.steps >= most) {
             break Ending::MaxSteps;
         }
         if options.interrupt.load(Ordering::Relaxed) {
@@ -210,9 +211,7 @@ pub(super) fn run(
             Err(reason) => break failed(reason),
         };
         t = stride.t;
-        counts.steps += 1;
-        counts.nonlinear_iterations += stride.iterations;
-        counts.rejected += stride.rejected;
+        totals.add(&stride, mover);
         stride
             .notes
             .iter()
@@ -220,15 +219,15 @@ pub(super) fn run(
             .for_each(|note| progress.say(&format!("note: {note}")));
         let (dt, iterations) = (stride.dt, stride.iterations);
         phases.measure("output", || {
-            files.append_history(plan, mover, &Row { before, t, step: counts.steps, stride })?;
-            files.write_due(mover, t, counts.steps, Some(before))?;
-            files.write_checkpoint_if_due(plan, mover, (before, t), counts)
+            files.append_history(plan, mover, &Row { before, t, step: totals.counts.steps, stride })?;
+            files.write_due(mover, t, totals.counts.steps, Some(before))?;
+            files.write_checkpoint_if_due(plan, mover, (before, t), totals)
         })?;
-        progress.show(&Status { step: counts.steps, t, end: plan.end, dt, iterations, residual: None });
+        progress.show(&Status { step: totals.counts.steps, t, end: plan.end, dt, iterations, residual: None });
     };
     phases.measure("output", || {
-        files.write_checkpoint(plan, mover, t, counts)?;
-        files.write_last(mover, t, counts.steps)
+        files.write_checkpoint(plan, mover, t, totals)?;
+        files.write_last(mover, t, totals.counts.steps)
     })?;
     // a picture that cannot be drawn is no failure
     crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));
@@ -238,9 +237,31 @@ pub(super) fn run(
     asked(plan.outputs).iter().for_each(|measure| take(*measure, plan, mover, &mut measures));
     measures.retain(|_, value| value.is_finite());
     let summary =
-        MotionSummary::new(plan, ending, t, counts, measures, &phases, begin.elapsed(), counts_before, progress.said());
+        MotionSummary::new(plan, ending, t, totals, measures, &phases, begin.elapsed(), counts_before, progress.said());
     summary.write(&options.out.join("summary.json"))?;
     Ok(summary)
+}
+
+/// Over all steps, resumed parts included.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Totals {
+    pub counts: Counts,
+    /// Largest overlap after a step, 0 without one.
+    pub overlap: f64,
+}
+
+impl Totals {
+    /// At a checkpoint.
+    fn of(saved: &SavedMotion) -> Self {
+        Self { counts: saved.counts, overlap: saved.overlap }
+    }
+
+    fn add(&mut self, stride: &Stride, mover: &dyn Mover) {
+        self.counts.steps += 1;
+        self.counts.nonlinear_iterations += stride.iterations;
+        self.counts.rejected += stride.rejected;
+        self.overlap = self.overlap.max(bodies::overlap(mover.contacts()));
+    }
 }
 
 /// An accepted step.

@@ -14,7 +14,7 @@ use crate::output::{OutputError, write_whole};
 use crate::run::RunError;
 use crate::time::march::Counts;
 
-const MAGIC: &str = "monolayer bodies 2";
+const MAGIC: &str = "monolayer bodies 3";
 
 /// A checkpoint and the scene that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,14 +26,16 @@ pub struct SavedMotion {
     pub mesh: u64,
     pub t: f64,
     pub counts: Counts,
+    /// Largest overlap after a step so far, 0 without one.
+    pub overlap: f64,
     /// What the bodies and the flow are, as their stepper packs it.
     pub state: Vec<u8>,
 }
 
 impl SavedMotion {
     /// Binds a state to its scene.
-    pub fn new(scene: String, mesh: u64, t: f64, counts: Counts, state: Vec<u8>) -> Self {
-        Self { magic: MAGIC.into(), scene, mesh, t, counts, state }
+    pub fn new(scene: String, mesh: u64, t: f64, counts: Counts, overlap: f64, state: Vec<u8>) -> Self {
+        Self { magic: MAGIC.into(), scene, mesh, t, counts, overlap, state }
     }
 
     /// Refuses another mesh.

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::Plan;
+use super::{Plan, Totals};
 use crate::mesh::quality::Quality;
 use crate::model::Term;
 use crate::output::{OutputError, write_whole};
@@ -32,6 +32,8 @@ pub struct MotionSummary {
     pub walls: usize,
     #[serde(flatten)]
     pub counts: Counts,
+    /// Largest overlap of bodies with each other or with walls after any step, 0 without one; of pairs whose motion is given, too.
+    pub largest_overlap: f64,
     /// Sparse factorisations of this process during the run.
     pub factorisations: usize,
     /// Solves with these factors.
@@ -71,7 +73,7 @@ impl MotionSummary {
         plan: &Plan,
         ending: Ending,
         time: f64,
-        counts: Counts,
+        totals: Totals,
         measures: BTreeMap<&'static str, f64>,
         phases: &Phases,
         total: Duration,
@@ -92,7 +94,8 @@ impl MotionSummary {
             unknowns: Unknowns { velocity, pressure, polarity: 0, stokes_system },
             bodies: plan.bodies.len(),
             walls: plan.walls.len(),
-            counts,
+            counts: totals.counts,
+            largest_overlap: totals.overlap,
             factorisations: factorisations - counts_before[0],
             direct_solves: direct_solves - counts_before[1],
             measures,
@@ -140,6 +143,9 @@ impl fmt::Display for MotionSummary {
                 size if size > 0.0 && size < 1e-3 => writeln!(out, "{name} = {value:.3e}")?,
                 _ => writeln!(out, "{name} = {value:.6}")?,
             }
+        }
+        if self.largest_overlap > 0.0 {
+            writeln!(out, "largest overlap {:.3e}, over all steps", self.largest_overlap)?;
         }
         let memory = self.peak_memory_mib.map_or_else(|| "unknown".into(), |m| format!("{m:.0} MiB"));
         write!(out, "peak memory {memory}")

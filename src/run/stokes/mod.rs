@@ -202,7 +202,7 @@ fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
     let mut remarks = scene.source().notes().to_vec();
     remarks.extend(setup::mesh_remarks(mesh));
     let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
-    remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction));
+    remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction, scene.slip));
     remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
     remarks
 }
