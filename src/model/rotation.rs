@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
-use crate::form::{Integrator, mass, stokes};
+use crate::form::{Density, Integrator, mass, stokes};
 use crate::mesh::{Curve, Mesh, Point};
 use crate::solve::sparse::Matrix;
 use crate::space::Space;
@@ -43,7 +43,7 @@ pub fn drag(mesh: &Arc<Mesh>, velocity: &Space, centre: Point) -> f64 {
         turned[velocity.dof(cell, 1, i)] = x.x;
     }
     let quadratic = |triplets: &[(usize, usize, f64)]| Matrix::from_triplets(count, count, triplets).quadratic(&turned);
-    let viscous = quadratic(&loops.triplets(&stokes::viscosity(velocity), velocity, velocity));
+    let viscous = quadratic(&loops.triplets(&stokes::viscosity(velocity, Density::One), velocity, velocity));
     viscous / quadratic(&loops.triplets(&mass::vector_mass(velocity), velocity, velocity))
 }
 
