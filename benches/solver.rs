@@ -9,10 +9,11 @@ use std::time::Duration;
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
 use monolayer::form::upwind::Carrier;
-use monolayer::form::{mass, stokes};
+use monolayer::form::{Density, mass, stokes};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts, Structure};
 use monolayer::model::tangent::Tangent;
+use monolayer::model::terms::At;
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::solve::sparse::{Factored, Matrix};
@@ -97,8 +98,9 @@ fn assemble(criterion: &mut Criterion, bench: &Bench) {
     let mut group = group(criterion, "assemble", 3);
     group.bench_function(bench.id("polarity operator"), |b| {
         b.iter(|| {
-            let carrier = Carrier::from(&state.v);
-            model.polarity.operator(&model.loops, bench.weight(), carrier, &state.p, &mut operator);
+            let given = model.given(bench.after.t);
+            let at = At::new(&model.parameters, &state.p, &given).with_flow(&state.v.space, Carrier::from(&state.v));
+            model.polarity.pass(&model.loops, bench.weight(), &at, &mut operator)
         });
     });
     group.bench_function(bench.id("force"), |b| b.iter(|| model.force(&state.p, &state.v, &inputs)));
@@ -111,7 +113,7 @@ fn stokes_matrix(model: &Incompressible) -> Matrix {
     let (momentum, loops) = (&model.momentum, &model.loops);
     let (velocity, pressure, frames) = (&*momentum.velocity, &*momentum.pressure, &momentum.frames);
     let (nv, np) = (velocity.dof_count(), pressure.dof_count());
-    let form = stokes::viscosity(velocity) + model.parameters.friction * mass::vector_mass(velocity);
+    let form = stokes::viscosity(velocity, Density::One) + model.parameters.friction * mass::vector_mass(velocity);
     let stiffness = Matrix::from_triplets(nv, nv, &loops.triplets(&form, velocity, velocity));
     let gradient = loops.triplets(&stokes::divergence(velocity, pressure), pressure, velocity);
     let mut triplets = frames.reduce(&stiffness);

@@ -8,7 +8,7 @@ use monolayer::mesh::Point;
 use monolayer::mesh::generate::{MeshScene, Shape};
 use monolayer::model::incompressible::{Degrees, Description, Incompressible};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::model::{Conditions, Parameters, PolarityCondition, Sources, VelocityCondition};
 use monolayer::space::project;
 use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, March, MarchSettings};
 
@@ -25,17 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let model = Incompressible::new(
         &mesh,
         &Description {
-            parameters: Parameters {
-                friction: 1.0,
-                traction: 0.0,
-                active_stress: 0.0,
-                peclet: 1.0,
-                coherence: 0.3,
-                elasticity: 1.0,
-                alignment: 1.0,
-                elastic_force: ElasticForce::Stress,
-                density: None,
-            },
+            parameters: Parameters { traction: 0.0, coherence: 0.3, elasticity: 1.0, ..Parameters::PLAIN },
             degrees: Degrees { velocity: 2, pressure: 1, density: 0, polarity: 3 },
             conditions: vec![slip; mesh.tags.len()],
             sources: Sources::default(),

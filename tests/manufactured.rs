@@ -138,8 +138,7 @@ impl Random {
             coherence: 0.2 + self.next(),
             elasticity: if round % 3 == 2 { 0.0 } else { 0.2 + self.next() },
             alignment: 2.0 * self.next() - 1.0,
-            elastic_force: Default::default(),
-            density: None,
+            ..Parameters::PLAIN
         }
     }
 }
@@ -198,8 +197,7 @@ fn shear_of_a_uniform_polarity_by_hand() {
         coherence: 0.1,
         elasticity: 1.0,
         alignment: 0.25,
-        elastic_force: Default::default(),
-        density: None,
+        ..Parameters::PLAIN
     };
     let (x, t) = (Point::new(0.2, 0.7), 0.3);
     assert_near("f_p", exact.polarity_source(&m, x, t), Point::new(0.0, 4.0 * 0.5 * (1.0 - 0.25)), 1e-15);

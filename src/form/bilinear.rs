@@ -20,6 +20,18 @@ impl Stencil {
     pub fn zero() -> Self {
         Self { c: [[0.0; MAX_SLOTS]; MAX_SLOTS] }
     }
+
+    /// Multiplies some rows, up to a column, by a number.
+    pub(super) fn scale(&mut self, rows: Range<usize>, columns: usize, scale: f64) {
+        self.c[rows].iter_mut().flat_map(|row| &mut row[..columns]).for_each(|c| *c *= scale);
+    }
+
+    /// Adds some rows of another stencil, up to a column, times a number.
+    pub(super) fn add(&mut self, rows: Range<usize>, columns: usize, scale: f64, other: &Self) {
+        for (row, other) in self.c[rows.clone()].iter_mut().zip(&other.c[rows]) {
+            row[..columns].iter_mut().zip(&other[..columns]).for_each(|(c, other)| *c += scale * other);
+        }
+    }
 }
 
 type CellIntegrand<'a> = Box<dyn Fn(&CellPoint, &mut Stencil) + Sync + 'a>;
@@ -51,6 +63,11 @@ impl<'a, U: Jet, V: Jet> Bilinear<'a, U, V> {
     /// The form without terms.
     pub fn zero() -> Self {
         Self { cell_terms: Vec::new(), face_terms: Vec::new(), kinds: PhantomData }
+    }
+
+    /// Whether there are integrals over faces, which couple the cells on both sides.
+    pub fn has_faces(&self) -> bool {
+        !self.face_terms.is_empty()
     }
 
     /// `∫_Ω integrand(φ, χ)`, of polynomial degree `degree`. `at` computes what depends on the point alone and returns the

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::bilinear::{Bilinear, MAX_SLOTS};
 use super::kernel::{Basis, add_vector};
-use super::linear::Linear;
+use super::linear::{self, Linear};
 use super::restrict::Restriction;
 use super::words::Jet;
 use super::worker::Worker;
@@ -390,11 +390,17 @@ impl Integrator {
         local.par_chunks_mut(rows).enumerate().for_each_init(
             || (Basis::new(test), [0.0; MAX_SLOTS]),
             |(chi, weights), (cell, block)| {
-                for term in &form.cell_terms {
+                for (k, term) in form.cell_terms.iter().enumerate() {
+                    let alike = |other: &&linear::CellTerm| other.degree == term.degree;
+                    if form.cell_terms[..k].iter().any(|earlier| alike(&earlier)) {
+                        continue;
+                    }
                     self.each_cell_point(cell, term.degree, &mut |x| {
                         chi.evaluate(&x.site);
-                        (term.integrand)(x, weights);
-                        add_vector(block, weights, 0, chi, x.weight * term.scale);
+                        for term in form.cell_terms[k..].iter().filter(alike) {
+                            (term.integrand)(x, weights);
+                            add_vector(block, weights, 0, chi, x.weight * term.scale);
+                        }
                     });
                 }
             },

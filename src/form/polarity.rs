@@ -5,25 +5,16 @@ use super::words::{Scalar, Vector, skw, sym};
 use super::{Bilinear, Linear};
 use crate::space::{Field, Space};
 
-/// `ω(p,ρq,v) = ∫ ρ q·W(v)·p`, trial p, test q   [7.6d]
-pub fn rotation<'a>(space: &Space, flow: &'a Field, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
-    super::mass::matrix_mass(space, flow.space.degree - 1 + rho.degree(), move |x| {
-        skw(&flow.vector_gradient(&x.site)) * rho.at(&x.site)
-    })
-}
-
-/// `δ(p,ρq,v) = ∫ ρ q·D(v)·p`, trial p, test q   [7.6d]
-pub fn stretching<'a>(space: &Space, flow: &'a Field, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
-    super::mass::matrix_mass(space, flow.space.degree - 1 + rho.degree(), move |x| {
-        sym(&flow.vector_gradient(&x.site)) * rho.at(&x.site)
-    })
-}
-
-/// `ω(p,ρq,v) + a δ(p,ρq,v) = ∫ ρ q·[W(v) + a D(v)]·p`, both at once   [7.11c]
-pub fn objective<'a>(space: &Space, flow: &'a Field, a: f64, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
+/// `b ω(p,ρq,v) + c δ(p,ρq,v) = ∫ ρ q·[b W(v) + c D(v)]·p` with `weights = [b, c]`, trial p, test q   [7.6d]
+pub fn turning_by_polarity<'a>(
+    space: &Space,
+    flow: &'a Field,
+    [b, c]: [f64; 2],
+    rho: Density<'a>,
+) -> Bilinear<'a, Vector, Vector> {
     super::mass::matrix_mass(space, flow.space.degree - 1 + rho.degree(), move |x| {
         let g = flow.vector_gradient(&x.site);
-        (skw(&g) + sym(&g) * a) * rho.at(&x.site)
+        (skw(&g) * b + sym(&g) * c) * rho.at(&x.site)
     })
 }
 
@@ -43,28 +34,38 @@ pub fn stretching_force<'a>(velocity: &Space, p: &'a Field, l: &'a Field, rho: D
     })
 }
 
-/// `ω(p,ρq,v) + a δ(p,ρq,v)` as a functional of q   [7.6d]
-pub fn turning<'a>(p: &'a Field, flow: &'a Field, a: f64, rho: Density<'a>) -> Linear<'a, Vector> {
+/// `b ω(p,ρq,v) + c δ(p,ρq,v)` as a functional of q, `weights = [b, c]`   [7.6d]
+pub fn turning<'a>(p: &'a Field, flow: &'a Field, [b, c]: [f64; 2], rho: Density<'a>) -> Linear<'a, Vector> {
     Linear::cells(2 * p.space.degree + flow.space.degree - 1 + rho.degree(), move |x| {
         let g = flow.vector_gradient(&x.site);
-        let turned = (skw(&g) + sym(&g) * a) * p.vector(&x.site) * rho.at(&x.site);
+        let turned = (skw(&g) * b + sym(&g) * c) * p.vector(&x.site) * rho.at(&x.site);
         move |q: Vector| turned.dot(&q.value)
     })
 }
 
-/// `ω(p,ρq,w) + a δ(p,ρq,w)` for a given p, trial w, test q: how the polarity's turning depends on the flow   [7.6d]
-pub fn turning_by_flow<'a>(velocity: &Space, p: &'a Field, a: f64, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
+/// `b ω(p,ρq,w) + c δ(p,ρq,w)` for a given p, trial w, test q: how the polarity's turning depends on the flow   [7.6d]
+pub fn turning_by_flow<'a>(
+    velocity: &Space,
+    p: &'a Field,
+    [b, c]: [f64; 2],
+    rho: Density<'a>,
+) -> Bilinear<'a, Vector, Vector> {
     Bilinear::cells(2 * p.space.degree + velocity.degree - 1 + rho.degree(), move |x| {
         let p = p.vector(&x.site) * rho.at(&x.site);
-        move |w: Vector, q: Vector| q.value.dot(&((w.skw() + w.sym() * a) * p))
+        move |w: Vector, q: Vector| q.value.dot(&((w.skw() * b + w.sym() * c) * p))
     })
 }
 
-/// Derivative of [`turning`] along ρ: `∫ δρ q·[W(v) + a D(v)]·p`, trial δρ, test q   [7.34]
-pub fn turning_by_density<'a>(p: &'a Field, flow: &'a Field, a: f64, density: &Space) -> Bilinear<'a, Scalar, Vector> {
+/// Derivative of [`turning`] along ρ: `∫ δρ q·[b W(v) + c D(v)]·p`, trial δρ, test q   [7.34]
+pub fn turning_by_density<'a>(
+    p: &'a Field,
+    flow: &'a Field,
+    [b, c]: [f64; 2],
+    density: &Space,
+) -> Bilinear<'a, Scalar, Vector> {
     Bilinear::cells(2 * p.space.degree + flow.space.degree - 1 + density.degree, move |x| {
         let g = flow.vector_gradient(&x.site);
-        let turned = (skw(&g) + sym(&g) * a) * p.vector(&x.site);
+        let turned = (skw(&g) * b + sym(&g) * c) * p.vector(&x.site);
         move |change: Scalar, q: Vector| change.value * turned.dot(&q.value)
     })
 }

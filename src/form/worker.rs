@@ -1,6 +1,7 @@
-//! One thread's part of the assembly of a bilinear form.
+//! One thread's part of the assembly of a bilinear form. Integrands that share their quadrature are summed at its points,
+//! so that a form of many terms costs little more than one of a single term.
 
-use super::bilinear::{Bilinear, Stencil};
+use super::bilinear::{Bilinear, CellTerm, FaceTerm, Stencil};
 use super::integrate::Integrator;
 use super::kernel::{Basis, Block};
 use super::words::Jet;
@@ -14,6 +15,8 @@ pub(super) struct Worker<'s> {
     phi: [Basis; 2],
     chi: Basis,
     stencil: Stencil,
+    /// Of one integrand among several.
+    single: Stencil,
     own: Block,
     other: Block,
 }
@@ -27,6 +30,7 @@ impl<'s> Worker<'s> {
             phi: [Basis::new(trial), Basis::new(trial)],
             chi: Basis::new(test),
             stencil: Stencil::zero(),
+            single: Stencil::zero(),
             own: Block::new(test, trial, components),
             other: Block::new(test, trial, components),
         }
@@ -47,11 +51,26 @@ impl<'s> Worker<'s> {
     ) {
         let square = self.is_square();
         self.own.clear();
-        for term in &form.cell_terms {
+        for (k, term) in form.cell_terms.iter().enumerate() {
+            let alike = |other: &&CellTerm| other.degree == term.degree;
+            if form.cell_terms[..k].iter().any(|earlier| alike(&earlier)) {
+                continue;
+            }
+            let others = || form.cell_terms[k + 1..].iter().filter(alike);
+            let alone = others().next().is_none();
             loops.each_cell_point(cell, term.degree, &mut |x| {
                 self.phi[0].evaluate(&x.site);
                 (term.integrand)(x, &mut self.stencil);
-                let weight = x.weight * term.scale;
+                let mut weight = x.weight;
+                if alone {
+                    weight *= term.scale;
+                } else {
+                    self.stencil.scale(0..V::SLOTS, U::SLOTS, term.scale);
+                    for other in others() {
+                        (other.integrand)(x, &mut self.single);
+                        self.stencil.add(0..V::SLOTS, U::SLOTS, other.scale, &self.single);
+                    }
+                }
                 if square {
                     self.own.add(&self.stencil, (0, 0), &self.phi[0], &self.phi[0], weight);
                 } else {
@@ -77,13 +96,30 @@ impl<'s> Worker<'s> {
         let square = self.is_square();
         self.own.clear();
         self.other.clear();
-        for term in form.face_terms.iter().filter(|t| t.faces.holds(&loops.mesh.faces[index])) {
+        let face = &loops.mesh.faces[index];
+        let (rows, columns) = (side * V::SLOTS..(side + 1) * V::SLOTS, face.plus.map_or(1, |_| 2) * U::SLOTS);
+        for (k, term) in form.face_terms.iter().enumerate().filter(|(_, t)| t.faces.holds(face)) {
+            let alike = |other: &&FaceTerm| other.degree == term.degree && other.faces.holds(face);
+            if form.face_terms[..k].iter().any(|earlier| alike(&earlier)) {
+                continue;
+            }
+            let others = || form.face_terms[k + 1..].iter().filter(alike);
+            let alone = others().next().is_none();
             loops.each_face_point(index, term.degree, &mut |s| {
                 for (phi, site) in self.phi.iter_mut().zip(std::iter::once(&s.minus).chain(&s.plus)) {
                     phi.evaluate(site);
                 }
-                (term.integrand)(s, side * V::SLOTS..(side + 1) * V::SLOTS, &mut self.stencil);
-                let weight = s.weight * term.scale;
+                (term.integrand)(s, rows.clone(), &mut self.stencil);
+                let mut weight = s.weight;
+                if alone {
+                    weight *= term.scale;
+                } else {
+                    self.stencil.scale(rows.clone(), columns, term.scale);
+                    for other in others() {
+                        (other.integrand)(s, rows.clone(), &mut self.single);
+                        self.stencil.add(rows.clone(), columns, other.scale, &self.single);
+                    }
+                }
                 if !square {
                     self.chi.evaluate(if side == 0 { &s.minus } else { s.plus.as_ref().expect("an interior face") });
                 }

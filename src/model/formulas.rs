@@ -80,7 +80,7 @@ fn check_sources(
         loops.each_cell_point(cell, FORMULA_DEGREE + degree, &mut |x| {
             let at = x.site.x;
             let (f, g) = (sources.force(parameters, at, t), sources.polarity(parameters, at, t));
-            let density = if sources.has_density() { sources.density(at, t) } else { 0.0 };
+            let density = if sources.has_density() { sources.density(parameters, at, t) } else { 0.0 };
             let values = [("f_v", f.x), ("f_v", f.y), ("f_p", g.x), ("f_p", g.y), ("f_ρ", density)];
             if let (Ok(()), Some((name, value))) = (&first, values.into_iter().find(|v| !v.1.is_finite())) {
                 let (given, text) = (given.clone(), format!("{name} of [exact]"));

@@ -14,13 +14,13 @@ use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::scales::{Scales, relative};
 use super::sources::Sources;
 pub use super::state::{Residuals, State};
+use super::terms::{At, Given, MOMENTUM, POLARITY, Sum};
 use crate::body::guide::Guide;
 use crate::body::penalty::Wrench;
 use crate::body::{Pose, Twist};
-use crate::form::power::{self, Power};
+use crate::form::power;
 use crate::form::upwind::Carrier;
-use crate::form::words::Vector;
-use crate::form::{CellPoint, Density, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity};
+use crate::form::{CellPoint, Density, FacePoint, Faces, Integrator, elastic, mass};
 use crate::mesh::Mesh;
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
@@ -306,46 +306,18 @@ impl Incompressible {
         Ok(Inputs { t, force, source: self.polarity_source(&sources, t), density: Vec::new(), prescribed })
     }
 
-    /// `F(w) = T_a(p|w) − ω(p,L_h,w) − a δ(p,L_h,w) + κ²B c_h(p,p,w) + S_a δ(p,p,w)`   [7.11a], without what is given from outside
-    ///
-    /// `molecular` is `L_h/B`, and `sides` is the flow that picks the upwind sides of the energy-consistent force X, which
-    /// replaces the term with c_h. Terms whose parameter is zero are not assembled.
-    pub fn inner_force(&self, p: &Field, molecular: Option<&Field>, sides: &Field, t: f64) -> Vec<f64> {
-        let (m, velocity) = (&self.parameters, &*self.momentum.velocity);
-        let mut form = Linear::zero();
-        if m.traction != 0.0 {
-            form = form + m.traction * mass::load(velocity, p.space.degree, |x| p.vector(&x.site));
-        }
-        if let Some(l) = molecular {
-            let b = m.elasticity;
-            form = form - b * polarity::rotation_force(velocity, p, l);
-            if m.alignment != 0.0 {
-                form = form - b * m.alignment * polarity::stretching_force(velocity, p, l, Density::One);
-            }
-            match m.elastic_force {
-                ElasticForce::Stress => {
-                    form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p, Density::One)
-                }
-                ElasticForce::Energy => {
-                    let data = move |s: &FacePoint| self.polarity.data(s, t);
-                    let carrier = Carrier::from(sides);
-                    let power = Power { p, l, carrier, inflow: self.polarity.dirichlet, data };
-                    let [open, dirichlet] = self.natural_faces;
-                    let shift = power::natural_traction(velocity, p, m.coherence, open, dirichlet);
-                    return self
-                        .tissue()
-                        .vector(&(self.with_active_stress(form, p) + b * power.force() - b * shift), velocity);
-                }
-            }
-        }
-        self.tissue().vector(&self.with_active_stress(form, p), velocity)
+    /// What the boundary gives at time `t`.
+    pub fn given(&self, t: f64) -> Given<'_> {
+        self.polarity.given(t).with_natural(self.natural_faces)
     }
 
-    fn with_active_stress<'a>(&self, form: Linear<'a, Vector>, p: &'a Field) -> Linear<'a, Vector> {
-        match self.parameters.active_stress {
-            0.0 => form,
-            s => form + s * polarity::stretching_force(&self.momentum.velocity, p, p, Density::One),
-        }
+    /// `F(w)`, the terms of the momentum balance that are not linear in the flow, but for what is given from outside   [7.11a]
+    ///
+    /// `molecular` is `L_h/B`, and `sides` is the flow that picks the upwind sides of the energy-consistent force X.
+    pub fn inner_force(&self, p: &Field, molecular: Option<&Field>, sides: &Field, t: f64) -> Vec<f64> {
+        let (velocity, given) = (&*self.momentum.velocity, self.given(t));
+        let at = At::new(&self.parameters, p, &given).with_flow(velocity, Carrier::from(sides)).with_field(molecular);
+        self.tissue().vector(&-Sum::of(&[MOMENTUM]).value(&at), velocity)
     }
 
     /// `L_h/B` where the model has elasticity.
@@ -453,7 +425,9 @@ impl Incompressible {
         source: &[f64],
         t: f64,
     ) -> Vec<f64> {
-        let mut r = self.polarity.carried(self.tissue(), carrier, p, t);
+        let given = self.given(t);
+        let at = At::new(&self.parameters, p, &given).with_flow(&self.momentum.velocity, carrier);
+        let mut r = self.tissue().vector(&Sum::of(&[POLARITY]).value(&at), &self.polarity.space);
         axpy(1.0, molecular, &mut r);
         axpy(-1.0, source, &mut r);
         r
@@ -461,7 +435,7 @@ impl Incompressible {
 
     /// `κ² l_swip(q) + (f_p|q)`: the inputs of the polarity that do not depend on the flow   [7.11c]
     pub fn polarity_inputs(&self, inputs: &Inputs) -> Vec<f64> {
-        let mut out = self.polarity.diffusion_data(self.tissue(), inputs.t);
+        let mut out = self.polarity.constant_data(self.tissue(), inputs.t);
         axpy(1.0, &inputs.source, &mut out);
         out
     }
@@ -525,7 +499,8 @@ impl Incompressible {
         if m.elasticity == 0.0 {
             return 0.0;
         }
-        let data = |s: &FacePoint| self.polarity.data(s, t);
+        let given = self.polarity.given(t);
+        let data = |s: &FacePoint| given.polarity(s);
         let tissue = elastic::energy_over_b(self.tissue(), p, m.coherence, self.polarity.dirichlet, data);
         m.elasticity * (tissue + self.polarity.ghost_energy(p))
     }

@@ -1,5 +1,6 @@
 //! What is solved: parameters, formulas, boundary conditions. Knows nothing of files; [`crate::scene`] does.
 
+mod beside;
 pub mod boundary;
 pub mod closed;
 pub mod compressible;
@@ -33,7 +34,7 @@ pub use manufactured::Exact;
 pub use parameters::{DensityLaw, ElasticForce, ModelKind, ModelScene, Parameters};
 pub use sources::Sources;
 pub use state::{Residuals, State, Volume};
-pub use terms::Term;
+pub use terms::TermStatus;
 
 use crate::mesh::Point;
 use expression::Formula;

@@ -1,12 +1,17 @@
 //! Parameters of the model, and the terms that they switch on.
 
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::beside::Beside;
+use super::terms::{Factors, factor};
 use super::{ModelError, names};
+use crate::form::compression::Compression;
 
 /// The table `[model]` of a scene. Everything is dimensionless.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, remote = "Self")]
 pub struct ModelScene {
     /// Which equations: `incompressible` or `compressible`.
     pub kind: String,
@@ -41,6 +46,9 @@ pub struct ModelScene {
     /// What the density does to the pressure and the polarity; compressible only, and needed there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<DensityScene>,
+    /// Factors of terms that have one of their own, by key; see [`factor`].
+    #[serde(flatten, skip_deserializing)]
+    pub factors: BTreeMap<String, f64>,
 }
 
 /// The table `[model.density]` of a scene.
@@ -119,6 +127,23 @@ pub struct Parameters {
     pub elastic_force: ElasticForce,
     /// `c_0`, `γ`, `ρ_min` and `S_a'`; `None` in the incompressible sheet, whose density is 1.
     pub density: Option<DensityLaw>,
+    /// Of the terms that have one of their own.
+    pub factors: Factors,
+}
+
+impl<'de> Deserialize<'de> for ModelScene {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut factors = BTreeMap::new();
+        let keys: Vec<&str> = factor::all().map(|(factor, _)| factor.key).collect();
+        let table = Self::deserialize(Beside { inner: deserializer, keys: &keys, found: &mut factors })?;
+        Ok(Self { factors, ..table })
+    }
+}
+
+impl Serialize for ModelScene {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
 }
 
 impl ModelScene {
@@ -183,6 +208,16 @@ impl ModelScene {
                 ModelKind::Incompressible => self.check_no_density()?,
                 ModelKind::Compressible => Some(self.check_density()?),
             },
+            factors: self.check_factors(kind)?,
+        })
+    }
+
+    /// The factors of terms, each of a term that the kind has.
+    fn check_factors(&self, kind: ModelKind) -> Result<Factors, ModelError> {
+        let known = |key: &str| factor::of_kind(kind).any(|factor| factor.key == key);
+        self.factors.iter().try_fold(Factors::NONE, |all, (key, value)| match known(key) {
+            true => Ok(all.with(key, finite(key, *value)?)),
+            false => Err(ModelError::new(key, value, "this kind of sheet has no such term", "remove it")),
         })
     }
 
@@ -304,7 +339,27 @@ fn finite(key: &str, value: f64) -> Result<f64, ModelError> {
     require(key, value, true, "must be finite", "give a plain number")
 }
 
+impl Default for Parameters {
+    fn default() -> Self {
+        Self::PLAIN
+    }
+}
+
 impl Parameters {
+    /// An incompressible sheet with friction and traction 1, `Pe = κ = a = 1`, and nothing else.
+    pub const PLAIN: Self = Self {
+        friction: 1.0,
+        traction: 1.0,
+        active_stress: 0.0,
+        peclet: 1.0,
+        coherence: 1.0,
+        elasticity: 0.0,
+        alignment: 1.0,
+        elastic_force: ElasticForce::Stress,
+        density: None,
+        factors: Factors::NONE,
+    };
+
     /// Which equations these are the parameters of.
     pub fn kind(&self) -> ModelKind {
         match self.density {
@@ -316,6 +371,15 @@ impl Parameters {
     /// `β = C_F/(1+C_F)`
     pub fn beta(&self) -> f64 {
         self.friction / (1.0 + self.friction)
+    }
+
+    /// The isotropic stress of a sheet with a density.
+    ///
+    /// # Panics
+    /// Without a density.
+    pub fn compression(&self) -> Compression {
+        let DensityLaw { penalty, exponent, critical, active_stress_iso } = self.density.expect("a density law");
+        Compression { penalty, exponent, elasticity: self.elasticity, critical, active: active_stress_iso }
     }
 
     /// Names and values that formulas may use.
@@ -338,6 +402,7 @@ impl Parameters {
                 ("active_stress_iso", law.active_stress_iso),
             ]);
         }
+        symbols.extend(factor::of_kind(self.kind()).map(|factor| (factor.key, self.factors.of(factor.key))));
         symbols
     }
 

@@ -10,10 +10,9 @@ use super::expression::Expression;
 use super::manufactured::Exact;
 use super::parameters::{ModelKind, Parameters};
 use super::passive::{Around, Passive};
-use crate::form::upwind::Carrier;
-use crate::form::words::{Scalar, Vector};
-use crate::form::{Bilinear, Density, FacePoint, Faces, Integrator, Linear, elastic, mass, polarity, swip, upwind};
-use crate::mesh::{Mesh, Point};
+use super::terms::{At, Given, MOLECULAR, POLARITY, Sum};
+use crate::form::{Faces, Integrator, mass};
+use crate::mesh::Mesh;
 use crate::solve::blocks::{Incomplete, Neighbours, ScalarBlocks, VectorBlocks, neighbours};
 use crate::solve::krylov::gmres;
 use crate::solve::rows::times_each;
@@ -38,15 +37,15 @@ pub struct Polarity {
     pub dirichlet: Faces,
     parameters: Parameters,
     conditions: Vec<Conditions>,
-    /// `κ² a_swip` of a sheet without density.
-    diffusion: ScalarBlocks,
+    /// The constant terms of a sheet without density: `κ² a_swip`.
+    constant: ScalarBlocks,
     /// `(φ|χ)`, `n × n` per cell.
     mass: Vec<f64>,
     mass_inverse: Vec<f64>,
     neighbours: Neighbours,
     order: Arc<Vec<usize>>,
     rank: Arc<Vec<usize>>,
-    /// `κ² l_swip` where the Dirichlet data do not depend on time.
+    /// What the boundary gives to them, where it does not depend on time.
     steady_data: Option<Vec<f64>>,
     /// Neumann faces with the slope `∂_np` of exact fields.
     slopes: Option<(Faces, Arc<Exact>)>,
@@ -91,15 +90,16 @@ impl Polarity {
         let neighbours = neighbours(mesh);
         // that of a sheet with density changes with it
         let fixed = parameters.kind() == ModelKind::Incompressible;
-        let mut diffusion = ScalarBlocks::zero(&neighbours, if fixed { space.n } else { 0 });
+        let mut constant = ScalarBlocks::zero(&neighbours, if fixed { space.n } else { 0 });
         if fixed {
-            let form = parameters.coherence.powi(2) * swip::a_swip(space, dirichlet, Density::One);
-            loops.add_rows(&form, (space, space), &mut diffusion.diagonal, &mut diffusion.off);
+            let (given, none) = (Given::new(mesh, conditions, dirichlet, None, 0.0), Field::zero(space));
+            let form = Sum::of(&[MOLECULAR]).constant().by_components(&At::new(parameters, &none, &given));
+            loops.add_rows(&form, (space, space), &mut constant.diagonal, &mut constant.off);
         }
         let whole = passive.map_or(loops, |passive| &passive.whole);
         let mass = whole.cell_blocks(&mass::mass(space), space, space);
         let around = passive.map(|passive| {
-            passive.add_to(space, dirichlet, parameters.coherence.powi(2), &mut diffusion);
+            passive.add_to(space, dirichlet, parameters.coherence.powi(2), &mut constant);
             Around::new(loops, space, passive, &mass)
         });
         let mass_inverse = invert_blocks(&mass, space.n)?;
@@ -111,7 +111,7 @@ impl Polarity {
             dirichlet,
             parameters: *parameters,
             conditions: conditions.to_vec(),
-            diffusion,
+            constant,
             mass,
             mass_inverse,
             neighbours,
@@ -124,42 +124,35 @@ impl Polarity {
         let moving =
             this.slopes.is_some() || conditions.iter().filter_map(data_of).flatten().any(Expression::depends_on_time);
         if fixed && !moving {
-            this.steady_data = Some(this.diffusion_data(loops, 0.0));
+            this.steady_data = Some(this.constant_data(loops, 0.0));
         }
         Ok(this)
     }
 
-    /// `p_D` on a Dirichlet face.
-    pub fn data(&self, s: &FacePoint, t: f64) -> Point {
-        let tag = self.space.mesh.faces[s.face].tag;
-        let value = tag.and_then(|tag| data_of(&self.conditions[tag])).expect("Dirichlet faces carry data");
-        Point::new(value[0].eval(s.minus.x, t), value[1].eval(s.minus.x, t))
+    /// What the boundary gives at time `t`.
+    pub fn given(&self, t: f64) -> Given<'_> {
+        let sloped = self.slopes.as_ref().map(|(faces, exact)| (*faces, &**exact));
+        Given::new(&self.space.mesh, &self.conditions, self.dirichlet, sloped, t)
     }
 
-    /// `κ² l_swip(q)` at time `t`   [6.25]
-    pub fn diffusion_data(&self, loops: &Integrator, t: f64) -> Vec<f64> {
+    /// What the boundary gives to the terms whose matrix is constant, as a functional: `κ² l_swip(q)` at time `t`   [6.25]
+    pub fn constant_data(&self, loops: &Integrator, t: f64) -> Vec<f64> {
         if let Some(known) = &self.steady_data {
             return known.clone();
         }
-        let kappa2 = self.parameters.coherence.powi(2);
-        let mut form = Linear::zero();
-        if self.dirichlet != Faces::NONE {
-            form = form + swip::l_swip(&self.space, self.dirichlet, Density::One, FORMULA_DEGREE, |s| self.data(s, t));
-        }
-        if let Some((faces, exact)) = &self.slopes {
-            let exact = exact.at_time(t);
-            let slope = move |s: &FacePoint| exact.polarity_slope(s.minus.x, t, s.n);
-            form = form + mass::face_load(&self.space, *faces, FORMULA_DEGREE, slope);
-        }
-        loops.vector(&(kappa2 * form), &self.space)
+        let (given, none) = (self.given(t), Field::zero(&self.space));
+        let at = At::new(&self.parameters, &none, &given);
+        loops.vector(&-Sum::of(&[MOLECULAR]).constant().pass(&at).rest, &self.space)
     }
 
     /// `∫ (|p|²−1) p·q + κ² [a_swip(p,q) − l_swip(q)] = (1/B)(L_h|q)` as a functional   [7.10]
     pub fn molecular_functional(&self, loops: &Integrator, p: &Field, t: f64) -> Vec<f64> {
-        let mut out = loops.vector(&elastic::double_well(&self.space, p, Density::One, 0.0), &self.space);
-        let diffusion = self.diffusion.times(&p.values);
-        let data = self.diffusion_data(loops, t);
-        for ((out, d), g) in out.iter_mut().zip(diffusion).zip(data) {
+        let given = self.given(t);
+        let varying = Sum::of(&[MOLECULAR]).varying().value(&At::new(&self.parameters, p, &given));
+        let mut out = loops.vector(&varying, &self.space);
+        let constant = self.constant.times(&p.values);
+        let data = self.constant_data(loops, t);
+        for ((out, d), g) in out.iter_mut().zip(constant).zip(data) {
             *out += d - g;
         }
         out
@@ -187,14 +180,6 @@ impl Polarity {
         self.around.as_ref().map_or(&self.mass, |around| &around.inertia)
     }
 
-    /// `(p|q)` over the tissue.
-    pub fn products(&self, loops: &Integrator, p: &Field) -> Vec<f64> {
-        match &self.around {
-            None => self.mass_times(&p.values),
-            Some(_) => loops.vector(&mass::load(&self.space, self.space.degree, |x| p.vector(&x.site)), &self.space),
-        }
-    }
-
     /// `½ κ² γ Σ g_S(p,p)`: what the ghost penalty adds to the free energy over B.
     pub fn ghost_energy(&self, p: &Field) -> f64 {
         let kappa2 = self.parameters.coherence.powi(2);
@@ -204,11 +189,6 @@ impl Polarity {
     /// `M⁻¹ f` on whole cells: for norms.
     pub fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
         times_each(&self.mass_inverse, self.space.n, 2, f)
-    }
-
-    /// Neumann faces with the slope `∂_np` of exact fields.
-    pub(super) fn slopes(&self) -> Option<(Faces, Arc<Exact>)> {
-        self.slopes.clone()
     }
 
     /// The order in which incomplete factors sweep over the cells, and the place of every cell in it.
@@ -233,83 +213,61 @@ impl Polarity {
         times_each(&self.mass, self.space.n, 2, x)
     }
 
-    /// The operator of one step, linear in the new polarity; `w = α₀/Δt`, `last` the last iterate:
+    /// The linear equation of one pass of the fixed point at `at.p`, the last iterate; `w = α₀/Δt`: the operator in `out`,
+    /// and what does not depend on the new polarity but for [`Polarity::constant_data`], on the left side:
     ///
-    /// `w Pe (p|q) + Pe a_upw(p,q;v) − Pe [ω(p,q,v) + a δ(p,q,v)] + (|p*|²p|q) + κ² a_swip(p,q)`   [7.11c], [8.35]
-    pub fn operator(&self, loops: &Integrator, w: f64, carrier: Carrier, last: &Field, out: &mut VectorBlocks) {
-        let (space, flow) = (&*self.space, carrier.flow);
-        let alike = self.parameters.peclet * upwind::a_upw(space, carrier, self.dirichlet)
-            + mass::weighted_mass(space, 2 * space.degree, |x| last.vector(&x.site).norm_squared());
-        self.assemble(loops, w, &alike, out);
-        loops.add_cell_blocks(&self.turning_form(flow), space, space, &mut out.diagonal);
-    }
-
-    /// `−Pe [ω(p,q,v) + a δ(p,q,v)]`, trial p, test q   [7.11c]
-    fn turning_form<'a>(&self, flow: &'a Field) -> Bilinear<'a, Vector, Vector> {
-        let (m, space) = (&self.parameters, &*self.space);
-        match m.alignment {
-            0.0 => -m.peclet * polarity::rotation(space, flow, Density::One),
-            a => -m.peclet * polarity::objective(space, flow, a, Density::One),
-        }
-    }
-
-    /// `w Pe (p|q) + κ² a_swip(p,q)` and a form that acts on both components alike.
-    fn assemble(&self, loops: &Integrator, w: f64, alike: &Bilinear<Scalar, Scalar>, out: &mut VectorBlocks) {
+    /// `w Pe (p|q) + Pe a_upw(p,q;v) − Pe [ω(p,q,v) + a δ(p,q,v)] + (|p*|²p|q) + κ² a_swip(p,q)` and
+    /// `−(p*|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q`, and so on   [7.11c], [8.35]
+    pub fn pass(&self, loops: &Integrator, w: f64, at: &At, out: &mut VectorBlocks) -> Vec<f64> {
         let space = &*self.space;
-        let mut diagonal = self.diffusion.diagonal.clone();
-        let scale = self.parameters.peclet * w;
-        diagonal.par_iter_mut().zip(self.inertia()).for_each(|(a, mass)| *a += scale * mass);
-        out.off.copy_from_slice(&self.diffusion.off);
-        loops.add_rows(alike, (space, space), &mut diagonal, &mut out.off);
+        let forms = Sum::of(&[POLARITY, MOLECULAR]).varying().pass(at);
+        let mut diagonal = self.constant.diagonal.clone();
+        self.add_inertia(w, &mut diagonal);
+        out.off.copy_from_slice(&self.constant.off);
+        loops.add_rows(&forms.components, (space, space), &mut diagonal, &mut out.off);
         out.diagonal.fill(0.0);
         out.add_alike(&diagonal);
+        loops.add_cell_blocks(&forms.full, space, space, &mut out.diagonal);
+        loops.vector(&forms.rest, space)
+    }
+
+    /// Adds `w Pe (p|q)` of one component.
+    fn add_inertia(&self, w: f64, diagonal: &mut [f64]) {
+        let scale = self.parameters.peclet * w;
+        diagonal.par_iter_mut().zip(self.inertia()).for_each(|(a, mass)| *a += scale * mass);
     }
 
     /// Derivative of `(1/B)(L_h|q)` along p: `∫ q·[(|p|²−1) I + 2 p⊗p]·φ + κ² a_swip(φ,q)`   [7.10]
     pub fn molecular_tangent(&self, loops: &Integrator, p: &Field) -> VectorBlocks {
+        let (space, given) = (&*self.space, self.given(0.0));
+        let (at, sum) = (At::new(&self.parameters, p, &given), Sum::of(&[MOLECULAR]).varying());
         let mut out = self.empty_operator();
-        self.assemble(loops, 0.0, &Bilinear::zero(), &mut out);
-        let well = elastic::double_well_tangent(&self.space, p, Density::One, 0.0);
-        loops.add_cell_blocks(&well, &self.space, &self.space, &mut out.diagonal);
+        let mut diagonal = self.constant.diagonal.clone();
+        out.off.copy_from_slice(&self.constant.off);
+        loops.add_rows(&sum.by_components(&at), (space, space), &mut diagonal, &mut out.off);
+        out.add_alike(&diagonal);
+        loops.add_cell_blocks(&sum.by_polarity(&at), space, space, &mut out.diagonal);
         out
     }
 
     /// Derivative of the equation of one step along p, `w = α₀/Δt`; `well` is that of `(1/B)(L_h|q)`:
     ///
     /// `w Pe (φ|q) + Pe a_upw(φ,q;v) − Pe [ω(φ,q,v) + a δ(φ,q,v)] + (1/B)(L_h'φ|q)`   [7.11c]
-    pub fn tangent(&self, loops: &Integrator, w: f64, carrier: Carrier, well: &VectorBlocks) -> VectorBlocks {
-        let (space, flow) = (&*self.space, carrier.flow);
-        let mut out = self.empty_operator();
-        let alike = self.parameters.peclet * upwind::a_upw(space, carrier, self.dirichlet);
-        self.assemble(loops, w, &alike, &mut out);
-        loops.add_cell_blocks(&self.turning_form(flow), space, space, &mut out.diagonal);
-        // the diffusion is in both: the cell blocks of `well` less those of the diffusion are the double well's
-        let (n, size) = (space.n, space.n * space.n);
-        let blocks = out.diagonal.par_chunks_mut(4 * size).zip(well.diagonal.par_chunks(4 * size));
-        blocks.zip(self.diffusion.diagonal.par_chunks(size)).for_each(|((out, well), diffusion)| {
-            for (k, (out, well)) in out.iter_mut().zip(well).enumerate() {
-                let (i, j) = (k / (2 * n), k % (2 * n));
-                let alike = if i / n == j / n { diffusion[i % n * n + j % n] } else { 0.0 };
-                *out += well - alike;
-            }
-        });
+    pub fn tangent(&self, loops: &Integrator, w: f64, at: &At, well: &VectorBlocks) -> VectorBlocks {
+        let (space, sum) = (&*self.space, Sum::of(&[POLARITY]));
+        let mut out = well.clone();
+        let mut diagonal = vec![0.0; self.mass.len()];
+        self.add_inertia(w, &mut diagonal);
+        loops.add_rows(&sum.by_components(at), (space, space), &mut diagonal, &mut out.off);
+        out.add_alike(&diagonal);
+        loops.add_cell_blocks(&sum.by_polarity(at), space, space, &mut out.diagonal);
         out
-    }
-
-    /// `Pe a_upw(p,q;v) − Pe ∫_ΓDp (v·n)⊖ p_D·q − Pe [ω + a δ](p,q,v)` as a functional of q   [7.11c]
-    pub fn carried(&self, loops: &Integrator, carrier: Carrier, p: &Field, t: f64) -> Vec<f64> {
-        let (m, flow) = (&self.parameters, carrier.flow);
-        let advection = upwind::advection(p, carrier, self.dirichlet, |s| self.data(s, t));
-        loops.vector(
-            &(m.peclet * advection - m.peclet * polarity::turning(p, flow, m.alignment, Density::One)),
-            &self.space,
-        )
     }
 
     /// `Δ_h p = M⁻¹ [l_swip(q) − a_swip(p,q)]`, the discrete Laplacian   [7.2]
     pub fn laplacian(&self, loops: &Integrator, p: &Field, t: f64) -> Field {
-        let mut r = self.diffusion_data(loops, t);
-        crate::solve::axpy(-1.0, &self.diffusion.times(&p.values), &mut r);
+        let mut r = self.constant_data(loops, t);
+        crate::solve::axpy(-1.0, &self.constant.times(&p.values), &mut r);
         let kappa2 = self.parameters.coherence.powi(2);
         Field::new(&self.space, self.project(&r).into_iter().map(|v| v / kappa2).collect())
     }
@@ -317,18 +275,6 @@ impl Polarity {
     /// Room for an operator.
     pub fn empty_operator(&self) -> VectorBlocks {
         VectorBlocks::zero(&self.neighbours, self.space.n)
-    }
-
-    /// `Pe ∫_ΓDp (v·n)⊖ p_D·q`: what the flow brings in   [7.11c]
-    pub fn inflow(&self, loops: &Integrator, carrier: Carrier, t: f64) -> Vec<f64> {
-        if self.dirichlet == Faces::NONE {
-            return vec![0.0; self.space.dof_count()];
-        }
-        let data = move |s: &FacePoint| self.data(s, t);
-        // with the points of `a_upw`, so that iterations in turn solve the equation of `carried` wherever the flow turns round on a face
-        let degree = self.space.degree;
-        let form = self.parameters.peclet * upwind::l_upw(&self.space, carrier, self.dirichlet, degree, data);
-        loops.vector(&form, &self.space)
     }
 
     /// Incomplete factors of an operator, for [`Polarity::solve`].

@@ -76,10 +76,10 @@ impl Sources {
     }
 
     /// `f_ρ(x, t)`
-    pub fn density(&self, x: Point, t: f64) -> f64 {
+    pub fn density(&self, parameters: &Parameters, x: Point, t: f64) -> f64 {
         match (&self.density, &self.exact) {
             (Some(f), _) => f.eval(x, t),
-            (None, Some(exact)) => exact.density_source(x, t),
+            (None, Some(exact)) => exact.density_source(parameters, x, t),
             (None, None) => 0.0,
         }
     }

@@ -9,12 +9,12 @@
 
 use super::incompressible::Incompressible;
 use super::momentum::MomentumError;
-use super::parameters::ElasticForce;
+use super::parameters::{ElasticForce, Parameters};
 use super::state::State;
-use crate::form::power::{self, Power};
+use super::terms::{At, MOLECULAR, MOMENTUM, POLARITY, Sum};
+use crate::form::Bilinear;
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
-use crate::form::{Bilinear, Density, FacePoint, elastic, mass, polarity, upwind};
 use crate::solve::blocks::VectorBlocks;
 use crate::solve::rows::Rows;
 use crate::space::Field;
@@ -47,34 +47,28 @@ impl<'m> Tangent<'m> {
     /// Linearises at `state` and time `t`; `before` is the flow whose directions the energy-consistent force keeps, and
     /// `w = α₀/Δt` the weight of the new polarity in the time derivative (0 for the stationary equations).
     pub fn new(model: &'m Incompressible, state: &'m State, before: &'m Field, w: f64, t: f64) -> Self {
+        let (loops, p, velocity) = (model.tissue(), &state.p, &*model.momentum.velocity);
+        let (given, l) = (model.given(t), model.molecular(p, t));
         let carrier = model.carrier(&state.v, before);
-        let (loops, p) = (model.tissue(), &state.p);
+        let at = At::new(&model.parameters, p, &given).with_flow(velocity, carrier).with_field(l.as_ref());
         let molecular = model.polarity.molecular_tangent(loops, p);
-        let operator = model.polarity.tangent(loops, w, carrier, &molecular);
-        let l = model.molecular(p, t);
-        let force = ForceTangent::new(model, state, carrier, l.as_ref(), model.parameters.elastic_force, t);
-        let data = |s: &FacePoint| model.polarity.data(s, t);
-        let (pe, a) = (model.parameters.peclet, model.parameters.alignment);
-        let velocity = &*model.momentum.velocity;
-        let form = pe * upwind::advection_by_flow(p, carrier, model.polarity.dirichlet, data)
-            - pe * polarity::turning_by_flow(velocity, p, a, Density::One);
+        let operator = model.polarity.tangent(loops, w, &at, &molecular);
+        let force = ForceTangent::new(model, &at);
         let size = (p.space.cell_dof_count(), velocity.cell_dof_count());
         let mut drag = Rows::zero(model.polarity.neighbours(), size, false);
+        let form = Sum::of(&[POLARITY, MOLECULAR]).by_velocity(&at);
         loops.add_own_rows(&form, (velocity, &p.space), &mut drag.own);
         Self { model, state, t, operator, molecular, force, drag }
     }
 
     /// `F′` with the elastic force that only couples a cell with itself.
     pub fn local_force(&self) -> ForceTangent {
-        let l = self.model.molecular(&self.state.p, self.t);
-        ForceTangent::new(
-            self.model,
-            self.state,
-            Carrier::from(&self.state.v),
-            l.as_ref(),
-            ElasticForce::Stress,
-            self.t,
-        )
+        let (model, p) = (self.model, &self.state.p);
+        let parameters = Parameters { elastic_force: ElasticForce::Stress, ..model.parameters };
+        let (given, l) = (model.given(self.t), model.molecular(p, self.t));
+        let carrier = Carrier::from(&self.state.v);
+        let at = At::new(&parameters, p, &given).with_flow(&model.momentum.velocity, carrier).with_field(l.as_ref());
+        ForceTangent::new(model, &at)
     }
 
     /// `F′ φ`, a functional on the velocity space.
@@ -124,56 +118,22 @@ impl<'m> Tangent<'m> {
 }
 
 impl ForceTangent {
-    /// Derivative of the force [7.11a] at `state` with the elastic part of `kind`; `l` is `L_h/B`.
-    fn new(
-        model: &Incompressible,
-        state: &State,
-        carrier: Carrier,
-        l: Option<&Field>,
-        kind: ElasticForce,
-        t: f64,
-    ) -> Self {
-        let (m, p) = (&model.parameters, &state.p);
-        let (velocity, space) = (&*model.momentum.velocity, &*p.space);
-        let mut form = Bilinear::zero();
-        if m.traction != 0.0 {
-            form = form + m.traction * mass::vector_load_by(velocity, space);
-        }
-        if m.active_stress != 0.0 {
-            form = form + 2.0 * polarity::force_by_field(velocity, p, 0.0, m.active_stress, Density::One);
-        }
-        let Some(l) = l else {
-            return Self { by_polarity: rows(model, &form, kind), by_field: None };
-        };
-        let b = m.elasticity;
-        form = form - polarity::force_by_polarity(velocity, l, b, b * m.alignment);
-        let pushed = -polarity::force_by_field(velocity, p, b, b * m.alignment, Density::One);
-        match kind {
-            ElasticForce::Stress => {
-                form = form + m.coherence.powi(2) * b * elastic::ericksen_tangent(velocity, p, Density::One);
-                Self { by_polarity: rows(model, &form, kind), by_field: Some(rows(model, &pushed, kind)) }
-            }
-            ElasticForce::Energy => {
-                let data = move |s: &FacePoint| model.polarity.data(s, t);
-                let power = Power { p, l, carrier, inflow: model.polarity.dirichlet, data };
-                let [open, dirichlet] = model.natural_faces;
-                let shift = power::natural_traction_tangent(velocity, p, m.coherence, open, dirichlet);
-                form = form + b * power.by_polarity() - b * shift;
-                let pushed = pushed + b * power.by_field();
-                Self { by_polarity: rows(model, &form, kind), by_field: Some(rows(model, &pushed, kind)) }
-            }
-        }
+    /// Derivative of the force [7.11a] at a state.
+    fn new(model: &Incompressible, at: &At) -> Self {
+        let sum = Sum::of(&[MOMENTUM]);
+        let by_field = (model.parameters.elasticity != 0.0).then(|| rows(model, &-sum.by_field(at)));
+        Self { by_polarity: rows(model, &-sum.by_polarity(at)), by_field }
     }
 }
 
-/// The rows of a force: those of the energy-consistent one see the neighbours of their cell.
-fn rows(model: &Incompressible, form: &Bilinear<Vector, Vector>, kind: ElasticForce) -> Rows {
+/// The rows of a force: those of one with faces see the neighbours of their cell.
+fn rows(model: &Incompressible, form: &Bilinear<Vector, Vector>) -> Rows {
     let (trial, test) = (&*model.polarity.space, &*model.momentum.velocity);
     let size = (test.cell_dof_count(), trial.cell_dof_count());
-    let mut out = Rows::zero(model.polarity.neighbours(), size, kind == ElasticForce::Energy);
-    match kind {
-        ElasticForce::Stress => model.tissue().add_cell_blocks(form, trial, test, &mut out.own),
-        ElasticForce::Energy => model.tissue().add_rows(form, (trial, test), &mut out.own, &mut out.off),
+    let mut out = Rows::zero(model.polarity.neighbours(), size, form.has_faces());
+    match form.has_faces() {
+        false => model.tissue().add_cell_blocks(form, trial, test, &mut out.own),
+        true => model.tissue().add_rows(form, (trial, test), &mut out.own, &mut out.off),
     }
     out
 }

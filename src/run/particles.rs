@@ -19,7 +19,7 @@ use crate::body::{Hold, Pose, Twist};
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
 use crate::contact::{Contact, ContactError, Settings, Solver};
 use crate::mesh::Point;
-use crate::model::{Expression, Term};
+use crate::model::{Expression, TermStatus};
 use crate::output::OutputError;
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::given_overlap;
@@ -31,7 +31,7 @@ use crate::time::pace::{EASY, Pace, Paced, Refusal};
 #[derive(Debug, Clone, Serialize)]
 pub struct ParticlesReport {
     pub title: Option<String>,
-    pub terms: Vec<Term>,
+    pub terms: Vec<TermStatus>,
     pub bodies: usize,
     /// Bodies that forces and contact move.
     pub moving: usize,
@@ -108,8 +108,8 @@ fn remarks(scene: &ParticlesScene) -> Vec<String> {
 }
 
 /// The terms of the motion, on and off.
-pub fn terms(scene: &ParticlesScene) -> Vec<Term> {
-    let term = |name, formula, on, reason: String| Term { name, formula, on, reason };
+pub fn terms(scene: &ParticlesScene) -> Vec<TermStatus> {
+    let term = |name, formula, on, reason: String| TermStatus { name, formula, on, reason };
     let inertial = scene.dynamics == Dynamics::Inertial;
     let forced = scene
         .bodies

@@ -16,7 +16,7 @@ use super::setup::build_mesh;
 use super::writer::Writer;
 use super::{RunError, Setup, setup, tissue};
 use crate::mesh::quality::Quality;
-use crate::model::{ModelKind, Term, rotation};
+use crate::model::{ModelKind, TermStatus, rotation};
 use crate::scene::Scene;
 use crate::scene::presets::MEASURED;
 use crate::space::{Continuity, Space};
@@ -73,7 +73,7 @@ impl fmt::Display for MeshReport {
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
     pub title: Option<String>,
-    pub terms: Vec<Term>,
+    pub terms: Vec<TermStatus>,
     pub mesh: MeshReport,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bodies: Option<BodiesReport>,

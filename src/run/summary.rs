@@ -14,7 +14,7 @@ use crate::measure::Strain;
 use crate::measure::errors::{History, Norm};
 use crate::mesh::quality::Quality;
 use crate::model::Residuals;
-use crate::model::Term;
+use crate::model::TermStatus;
 use crate::output::{OutputError, write_whole};
 use crate::scene::Scene;
 use crate::time::March;
@@ -95,7 +95,7 @@ pub struct Summary {
     pub ending: Ending,
     /// Time that was reached.
     pub time: f64,
-    pub terms: Vec<Term>,
+    pub terms: Vec<TermStatus>,
     pub mesh: Quality,
     pub unknowns: Unknowns,
     #[serde(flatten)]

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::expression::Expression;
-use crate::model::{Conditions, ModelKind, Parameters, Term};
+use crate::model::{Conditions, ModelKind, Parameters, TermStatus};
 
 pub use crate::model::Sources;
 pub use crate::model::momentum::SlipTreatment;
@@ -253,7 +253,7 @@ impl Scene {
     }
 
     /// The model's terms and the sources, on and off.
-    pub fn terms(&self) -> Vec<Term> {
+    pub fn terms(&self) -> Vec<TermStatus> {
         let exact = self.sources.exact.is_some();
         let source = |name, formula, given: bool| {
             let reason = match (given, exact) {
@@ -261,7 +261,7 @@ impl Scene {
                 (false, true) => "from [exact]",
                 (false, false) => "not given",
             };
-            Term { name, formula, on: given || exact, reason: reason.to_owned() }
+            TermStatus { name, formula, on: given || exact, reason: reason.to_owned() }
         };
         let mut terms = self.parameters.terms();
         if self.pressure_is_free() {
@@ -278,8 +278,12 @@ impl Scene {
         if self.strain.is_some() {
             let on = self.strain_needed().is_some();
             let reason = if on { "an output needs it" } else { "no output needs it" };
-            terms
-                .push(Term { name: "elastic strain", formula: "ε▽ + ε/We = 2D(v)", on, reason: reason.to_owned() });
+            terms.push(TermStatus {
+                name: "elastic strain",
+                formula: "ε▽ + ε/We = 2D(v)",
+                on,
+                reason: reason.to_owned(),
+            });
         }
         terms
     }

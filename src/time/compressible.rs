@@ -246,7 +246,7 @@ impl Compressible {
 
     /// The density that a flow leads to, before the limiter, to rounding.
     fn transported(&self, equations: &Equations, v: &Field, u: &mut Field) -> Result<usize, SolveError> {
-        let transport = self.density.transport(&self.loops, v);
+        let transport = self.transport_by_density(u, v, equations.inputs.t);
         let (history, _) = self.split(&equations.history);
         let mut right: Vec<f64> = self.density.mass_times(&history.values).iter().map(|h| -h).collect();
         // what enters does not depend on the density

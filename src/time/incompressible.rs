@@ -14,6 +14,7 @@ use crate::model::momentum::MomentumError;
 use crate::model::parameters::ElasticForce;
 use crate::model::polarity::Polarity;
 use crate::model::scales::{Scales, relative};
+use crate::model::terms::At;
 use crate::model::{Conditions, Parameters, Residuals, Sources, State, Volume, tangent};
 use crate::solve::blocks::{Incomplete, VectorBlocks};
 use crate::solve::sparse::Matrix;
@@ -275,13 +276,12 @@ impl Passes for InTurn<'_> {
         let force = phases.measure("force", || model.force(&state.p, before, inputs));
         let (v, pi) = phases.measure("stokes", || model.flow_of(&force, inputs))?;
         let carrier = model.carrier(&v, before);
-        phases.measure("polarity assembly", || {
-            model.polarity.operator(model.tissue(), weights.polarity, carrier, &state.p, &mut self.operator);
+        let given = model.given(inputs.t);
+        let at = At::new(&model.parameters, &state.p, &given).with_flow(&model.momentum.velocity, carrier);
+        let mut b = phases.measure("polarity assembly", || {
+            model.polarity.pass(model.tissue(), weights.polarity, &at, &mut self.operator)
         });
-        let mut b = phases.measure("polarity assembly", || model.polarity.inflow(model.tissue(), carrier, inputs.t));
-        for ((b, f), p) in b.iter_mut().zip(&self.fixed).zip(model.polarity.products(model.tissue(), &state.p)) {
-            *b += f + p;
-        }
+        b.iter_mut().zip(&self.fixed).for_each(|(b, fixed)| *b = fixed - *b);
         // factors of the first iterate serve the whole step: later ones differ little
         if self.factors.is_none() {
             self.factors = Some(phases.measure("polarity factors", || model.polarity.precondition(&self.operator))?);

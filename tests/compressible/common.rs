@@ -7,9 +7,7 @@ use monolayer::mesh::{Mesh, Point};
 use monolayer::model::compressible::Compressible;
 use monolayer::model::incompressible::{Degrees, Description};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{
-    Conditions, DensityLaw, ElasticForce, Expression, Parameters, PolarityCondition, Sources, VelocityCondition,
-};
+use monolayer::model::{Conditions, DensityLaw, Expression, Parameters, PolarityCondition, Sources, VelocityCondition};
 use monolayer::space::{Field, Space, project};
 use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, MarchSettings};
 use rand::{RngExt, SeedableRng};
@@ -26,8 +24,8 @@ pub const PARAMETERS: Parameters = Parameters {
     coherence: 0.4,
     elasticity: 0.6,
     alignment: 0.7,
-    elastic_force: ElasticForce::Stress,
     density: Some(LAW),
+    ..Parameters::PLAIN
 };
 
 pub fn mesh(text: &str) -> Arc<Mesh> {

@@ -16,7 +16,11 @@ fn rotation_of_a_field_against_itself_vanishes() {
             let worst = loops.vector(&form, &velocity).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             assert!(worst < 1e-14 * dot(&size, &size).sqrt().max(1.0), "{worst}");
             let v = random(&velocity, 4);
-            let operator = loops.triplets(&polarity::rotation(&p.space, &v, Density::One), &p.space, &p.space);
+            let operator = loops.triplets(
+                &polarity::turning_by_polarity(&p.space, &v, [1.0, 0.0], Density::One),
+                &p.space,
+                &p.space,
+            );
             let scale: f64 = operator.iter().map(|t| t.2.abs()).sum();
             close(apply(&operator, &p.values, &p.values), 0.0, scale, 1e-14);
         }
@@ -32,11 +36,11 @@ fn what_turns_the_polarity_is_what_the_molecular_field_feels() {
         let (v, p, l) = (random(&velocity, 1), random(&space, 2), random(&space, 3));
         let pairs = [
             (
-                loops.triplets(&polarity::rotation(&space, &v, Density::One), &space, &space),
+                loops.triplets(&polarity::turning_by_polarity(&space, &v, [1.0, 0.0], Density::One), &space, &space),
                 polarity::rotation_force(&velocity, &p, &l),
             ),
             (
-                loops.triplets(&polarity::stretching(&space, &v, Density::One), &space, &space),
+                loops.triplets(&polarity::turning_by_polarity(&space, &v, [0.0, 1.0], Density::One), &space, &space),
                 polarity::stretching_force(&velocity, &p, &l, Density::One),
             ),
         ];
@@ -47,7 +51,8 @@ fn what_turns_the_polarity_is_what_the_molecular_field_feels() {
             close(one, other, one.abs().max(1.0), 1e-12);
             both += one;
         }
-        let objective = loops.triplets(&polarity::objective(&space, &v, 1.0, Density::One), &space, &space);
+        let objective =
+            loops.triplets(&polarity::turning_by_polarity(&space, &v, [1.0, 1.0], Density::One), &space, &space);
         close(apply(&objective, &l.values, &p.values), both, both.abs().max(1.0), 1e-12);
     }
 }
@@ -133,7 +138,7 @@ fn viscosity_ignores_rigid_motions_and_divergence_sees_expansion() {
         let loops = loops(&mesh);
         let (velocity, pressure) = (continuous(&mesh, 2, 2), continuous(&mesh, 1, 1));
         let rigid = project::interpolate_vector(&velocity, |x| Point::new(1.0 - x.y, 2.0 + x.x));
-        let viscous = loops.triplets(&stokes::viscosity(&velocity), &velocity, &velocity);
+        let viscous = loops.triplets(&stokes::viscosity(&velocity, Density::One), &velocity, &velocity);
         close(apply(&viscous, &rigid.values, &rigid.values), 0.0, viscous.iter().map(|t| t.2.abs()).sum(), 1e-14);
         // b(v, 1) = −∫ div v = −2|Ω| for v = x
         let expansion = project::interpolate_vector(&velocity, |x| x);

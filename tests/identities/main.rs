@@ -18,5 +18,6 @@ mod solve;
 mod space;
 mod start;
 mod strain;
+mod terms;
 mod time;
 mod units;

@@ -5,9 +5,8 @@ use monolayer::form::{Density, Faces, elastic, polarity, upwind};
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::incompressible::{Degrees, Description, Incompressible, State};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
-use monolayer::model::{
-    Conditions, ElasticForce, Expression, Parameters, PolarityCondition, Sources, VelocityCondition,
-};
+use monolayer::model::terms::At;
+use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, Sources, VelocityCondition};
 use monolayer::solve::sparse::Matrix;
 use monolayer::space::{Field, project};
 use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, March, MarchSettings};
@@ -21,8 +20,7 @@ pub const PARAMETERS: Parameters = Parameters {
     coherence: 0.3,
     elasticity: 0.6,
     alignment: 0.8,
-    elastic_force: ElasticForce::Stress,
-    density: None,
+    ..Parameters::PLAIN
 };
 
 pub fn formula(text: &str) -> Expression {
@@ -112,7 +110,7 @@ fn polarity_along_the_flow_is_carried_unchanged() {
         &discontinuous(&mesh, 3, 1),
         &discontinuous(&mesh, 3, 1),
     );
-    let turning = loops.triplets(&polarity::objective(&space, &v, 1.0, Density::One), &space, &space);
+    let turning = loops.triplets(&polarity::turning_by_polarity(&space, &v, [1.0, 1.0], Density::One), &space, &space);
     let mut residual = vec![0.0; space.dof_count()];
     for (i, j, a) in turning {
         residual[i] -= a * p.values[j];
@@ -135,7 +133,9 @@ fn the_operator_of_a_step_is_the_sum_of_its_forms() {
     let space = &model.polarity.space;
     let (v, last, p, q) = (random(&model.momentum.velocity, 1), random(space, 2), random(space, 3), random(space, 4));
     let mut operator = model.polarity.empty_operator();
-    model.polarity.operator(&model.loops, 7.0, (&v).into(), &last, &mut operator);
+    let given = model.given(0.0);
+    let at = At::new(&PARAMETERS, &last, &given).with_flow(&v.space, (&v).into());
+    model.polarity.pass(&model.loops, 7.0, &at, &mut operator);
     let mut image = vec![0.0; p.values.len()];
     operator.times(&p.values, &mut image);
     let sparse: Matrix = operator.to_sparse();

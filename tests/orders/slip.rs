@@ -9,9 +9,7 @@ use monolayer::mesh::Point;
 use monolayer::mesh::generate::MeshScene;
 use monolayer::model::incompressible::{Degrees, Description, Incompressible};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{
-    Conditions, ElasticForce, Expression, Parameters, PolarityCondition, Sources, VelocityCondition,
-};
+use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, Sources, VelocityCondition};
 
 use super::slope;
 
@@ -25,17 +23,7 @@ fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
     let force = format!("({FRICTION}*(1+0.5*cos({s})) + 0.5*pi^2*cos({s}) + 1.5*pi*sin({s})/sqrt(x^2+y^2))");
     let formula = |text: String| Expression::parse(&text, &[]).unwrap();
     let description = Description {
-        parameters: Parameters {
-            friction: FRICTION,
-            traction: 0.0,
-            active_stress: 0.0,
-            peclet: 1.0,
-            coherence: 1.0,
-            elasticity: 0.0,
-            alignment: 1.0,
-            elastic_force: ElasticForce::Stress,
-            density: None,
-        },
+        parameters: Parameters { friction: FRICTION, traction: 0.0, ..Parameters::PLAIN },
         degrees: Degrees { velocity: 2, pressure: 1, density: 0, polarity: 1 },
         conditions: mesh
             .tags

@@ -138,7 +138,7 @@ fn keys_of_the_compressible_scene_can_be_set() {
     assert_eq!((space.velocity, space.density, space.polarity), (1, 3, 4));
     assert_eq!((changed.time.order, changed.time.density_order(), changed.time.density_implicit), (5, 3, true));
     let (x, parameters) = (Point::new(3.0, 0.0), &changed.parameters);
-    assert_eq!((changed.sources.density(x, 2.0), changed.sources.force(parameters, x, 2.0).y), (6.0, 0.25));
+    assert_eq!((changed.sources.density(parameters, x, 2.0), changed.sources.force(parameters, x, 2.0).y), (6.0, 0.25));
     assert!(changed.sources.has_density() && !sheet(&[]).sources.has_density());
     let iso = sheet(&[("model.active_stress_iso", ""), ("model.elasticity", "0")]).parameters;
     assert_eq!((iso.density.unwrap().active_stress_iso, iso.has_free_energy()), (0.0, true));
@@ -179,7 +179,7 @@ fn exact_densities_fill_in_for_those_that_are_not_given() {
     assert_eq!(sheet.boundary["walls"].density, None);
     assert!(sheet.resolved_toml().contains("density = \"exact\""), "{}", sheet.resolved_toml());
     assert!(sheet.sources.has_density());
-    assert_eq!(sheet.sources.density(Point::new(1.0, 0.0), 0.0), 1.0 + 3.0 + 1.0);
+    assert_eq!(sheet.sources.density(&sheet.parameters, Point::new(1.0, 0.0), 0.0), 1.0 + 3.0 + 1.0);
     same(&sheet, &scene(&sheet.resolved_toml()));
 }
 

@@ -24,8 +24,7 @@ const ACTIVE: Parameters = Parameters {
     coherence: 0.2,
     elasticity: 0.6,
     alignment: 0.8,
-    elastic_force: ElasticForce::Stress,
-    density: None,
+    ..Parameters::PLAIN
 };
 
 fn formula(text: &str) -> Expression {

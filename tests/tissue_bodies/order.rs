@@ -10,7 +10,8 @@ use monolayer::form::{CellPoint, mass};
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::passive::{Continuation, Covered};
 use monolayer::model::polarity::Polarity;
-use monolayer::model::{Conditions, ElasticForce, Expression, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::terms::{At, POLARITY, Sum};
+use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, VelocityCondition};
 use monolayer::space::project;
 
 const CENTRE: [f64; 2] = [0.513, 0.478];
@@ -24,8 +25,7 @@ const PARAMETERS: Parameters = Parameters {
     coherence: 0.3,
     elasticity: 0.0,
     alignment: 1.0,
-    elastic_force: ElasticForce::Stress,
-    density: None,
+    ..Parameters::PLAIN
 };
 
 /// `c + A (y + R² y/|y|²)`, `y = x − x_c`: harmonic with `∂p/∂n = 0` on the disc.
@@ -75,10 +75,12 @@ fn errors(n: usize, degree: usize) -> [f64; 3] {
     let source = tissue.vector(&mass::load(&space, degree + 4, source), &space);
     let mut p = project::interpolate_vector(&space, |_| Point::new(0.5, 0.3));
     for k in 0.. {
-        let mut r = polarity.carried(tissue, Carrier::from(&flow), &p, 0.0);
+        let given = polarity.given(0.0);
+        let here = At::new(&PARAMETERS, &p, &given).with_flow(&flow.space, Carrier::from(&flow));
+        let mut r = tissue.vector(&Sum::of(&[POLARITY]).value(&here), &space);
         let well = polarity.molecular_functional(tissue, &p, 0.0);
         r.iter_mut().zip(&well).zip(&source).for_each(|((r, w), f)| *r = f - *r - w);
-        let operator = polarity.tangent(tissue, 0.0, Carrier::from(&flow), &polarity.molecular_tangent(tissue, &p));
+        let operator = polarity.tangent(tissue, 0.0, &here, &polarity.molecular_tangent(tissue, &p));
         let factors = polarity.precondition(&operator).unwrap();
         let mut step = vec![0.0; r.len()];
         polarity.solve(&operator, &factors, &r, &mut step, 1e-9).unwrap();

@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use crate::form::{Faces, Integrator, mass, transport};
+use crate::form::{Faces, Integrator, mass};
 use crate::model::limiter::{Limited, Limiter};
 use crate::model::polarity::invert_blocks;
-use crate::solve::blocks::Neighbours;
 use crate::solve::krylov::gmres;
 use crate::solve::rows::{Rows, add_product, times_each};
 use crate::solve::{SolveError, axpy, dot, norm};
@@ -26,7 +25,6 @@ pub struct Density {
     pub limiter: Limiter,
     /// Boundary faces through which mass may pass: all but those of slip walls.
     pub open: Faces,
-    neighbours: Neighbours,
     mass: Vec<f64>,
     mass_inverse: Vec<f64>,
     /// `∫ φ_i`
@@ -45,7 +43,6 @@ impl Density {
         loops: &Integrator,
         space: &Arc<Space>,
         open: Faces,
-        neighbours: &Neighbours,
         (order, rank): (&Arc<Vec<usize>>, &Arc<Vec<usize>>),
     ) -> Result<Self, SolveError> {
         let mass = loops.cell_blocks(&mass::mass(space), space, space);
@@ -56,7 +53,6 @@ impl Density {
             mass,
             weights,
             open,
-            neighbours: neighbours.clone(),
             space: space.clone(),
             order: order.clone(),
             rank: rank.clone(),
@@ -76,14 +72,6 @@ impl Density {
     /// `∫ρ`
     pub fn total(&self, rho: &[f64]) -> f64 {
         dot(&self.weights, rho)
-    }
-
-    /// `T`: `a_mass(ρ,z;v)`   [7.32]
-    pub fn transport(&self, loops: &Integrator, flow: &Field) -> Rows {
-        let (space, n) = (&*self.space, self.space.n);
-        let mut rows = Rows::zero(&self.neighbours, (n, n), true);
-        loops.add_rows(&transport::a_mass(space, flow, self.open), (space, space), &mut rows.own, &mut rows.off);
-        rows
     }
 
     /// Solves `w M u + T ρ(u) = b` from the guess in `u`, ρ(u) the limited u: Newton's method, to rounding, so that mass is kept. Where

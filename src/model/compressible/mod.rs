@@ -31,11 +31,12 @@ use super::parameters::DensityLaw;
 use super::polarity::{FORMULA_DEGREE, Polarity};
 use super::scales::{Scales, relative};
 use super::state::{Residuals, State};
+use super::terms::{At, Given, MASS, MOMENTUM, Sum};
 use super::{Conditions, Parameters, Sources};
-use crate::form::compression::Compression;
-use crate::form::density::Density as Weight;
-use crate::form::{CellPoint, FacePoint, Faces, Integrator, elastic, mass, polarity as forms, transport};
+use crate::form::upwind::Carrier;
+use crate::form::{CellPoint, Faces, Integrator, mass};
 use crate::mesh::Mesh;
+use crate::solve::rows::Rows;
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::{Continuity, Field, Space};
@@ -124,7 +125,7 @@ impl Compressible {
         }
         let polarity = Polarity::new(&loops, polarity, conditions, parameters, sources.boundary().cloned())?;
         let open = tagged(conditions, |c| !matches!(c, VelocityCondition::Slip));
-        let density = Density::new(&loops, density, open, polarity.neighbours(), polarity.sweep())?;
+        let density = Density::new(&loops, density, open, polarity.sweep())?;
         let count = velocity.dof_count();
         let products = loops.triplets(&mass::vector_mass(velocity), velocity, velocity);
         let velocity_mass = Matrix::from_triplets(count, count, &products);
@@ -199,10 +200,14 @@ impl Compressible {
         [rho, p].concat()
     }
 
-    /// `ρ_in` on a face where tissue may enter.
-    pub fn inflow(&self, s: &FacePoint, t: f64) -> f64 {
-        let tag = self.loops.mesh.faces[s.face].tag.expect("tissue enters through the boundary");
-        self.conditions[tag].inflow(s.minus.x, t)
+    /// What the boundary gives at time `t`.
+    pub fn given(&self, t: f64) -> Given<'_> {
+        self.polarity.given(t).with_open(self.density.open)
+    }
+
+    /// Density, polarity and a flow.
+    pub fn at<'a>(&'a self, rho: &'a Field, p: &'a Field, flow: &'a Field, given: &'a Given<'a>) -> At<'a> {
+        At::new(&self.parameters, p, given).with_flow(&self.velocity, Carrier::from(flow)).with_density(rho)
     }
 
     /// All that is given at time `t`: computed once, used by every iteration of a step.
@@ -215,7 +220,7 @@ impl Compressible {
         let form = outer_force(&self.velocity, &self.parameters, &self.conditions, &sources, t);
         let force = self.loops.vector(&form, &self.velocity);
         let prescribed = self.frames.prescribed(&self.conditions, t)?;
-        let of_density = |x: &CellPoint| sources.density(x.site.x, t);
+        let of_density = |x: &CellPoint| sources.density(&self.parameters, x.site.x, t);
         let density = if sources.has_density() {
             self.loops.vector(&mass::scalar_load(&self.density.space, FORMULA_DEGREE, of_density), &self.density.space)
         } else {
@@ -235,32 +240,12 @@ impl Compressible {
         self.parameters.density.expect("a compressible sheet has a density")
     }
 
-    /// The isotropic stress of the sheet.
-    pub fn compression(&self) -> Compression {
-        let DensityLaw { penalty, exponent, critical, active_stress_iso } = self.law();
-        Compression { penalty, exponent, elasticity: self.parameters.elasticity, critical, active: active_stress_iso }
-    }
-
-    /// `T_a(p|w) − b(w,ρΠ) − ω(p,L_h,w) − a δ(p,L_h,w) + κ²B c_h(p,p,w;ρ) + S_a δ(ρp,p,w) − S_a' b(w,ρ|p|²)`   [7.34], and what is
-    /// given from outside; `l` is `L_h/B`.
+    /// The terms of the momentum balance that are not linear in the flow [7.34], and what is given from outside; `l` is
+    /// `L_h/B`.
     pub fn force(&self, rho: &Field, p: &Field, l: Option<&Field>, inputs: &Inputs) -> Vec<f64> {
-        let (m, velocity, weight) = (&self.parameters, &*self.velocity, Weight::Of(rho));
-        let mut form = -self.compression().force(velocity, rho, p);
-        if m.traction != 0.0 {
-            form = form + m.traction * mass::load(velocity, p.space.degree, |x| p.vector(&x.site));
-        }
-        if let Some(l) = l {
-            let b = m.elasticity;
-            form = form - b * forms::rotation_force(velocity, p, l);
-            if m.alignment != 0.0 {
-                form = form - b * m.alignment * forms::stretching_force(velocity, p, l, Weight::One);
-            }
-            form = form + m.coherence.powi(2) * b * elastic::ericksen(velocity, p, weight);
-        }
-        if m.active_stress != 0.0 {
-            form = form + m.active_stress * forms::stretching_force(velocity, p, p, weight);
-        }
-        let mut force = self.loops.vector(&form, velocity);
+        let (given, rest) = (self.given(inputs.t), Field::zero(&self.velocity));
+        let form = -Sum::of(&[MOMENTUM]).value(&self.at(rho, p, &rest, &given).with_field(l));
+        let mut force = self.loops.vector(&form, &self.velocity);
         axpy(1.0, &inputs.force, &mut force);
         force
     }
@@ -302,10 +287,21 @@ impl Compressible {
 
     /// `a_mass(ρ,z;v) − l_mass(z;v) − (f_ρ|z)`, a functional of z   [7.32]
     pub fn transport(&self, u: &Field, v: &Field, inputs: &Inputs) -> Vec<f64> {
-        let form = transport::transport(u, v, self.density.open, |s| self.inflow(s, inputs.t));
+        let (given, p) = (self.given(inputs.t), Field::zero(&self.polarity.space));
+        let form = Sum::of(&[MASS]).value(&self.at(u, &p, v, &given));
         let mut out = self.loops.vector(&form, &self.density.space);
         axpy(-1.0, &inputs.density, &mut out);
         out
+    }
+
+    /// The derivative of [`Compressible::transport`] along the density.
+    pub fn transport_by_density(&self, u: &Field, v: &Field, t: f64) -> Rows {
+        let (space, n) = (&*self.density.space, self.density.space.n);
+        let (given, p) = (self.given(t), Field::zero(&self.polarity.space));
+        let form = Sum::of(&[MASS]).by_density(&self.at(u, &p, v, &given));
+        let mut rows = Rows::zero(self.polarity.neighbours(), (n, n), true);
+        self.loops.add_rows(&form, (space, space), &mut rows.own, &mut rows.off);
+        rows
     }
 
     /// Net mass that enters per time: through the boundary and from sources.

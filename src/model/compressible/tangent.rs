@@ -12,15 +12,13 @@ use nalgebra::DMatrix;
 
 use super::Compressible;
 use super::viscous::Viscous;
-use crate::form::density::Density as Weight;
-use crate::form::words::{Scalar, Vector};
-use crate::form::{Bilinear, FacePoint, elastic, mass, polarity as forms, stokes, swip, transport, upwind};
+use crate::form::mass;
 use crate::model::incompressible::Inputs;
 use crate::model::lagged::{Elements, add_velocity_block};
 use crate::model::limiter::Limited;
 use crate::model::momentum::MomentumError;
-use crate::model::polarity::FORMULA_DEGREE;
 use crate::model::state::State;
+use crate::model::terms::{MASS, MOLECULAR, MOMENTUM, POLARITY, Sum};
 use crate::solve::axpy;
 use crate::solve::blocks::VectorBlocks;
 use crate::solve::rows::Rows;
@@ -69,62 +67,50 @@ impl<'m> Tangent<'m> {
         w: [f64; 2],
         inputs: &Inputs,
     ) -> Self {
-        let (loops, m, law) = (&model.loops, &model.parameters, &model.law());
+        let loops = &model.loops;
         let (velocity, density_space, space) = (&*model.velocity, &*model.density.space, &*model.polarity.space);
-        let (rho, p, v, t) = (state.volume(), &state.p, &state.v, inputs.t);
-        let (pe, a, kappa2, weight) = (m.peclet, m.alignment, m.coherence.powi(2), Weight::Of(rho));
-        let neighbours = model.polarity.neighbours();
+        let (rho, p, v) = (state.volume(), &state.p, &state.v);
+        let given = model.given(inputs.t);
+        let here = model.at(rho, p, v, &given).with_field(at.molecular.as_ref());
+        let [momentum, polarity] = [Sum::of(&[MOMENTUM]), Sum::of(&[POLARITY])];
+        let [molecular, whole] = [Sum::of(&[MOLECULAR]), Sum::of(&[POLARITY, MOLECULAR])];
         let sizes = [density_space.n, space.cell_dof_count(), velocity.cell_dof_count()];
-        let rows = |size: (usize, usize), wide: bool| Rows::zero(neighbours, size, wide);
-        let dirichlet = model.polarity.dirichlet;
-        let data = |s: &FacePoint| model.polarity.data(s, t);
+        let rows = |size: (usize, usize), wide: bool| Rows::zero(model.polarity.neighbours(), size, wide);
 
         let mut density_drag = rows((sizes[0], sizes[2]), false);
-        let by_flow = transport::transport_by_flow(rho, v, model.density.open, |s| model.inflow(s, t));
+        let by_flow = Sum::of(&[MASS]).by_velocity(&here);
         loops.add_own_rows(&by_flow, (velocity, density_space), &mut density_drag.own);
 
-        let carrier = model.carrier(v, rho);
         let mut drag = rows((sizes[1], sizes[2]), false);
-        let form = pe * upwind::advection_by_flow(p, carrier, dirichlet, data)
-            - pe * forms::turning_by_flow(velocity, p, a, weight);
-        loops.add_own_rows(&form, (velocity, space), &mut drag.own);
+        loops.add_own_rows(&whole.by_velocity(&here), (velocity, space), &mut drag.own);
 
         let mut well_by_density = rows((sizes[1], sizes[0]), true);
-        let form = elastic::double_well_by_density(p, density_space)
-            + kappa2 * swip::by_density(p, rho, dirichlet, FORMULA_DEGREE, data);
+        let form = molecular.by_density(&here);
         loops.add_rows(&form, (density_space, space), &mut well_by_density.own, &mut well_by_density.off);
-        if let Some((faces, exact)) = model.polarity.slopes() {
-            let exact = exact.at_time(t);
-            let slope = move |s: &FacePoint| exact.polarity_slope(s.minus.x, t, s.n);
-            let form = -kappa2 * mass::face_load_by_density(space, density_space, faces, FORMULA_DEGREE, slope);
-            loops.add_rows(&form, (density_space, space), &mut well_by_density.own, &mut well_by_density.off);
-        }
         let mut by_density = well_by_density.clone();
-        let form = pe * mass::load_by_density(space, density_space, rate.space.degree, |x| rate.vector(&x.site))
-            + pe * upwind::advection_by_density(p, v, density_space, dirichlet, data)
-            - pe * forms::turning_by_density(p, v, a, density_space);
+        let pushed = mass::load_by_density(space, density_space, rate.space.degree, |x| rate.vector(&x.site));
+        let form = model.parameters.peclet * pushed + polarity.by_density(&here);
         loops.add_rows(&form, (density_space, space), &mut by_density.own, &mut by_density.off);
 
         let mut well = model.polarity.empty_operator();
-        model.add_alike(&(kappa2 * swip::a_swip(space, dirichlet, weight)), &mut well);
-        let relaxation = elastic::double_well_tangent(space, p, weight, law.critical);
-        loops.add_cell_blocks(&relaxation, space, space, &mut well.diagonal);
+        model.add_alike(&molecular.by_components(&here), &mut well);
+        loops.add_cell_blocks(&molecular.by_polarity(&here), space, space, &mut well.diagonal);
         let mut operator = well.clone();
-        model.add_carried(rho, v, w[1], &mut operator);
+        model.add_alike(&(polarity.by_components(&here) + model.inertia_form(rho, w[1])), &mut operator);
+        loops.add_cell_blocks(&polarity.by_polarity(&here), space, space, &mut operator.diagonal);
 
-        let (by_rho, by_p, by_l) = forces(model, state, at.molecular.as_ref());
         let mut force_by_density = rows((sizes[2], sizes[0]), false);
-        loops.add_cell_blocks(&by_rho, density_space, velocity, &mut force_by_density.own);
+        loops.add_cell_blocks(&-momentum.by_density(&here), density_space, velocity, &mut force_by_density.own);
         let mut force_by_polarity = rows((sizes[2], sizes[1]), false);
-        loops.add_cell_blocks(&by_p, space, velocity, &mut force_by_polarity.own);
-        let force_by_field = by_l.map(|form| {
+        loops.add_cell_blocks(&-momentum.by_polarity(&here), space, velocity, &mut force_by_polarity.own);
+        let force_by_field = at.molecular.as_ref().map(|_| {
             let mut out = rows((sizes[2], sizes[1]), false);
-            loops.add_cell_blocks(&form, space, velocity, &mut out.own);
+            loops.add_cell_blocks(&-momentum.by_field(&here), space, velocity, &mut out.own);
             out
         });
         let limiter = model.density.limiter_derivatives(&at.u, &at.limited);
         // everything sees the limited density
-        let mut density = model.density.transport(loops, v);
+        let mut density = model.transport_by_density(rho, v, inputs.t);
         for rows in [&mut density, &mut by_density, &mut well_by_density, &mut force_by_density] {
             rows.times_columns(&limiter);
         }
@@ -174,30 +160,6 @@ impl<'m> Tangent<'m> {
         self.drag.times_add(&dv, y_p);
         Ok(())
     }
-}
-
-type Forces<'a> = (Bilinear<'a, Scalar, Vector>, Bilinear<'a, Vector, Vector>, Option<Bilinear<'a, Vector, Vector>>);
-
-/// Derivatives of the force along the density (less the viscous force), the polarity and the molecular field over B.
-fn forces<'a>(model: &Compressible, state: &'a State, l: Option<&'a Field>) -> Forces<'a> {
-    let (m, velocity) = (&model.parameters, &*model.velocity);
-    let (rho, p, v) = (state.volume(), &state.p, &state.v);
-    let (density, weight, compression) = (&*rho.space, Weight::Of(rho), model.compression());
-    let mut by_rho = -compression.by_density(velocity, rho, p) - stokes::viscosity_by_density(v, density);
-    let mut by_p = -compression.by_polarity(velocity, rho, p);
-    if m.traction != 0.0 {
-        by_p = by_p + m.traction * mass::vector_load_by(velocity, &p.space);
-    }
-    if m.active_stress != 0.0 {
-        by_rho = by_rho + m.active_stress * forms::stretching_force_by_density(velocity, p, density);
-        by_p = by_p + 2.0 * forms::force_by_field(velocity, p, 0.0, m.active_stress, weight);
-    }
-    let Some(l) = l else { return (by_rho, by_p, None) };
-    let (b, elastic_stress) = (m.elasticity, m.coherence.powi(2) * m.elasticity);
-    by_rho = by_rho + elastic_stress * elastic::ericksen_by_density(velocity, p, density);
-    by_p = by_p - forms::force_by_polarity(velocity, l, b, b * m.alignment)
-        + elastic_stress * elastic::ericksen_tangent(velocity, p, weight);
-    (by_rho, by_p, Some(-forms::force_by_field(velocity, p, b, b * m.alignment, Weight::One)))
 }
 
 impl Elements for Tangent<'_> {

@@ -1,10 +1,11 @@
 //! The velocity of a given density: friction and ρ-weighted viscosity, factorised anew for every density.
 
-use crate::form::{mass, stokes};
+use crate::form::{Density, stokes};
 use crate::model::DensityLaw;
 use crate::model::compressible::Compressible;
 use crate::model::lagged::{Elements, Lagged, Layout, add_velocity_block};
 use crate::model::momentum::{MomentumError, SlipTreatment};
+use crate::model::terms::{MOMENTUM, Sum};
 use crate::solve::rows::Rows;
 use crate::solve::symbolic::Element;
 use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, norm};
@@ -43,10 +44,7 @@ impl Viscous {
     /// A matrix that is singular: nothing holds tissue of vanishing density without friction.
     pub fn new(model: &Compressible, rho: &Field) -> Result<Self, MomentumError> {
         let (loops, velocity) = (&model.loops, &*model.velocity);
-        let mut form = stokes::weighted_viscosity(velocity, rho);
-        if model.parameters.friction != 0.0 {
-            form = form + model.parameters.friction * mass::vector_mass(velocity);
-        }
+        let mut form = Sum::of(&[MOMENTUM]).flow_matrix(&model.parameters, velocity, Density::Of(rho));
         if let SlipTreatment::Penalty { epsilon } = model.slip {
             form = form + stokes::slip_penalty(velocity, model.slip_faces(), epsilon * model.area.sqrt());
         }

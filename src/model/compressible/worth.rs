@@ -10,25 +10,30 @@ use crate::mesh::Point;
 use crate::model::expression::ExpressionError;
 use crate::model::polarity::FORMULA_DEGREE;
 use crate::model::state::State;
+use crate::model::terms::Given;
 use crate::solve::dot;
 use crate::space::{Continuity, Field, Space};
 
 impl Compressible {
-    /// The polarity's part of the free energy at time `t`.
-    fn polar_energy<'a>(&'a self, p: &'a Field, t: f64) -> PolarEnergy<'a, impl Fn(&FacePoint) -> Point + Sync> {
+    /// The polarity's part of the free energy.
+    fn polar_energy<'a>(
+        &'a self,
+        p: &'a Field,
+        given: &'a Given,
+    ) -> PolarEnergy<'a, impl Fn(&FacePoint) -> Point + Sync> {
         PolarEnergy {
             loops: &self.loops,
             p,
             kappa: self.parameters.coherence,
             dirichlet: self.polarity.dirichlet,
             degree: FORMULA_DEGREE,
-            data: move |s: &FacePoint| self.polarity.data(s, t),
+            data: move |s: &FacePoint| given.polarity(s),
         }
     }
 
     /// `F_h`   [5.39]
     pub fn free_energy(&self, state: &State, t: f64) -> f64 {
-        self.polar_energy(&state.p, t).with(state.volume(), &self.compression())
+        self.polar_energy(&state.p, &self.given(t)).with(state.volume(), &self.parameters.compression())
     }
 
     /// `dF_h/dt` for the given rate of the polarity, and that of the density that the transport gives.
@@ -39,7 +44,7 @@ impl Compressible {
             b => b * dot(&self.molecular_functional(rho, p, t), rate_of_p),
         };
         let Ok(rate) = self.density_rate(state, t) else { return f64::NAN };
-        by_polarity + self.polar_energy(p, t).along(rho, &rate, &self.compression())
+        by_polarity + self.polar_energy(p, &self.given(t)).along(rho, &rate, &self.parameters.compression())
     }
 
     /// `∂_t ρ` that follows from the flow.
@@ -56,7 +61,7 @@ impl Compressible {
     /// `ds/dρ` of the isotropic stress s over four times the viscosity.
     pub fn stiffness(&self, state: &State) -> f64 {
         let (rho, p) = (state.volume(), &state.p);
-        let compression = self.compression();
+        let compression = self.parameters.compression();
         let k = (self.density.space.degree + 1) as f64;
         let mut largest = 0.0_f64;
         for cell in 0..self.loops.mesh.cells.len() {
@@ -74,7 +79,7 @@ impl Compressible {
     /// `ρΠ = c_0 ρ^(γ+1) − ½Bρ_min|p|²` at the nodes of the polarity   [5.50]
     pub fn pressure(&self, state: &State) -> Field {
         let (rho, p) = (state.volume(), &state.p);
-        let stress = Compression { active: 0.0, ..self.compression() };
+        let stress = Compression { active: 0.0, ..self.parameters.compression() };
         let nodes = crate::element::basis::nodes(p.space.degree);
         let space = Arc::new(Space::new(&self.loops.mesh, Continuity::Discontinuous, p.space.degree, 1));
         let mut out = Field::zero(&space);

@@ -21,7 +21,7 @@ use crate::body::{Body, Pose, Twist};
 use crate::contact::{Contact, Wall};
 use crate::measure::bodies::{self, kinetic_energy};
 use crate::mesh::quality::Quality;
-use crate::model::Term;
+use crate::model::TermStatus;
 use crate::output::bodies::Moment;
 use crate::output::plot::map::Picture;
 use crate::output::progress::{Progress, Status};
@@ -130,7 +130,7 @@ pub(super) struct Plan<'a> {
     pub outputs: &'a [Output],
     pub bodies: &'a [Body],
     pub walls: Vec<Wall>,
-    pub terms: Vec<Term>,
+    pub terms: Vec<TermStatus>,
     /// What a run should know and no error.
     pub remarks: Vec<String>,
     pub mesh: Option<Quality>,

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{Plan, Totals};
 use crate::mesh::quality::Quality;
-use crate::model::Term;
+use crate::model::TermStatus;
 use crate::output::{OutputError, write_whole};
 use crate::run::summary::{Ending, peak_memory_mib};
 use crate::time::march::Counts;
@@ -24,7 +24,7 @@ pub struct MotionSummary {
     pub ending: Ending,
     /// Time that was reached.
     pub time: f64,
-    pub terms: Vec<Term>,
+    pub terms: Vec<TermStatus>,
     pub mesh: Mesh,
     pub unknowns: Unknowns,
     /// Number of bodies.

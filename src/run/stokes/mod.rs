@@ -21,7 +21,7 @@ use crate::mesh::Mesh;
 use crate::model::closed::ClosedParts;
 use crate::model::frames::Frames;
 use crate::model::momentum::check_held;
-use crate::model::{Term, rotation};
+use crate::model::{TermStatus, rotation};
 use crate::scene::bodies::Bodies;
 use crate::scene::{StokesScene, ZERO_MEAN};
 use crate::space::{Continuity, Space};
@@ -31,7 +31,7 @@ use stepper::{Checkpoint, Stepper};
 #[derive(Debug, Clone, Serialize)]
 pub struct StokesReport {
     pub title: Option<String>,
-    pub terms: Vec<Term>,
+    pub terms: Vec<TermStatus>,
     pub mesh: MeshReport,
     pub bodies: usize,
     /// How they are and meet.
@@ -208,8 +208,8 @@ fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
 }
 
 /// The terms of the flow and of its bodies, on and off.
-pub fn terms(scene: &StokesScene) -> Vec<Term> {
-    let term = |name, formula, on, reason: String| Term { name, formula, on, reason };
+pub fn terms(scene: &StokesScene) -> Vec<TermStatus> {
+    let term = |name, formula, on, reason: String| TermStatus { name, formula, on, reason };
     let always = || "always on".to_owned();
     let force = scene.force.is_some();
     let mut terms = vec![
@@ -236,10 +236,10 @@ pub fn terms(scene: &StokesScene) -> Vec<Term> {
 }
 
 /// The contact of bodies, on or off.
-pub(super) fn contact_term(bodies: &Bodies) -> Term {
+pub(super) fn contact_term(bodies: &Bodies) -> TermStatus {
     let name = "contact";
     match &bodies.contact {
-        None => Term { name, formula: "D ≥ 0", on: false, reason: "nothing can touch".to_owned() },
+        None => TermStatus { name, formula: "D ≥ 0", on: false, reason: "nothing can touch".to_owned() },
         Some(contact) => {
             let (formula, law) = match contact.law {
                 Law::Inelastic => ("D ≥ 0", "inelastic".to_owned()),
@@ -247,7 +247,7 @@ pub(super) fn contact_term(bodies: &Bodies) -> Term {
             };
             let margin = if contact.margin > 0.0 { format!(", margin {}", contact.margin) } else { String::new() };
             let walls = bodies.walls.len() + bodies.wall_tags.len();
-            Term { name, formula, on: true, reason: format!("{law}, {walls} walls{margin}") }
+            TermStatus { name, formula, on: true, reason: format!("{law}, {walls} walls{margin}") }
         }
     }
 }
@@ -274,7 +274,7 @@ impl fmt::Display for StokesReport {
 }
 
 /// Title and terms of a report.
-pub(super) fn head(out: &mut fmt::Formatter<'_>, title: Option<&str>, terms: &[Term]) -> fmt::Result {
+pub(super) fn head(out: &mut fmt::Formatter<'_>, title: Option<&str>, terms: &[TermStatus]) -> fmt::Result {
     if let Some(title) = title {
         writeln!(out, "{title}\n")?;
     }

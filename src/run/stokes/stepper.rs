@@ -15,7 +15,6 @@ use crate::mesh::Mesh;
 use crate::model::immersed::Carried;
 use crate::model::mobility::Mobility;
 use crate::model::momentum::{MomentumError, outer_force};
-use crate::model::parameters::ElasticForce;
 use crate::model::{Parameters, Sources};
 use crate::output::OutputError;
 use crate::output::vtk::{self, Grid, write_vtu};
@@ -210,17 +209,7 @@ fn moving(body: &Body, pose: Pose, predicted: Twist, dt: f64) -> Moving<'_> {
 
 /// What the forms of a tissue ask for, of a fluid that has friction alone.
 fn parameters(friction: f64) -> Parameters {
-    Parameters {
-        friction,
-        traction: 0.0,
-        active_stress: 0.0,
-        peclet: 1.0,
-        coherence: 1.0,
-        elasticity: 0.0,
-        alignment: 1.0,
-        elastic_force: ElasticForce::Stress,
-        density: None,
-    }
+    Parameters { friction, traction: 0.0, ..Parameters::default() }
 }
 
 impl Mover for Stepper {

@@ -88,15 +88,16 @@ fn turning_and_inertia_have_the_derivatives_of_their_forms() {
     let a = 0.6;
     for s in Sheet::all() {
         let (v, rho, p, space) = (&s.v, &s.rho, &s.p, &s.p.space);
-        let of = |p: &Field, v: &Field, rho: &Field| s.vector(polarity::turning(p, v, a, Density::Of(rho)), space);
-        let form = polarity::objective(space, v, a, Density::Of(rho));
+        let of =
+            |p: &Field, v: &Field, rho: &Field| s.vector(polarity::turning(p, v, [1.0, a], Density::Of(rho)), space);
+        let form = polarity::turning_by_polarity(space, v, [1.0, a], Density::Of(rho));
         s.differentiate("turning along p", &form, (p, space), |p| of(p, v, rho));
-        let form =
-            polarity::rotation(space, v, Density::Of(rho)) + a * polarity::stretching(space, v, Density::Of(rho));
+        let form = polarity::turning_by_polarity(space, v, [1.0, 0.0], Density::Of(rho))
+            + a * polarity::turning_by_polarity(space, v, [0.0, 1.0], Density::Of(rho));
         s.differentiate("turning in two parts", &form, (p, space), |p| of(p, v, rho));
-        let form = polarity::turning_by_flow(&v.space, p, a, Density::Of(rho));
+        let form = polarity::turning_by_flow(&v.space, p, [1.0, a], Density::Of(rho));
         s.differentiate("turning along v", &form, (v, space), |v| of(p, v, rho));
-        let form = polarity::turning_by_density(p, v, a, &rho.space);
+        let form = polarity::turning_by_density(p, v, [1.0, a], &rho.space);
         s.differentiate("turning along ρ", &form, (rho, space), |rho| of(p, v, rho));
 
         let rate = random(space, 9);
@@ -126,9 +127,11 @@ fn the_force_has_the_derivatives_of_its_forms() {
         let form = polarity::stretching_force_by_density(velocity, p, &rho.space);
         s.differentiate("active stress along ρ", &form, (rho, velocity), |rho| active(p, rho));
 
-        let form = stokes::viscosity_by_density(v, &rho.space);
+        let form = stokes::viscosity_by_density(v, &rho.space) + stokes::divergence_viscosity_by_density(v, &rho.space);
         s.differentiate("viscosity along ρ", &form, (rho, velocity), |rho| {
-            let matrix = s.loops.triplets(&stokes::weighted_viscosity(velocity, rho), velocity, velocity);
+            let rho = Density::Of(rho);
+            let form = stokes::viscosity(velocity, rho) + stokes::divergence_viscosity(velocity, rho);
+            let matrix = s.loops.triplets(&form, velocity, velocity);
             times(&matrix, velocity.dof_count(), &v.values)
         });
 

@@ -37,7 +37,7 @@ fn a_density_of_one_is_no_density() {
     };
     vectors(densities.map(|d| swip::l_swip(space, s.part, d, 0, g)), space);
     vectors(densities.map(|d| elastic::double_well(space, p, d, 0.0)), space);
-    vectors(densities.map(|d| polarity::turning(p, &v, 0.6, d)), space);
+    vectors(densities.map(|d| polarity::turning(p, &v, [1.0, 0.6], d)), space);
     vectors(densities.map(|d| elastic::ericksen(velocity, p, d)), velocity);
     vectors(densities.map(|d| polarity::stretching_force(velocity, p, &l, d)), velocity);
     vectors(carriers.map(|c| upwind::advection(p, c, s.part, g)), space);
@@ -49,10 +49,8 @@ fn a_density_of_one_is_no_density() {
     };
     matrices(densities.map(|d| elastic::double_well_tangent(space, p, d, 0.0)), (&l, space));
     matrices(densities.map(|d| elastic::ericksen_tangent(velocity, p, d)), (&l, velocity));
-    matrices(densities.map(|d| polarity::rotation(space, &v, d)), (&l, space));
-    matrices(densities.map(|d| polarity::stretching(space, &v, d)), (&l, space));
-    matrices(densities.map(|d| polarity::objective(space, &v, 0.6, d)), (&l, space));
-    matrices(densities.map(|d| polarity::turning_by_flow(velocity, p, 0.6, d)), (&s.v, space));
+    matrices(densities.map(|d| polarity::turning_by_polarity(space, &v, [1.0, 0.6], d)), (&l, space));
+    matrices(densities.map(|d| polarity::turning_by_flow(velocity, p, [1.0, 0.6], d)), (&s.v, space));
     matrices(densities.map(|d| polarity::force_by_field(velocity, p, 0.3, 0.6, d)), (&l, velocity));
     matrices(carriers.map(|c| upwind::advection_by_flow(p, c, s.part, g)), (&s.v, space));
 
@@ -190,7 +188,9 @@ fn weighted_diffusion_is_symmetric_and_stops_at_a_vacuum() {
 fn forces_are_the_integrals_of_their_stresses() {
     let s = Sheet::new(&square(3), 1);
     let (v, w) = (&s.v, random(&s.v.space, 30));
-    let matrix = s.loops.triplets(&stokes::weighted_viscosity(&v.space, &s.rho), &v.space, &v.space);
+    let rho = Density::Of(&s.rho);
+    let weighted = stokes::viscosity(&v.space, rho) + stokes::divergence_viscosity(&v.space, rho);
+    let matrix = s.loops.triplets(&weighted, &v.space, &v.space);
     let direct = s.loops.sum(8, |x| {
         let (g, h) = (v.vector_gradient(&x.site), w.vector_gradient(&x.site));
         let mut sum = g.trace() * h.trace();

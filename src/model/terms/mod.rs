@@ -1,0 +1,247 @@
+//! The terms of the equations, each said once: its weak form with its derivatives, its strong form, when it is on, and
+//! how a pass of the fixed point takes it.
+//!
+//! A model is a list of terms. From the lists follow residuals, the blocks of Newton's method, the linear equations of
+//! the fixed point, the sources of manufactured solutions, the factors that a scene may give, and what `check` and
+//! `summary.json` say. A term that is off is neither assembled nor stored.
+//!
+//! A new term is a constant in the file of its equation and its name in the list there.
+
+mod at;
+pub mod factor;
+pub mod mass;
+pub mod momentum;
+pub mod polarity;
+mod sum;
+
+use serde::Serialize;
+
+pub use at::{At, Given};
+pub use factor::{Factor, Factors};
+pub use mass::MASS;
+pub use momentum::MOMENTUM;
+pub use polarity::{MOLECULAR, POLARITY};
+pub use sum::Sum;
+
+use super::manufactured::{Matrix, Series};
+use super::parameters::{ModelKind, Parameters};
+use crate::form::words::{Jet, Scalar, Vector};
+use crate::form::{Bilinear, Density, Linear};
+use crate::mesh::Point;
+use crate::space::Space;
+
+/// One term of one equation; `V` are the jets of the equation's test functions.
+///
+/// The weak form is written as `formula` has it, the strong form as the residual has it, both but for the factor.
+pub struct Term<V: Jet> {
+    /// Short name, e.g. `friction`.
+    pub name: &'static str,
+    pub formula: Formula,
+    /// The equation of the model page that has it.
+    pub tag: &'static str,
+    /// Where the formula stands: on the right it enters the residual with the opposite sign.
+    pub side: Side,
+    /// The key of `[model]` that is its factor, where it has one of its own.
+    pub factor: Option<Factor>,
+    /// Whether a term without a factor of its own is on; `None` where the sheet has another one in its place.
+    pub on: fn(&Parameters) -> Option<Switch>,
+    pub weak: Weak<V>,
+    pub pass: Pass,
+    pub strong: Strong,
+}
+
+/// The side of an equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    Left,
+    Right,
+}
+
+/// The formula of a term in the sheets that have it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Formula {
+    /// Incompressible, then compressible.
+    Both(&'static str, &'static str),
+    Incompressible(&'static str),
+    Compressible(&'static str),
+}
+
+/// Whether a term is on, and why.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Switch {
+    Always,
+    /// By the value of a key; 0 switches it off.
+    By(&'static str, f64),
+}
+
+/// A linear form at a state.
+pub type Form<V> = for<'a> fn(&At<'a>) -> Linear<'a, V>;
+/// The derivative of a form along a field, whose jets are `U`.
+pub type Derivative<U, V> = for<'a> fn(&At<'a>) -> Bilinear<'a, U, V>;
+/// A matrix of the flow, which depends on parameters and the density at most.
+pub type FlowMatrix = for<'a> fn(&Parameters, &Space, Density<'a>) -> Bilinear<'a, Vector, Vector>;
+
+/// The weak form of a term.
+pub enum Weak<V: Jet> {
+    /// A part of the equations' frame that the models assemble themselves: a rate of change, the multiplier, the
+    /// auxiliary field.
+    Frame,
+    /// Linear in the flow, and the derivative of its product with the flow along the density.
+    Flow { matrix: FlowMatrix, by_density: Derivative<Scalar, V> },
+    /// A functional of the fields.
+    Functional(Functional<V>),
+}
+
+/// A functional of the fields with its derivatives.
+pub struct Functional<V: Jet> {
+    pub value: Form<V>,
+    pub by_velocity: Derivative<Vector, V>,
+    pub by_density: Derivative<Scalar, V>,
+    pub by_polarity: Derivative<Vector, V>,
+    /// The part of the derivative along the polarity that acts on both components alike.
+    pub by_components: Derivative<Scalar, Scalar>,
+    /// Along `L_h/B`.
+    pub by_field: Derivative<Vector, V>,
+    /// Linear in the polarity, with a matrix that only the density changes: assembled once where that is 1.
+    pub is_constant: bool,
+}
+
+/// How a pass of the fixed point takes a term of the polarity's equation; the terms of other equations are evaluated
+/// with the fields that are known by then.
+pub enum Pass {
+    /// At the last iterate.
+    Lagged,
+    /// Linear in the polarity, at the new iterate; `data` is what does not depend on it.
+    Implicit { data: Option<Form<Vector>> },
+    /// The operator, which acts on both components alike, is that of the last iterate, and so is the rest.
+    Frozen { operator: Derivative<Scalar, Scalar>, rest: Form<Vector> },
+}
+
+/// What a term adds to the residual of smooth fields at a point.
+pub enum Strong {
+    /// The sources have it themselves.
+    Frame,
+    /// Of the density's equation.
+    Scalar(fn(&Series) -> f64),
+    Vector(fn(&Series) -> Point),
+    /// `−div(σᵀ)`, given σ up to degree 1.
+    Stress(fn(&Series) -> Matrix),
+}
+
+fn no_form<'a, V: Jet>(_: &At<'a>) -> Linear<'a, V> {
+    Linear::zero()
+}
+
+fn no_derivative<'a, U: Jet, V: Jet>(_: &At<'a>) -> Bilinear<'a, U, V> {
+    Bilinear::zero()
+}
+
+impl<V: Jet> Functional<V> {
+    /// A functional of nothing, to be filled in.
+    pub const NOTHING: Self = Self {
+        value: no_form,
+        by_velocity: no_derivative,
+        by_density: no_derivative,
+        by_polarity: no_derivative,
+        by_components: no_derivative,
+        by_field: no_derivative,
+        is_constant: false,
+    };
+}
+
+impl<V: Jet> Term<V> {
+    /// A term on the left that every sheet has and the models assemble, to be filled in.
+    pub const PLAIN: Self = Self {
+        name: "",
+        formula: Formula::Both("", ""),
+        tag: "",
+        side: Side::Left,
+        factor: None,
+        on: |_| Some(Switch::Always),
+        weak: Weak::Frame,
+        pass: Pass::Lagged,
+        strong: Strong::Frame,
+    };
+
+    /// Whether it is on in a sheet; `None` where the sheet does not have it.
+    pub fn switch(&self, parameters: &Parameters) -> Option<Switch> {
+        self.formula.of(parameters.kind())?;
+        match &self.factor {
+            Some(factor) => Some(Switch::By(factor.key, parameters.factors.of(factor.key))),
+            None => (self.on)(parameters),
+        }
+    }
+
+    /// Whether a sheet has it, and it is on.
+    pub fn is_on(&self, parameters: &Parameters) -> bool {
+        self.switch(parameters).is_some_and(Switch::is_on)
+    }
+
+    /// Its own factor, 1 without one.
+    pub fn factor(&self, parameters: &Parameters) -> f64 {
+        self.factor.as_ref().map_or(1.0, |factor| parameters.factors.of(factor.key))
+    }
+
+    /// What its weak form is multiplied by in the residual.
+    pub fn scale(&self, parameters: &Parameters) -> f64 {
+        match self.side {
+            Side::Left => self.factor(parameters),
+            Side::Right => -self.factor(parameters),
+        }
+    }
+
+    fn status(&self, parameters: &Parameters) -> Option<TermStatus> {
+        let formula = self.formula.of(parameters.kind())?;
+        let switch = self.switch(parameters)?;
+        Some(TermStatus { name: self.name, formula, on: switch.is_on(), reason: switch.reason() })
+    }
+}
+
+impl Formula {
+    /// In a sheet of this kind, if that has the term.
+    pub fn of(self, kind: ModelKind) -> Option<&'static str> {
+        match (self, kind) {
+            (Formula::Both(formula, _) | Formula::Incompressible(formula), ModelKind::Incompressible)
+            | (Formula::Both(_, formula) | Formula::Compressible(formula), ModelKind::Compressible) => Some(formula),
+            (Formula::Compressible(_), ModelKind::Incompressible)
+            | (Formula::Incompressible(_), ModelKind::Compressible) => None,
+        }
+    }
+}
+
+impl Switch {
+    fn is_on(self) -> bool {
+        match self {
+            Switch::Always => true,
+            Switch::By(_, value) => value != 0.0,
+        }
+    }
+
+    fn reason(self) -> String {
+        match self {
+            Switch::Always => "always on".to_owned(),
+            Switch::By(key, value) => format!("{key} = {value}"),
+        }
+    }
+}
+
+/// A term as it is told: on or off, and why.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TermStatus {
+    pub name: &'static str,
+    /// As the weak form has it, e.g. `C_F (v|w)`.
+    pub formula: &'static str,
+    /// A term that is off is neither assembled nor stored.
+    pub on: bool,
+    /// E.g. `friction = 3`.
+    pub reason: String,
+}
+
+impl Parameters {
+    /// The terms of the semi-discrete system, on and off: [7.11], or [7.34] of the compressible sheet.
+    pub fn terms(&self) -> Vec<TermStatus> {
+        let vector = |list: &'static [Term<Vector>]| list.iter().filter_map(|term| term.status(self));
+        let mass = MASS.iter().filter_map(|term| term.status(self));
+        vector(MOMENTUM).chain(mass).chain(vector(POLARITY)).chain(vector(MOLECULAR)).collect()
+    }
+}

@@ -1,0 +1,291 @@
+//! The terms of the momentum balance, test w   [7.11a], [7.34]
+
+use super::{At, Formula, Functional, Side, Strong, Switch, Term, Weak};
+use crate::form::compression::Compression;
+use crate::form::power::{self, Power};
+use crate::form::words::Vector;
+use crate::form::{Bilinear, Density, FacePoint, Linear, elastic, mass, polarity, stokes};
+use crate::mesh::Point;
+use crate::model::expression::Taylor;
+use crate::model::parameters::{ElasticForce, Parameters};
+
+/// In the order of the model page.
+pub const MOMENTUM: &[Term<Vector>] = &[
+    VISCOSITY,
+    DIVERGENCE_VISCOSITY,
+    FRICTION,
+    MULTIPLIER,
+    TRACTION,
+    PRESSURE,
+    ELASTIC_ROTATION,
+    ELASTIC_STRETCHING,
+    ELASTIC_STRESS,
+    ELASTIC_FORCE,
+    ACTIVE_STRESS,
+    ISOTROPIC_ACTIVE_STRESS,
+    MOLECULAR_FIELD,
+];
+
+const VISCOSITY: Term<Vector> = Term {
+    name: "viscosity",
+    formula: Formula::Both("2(D(v)|D(w))", "2(ρD(v)|D(w))"),
+    tag: "[7.11a]",
+    weak: Weak::Flow {
+        matrix: |_, velocity, rho| stokes::viscosity(velocity, rho),
+        by_density: |at| stokes::viscosity_by_density(at.v(), at.density().1),
+    },
+    strong: Strong::Stress(|s| s.stress_of(|i, j| s.weighed(s.stretching(i, j)))),
+    ..Term::PLAIN
+};
+
+const DIVERGENCE_VISCOSITY: Term<Vector> = Term {
+    name: "divergence viscosity",
+    formula: Formula::Compressible("2(ρ div v|div w)"),
+    tag: "[7.34]",
+    weak: Weak::Flow {
+        matrix: |_, velocity, rho| stokes::divergence_viscosity(velocity, rho),
+        by_density: |at| stokes::divergence_viscosity_by_density(at.v(), at.density().1),
+    },
+    strong: Strong::Stress(|s| s.isotropic(2.0 * s.weighed(s.divergence()))),
+    ..Term::PLAIN
+};
+
+const FRICTION: Term<Vector> = Term {
+    name: "friction",
+    formula: Formula::Both("C_F (v|w)", "C_F (v|w)"),
+    tag: "[7.11a]",
+    on: |m| Some(Switch::By("friction", m.friction)),
+    weak: Weak::Flow {
+        matrix: |m, velocity, _| m.friction * mass::vector_mass(velocity),
+        by_density: |_| Bilinear::zero(),
+    },
+    strong: Strong::Vector(|s| s.parameters.friction * s.velocity()),
+    ..Term::PLAIN
+};
+
+/// With `div v = 0`, which it belongs to.
+const MULTIPLIER: Term<Vector> = Term {
+    name: "pressure",
+    formula: Formula::Incompressible("b(w,Π), b(v,ξ)"),
+    tag: "[7.11a]",
+    strong: Strong::Stress(|s| s.isotropic(-s.pressure())),
+    ..Term::PLAIN
+};
+
+const TRACTION: Term<Vector> = Term {
+    name: "traction",
+    formula: Formula::Both("T_a (p|w)", "T_a (p|w)"),
+    tag: "[7.11a]",
+    side: Side::Right,
+    on: |m| Some(Switch::By("traction", m.traction)),
+    weak: Weak::Functional(Functional {
+        value: |at| {
+            let p = at.p;
+            at.parameters.traction * mass::load(at.velocity(), p.space.degree, move |x| p.vector(&x.site))
+        },
+        by_polarity: |at| at.parameters.traction * mass::vector_load_by(at.velocity(), &at.p.space),
+        ..Functional::NOTHING
+    }),
+    strong: Strong::Vector(|s| -s.parameters.traction * s.polarity()),
+    ..Term::PLAIN
+};
+
+/// `ρΠ = c_0 ρ^(γ+1) − ½Bρ_min|p|²`: two parts, each of which may be off.
+const PRESSURE: Term<Vector> = Term {
+    name: "pressure",
+    formula: Formula::Compressible("−b(w,ρΠ)"),
+    tag: "[7.34]",
+    side: Side::Right,
+    on: |m| {
+        let law = m.density?;
+        let polar = m.elasticity * law.critical;
+        Some(match law.penalty == 0.0 && polar != 0.0 {
+            true => Switch::By("elasticity*density.critical", polar),
+            false => Switch::By("density.penalty", law.penalty),
+        })
+    },
+    weak: Weak::Functional(Functional {
+        value: |at| -crowding(at.parameters).force(at.velocity(), at.density().0, at.p),
+        by_density: |at| -crowding(at.parameters).by_density(at.velocity(), at.density().0, at.p),
+        by_polarity: |at| -crowding(at.parameters).by_polarity(at.velocity(), at.density().0, at.p),
+        ..Functional::NOTHING
+    }),
+    strong: Strong::Stress(|s| {
+        let law = s.law();
+        let polar = 0.5 * s.parameters.elasticity * law.critical * s.square();
+        // without a penalty no power is taken: it need not exist
+        let crowding = match law.penalty {
+            0.0 => Taylor::constant(0.0),
+            c => c * s.rho().powf(law.exponent + 1.0),
+        };
+        s.isotropic(polar - crowding)
+    }),
+    ..Term::PLAIN
+};
+
+/// The isotropic stress of the density law, without activity.
+fn crowding(m: &Parameters) -> Compression {
+    Compression { active: 0.0, ..m.compression() }
+}
+
+/// That of the activity alone.
+fn activity(m: &Parameters) -> Compression {
+    Compression { penalty: 0.0, critical: 0.0, ..m.compression() }
+}
+
+const ELASTIC_ROTATION: Term<Vector> = Term {
+    name: "elastic rotation",
+    formula: Formula::Both("−ω(p,L_h,w)", "−ω(p,L_h,w)"),
+    tag: "[7.11a]",
+    side: Side::Right,
+    on: |m| Some(Switch::By("elasticity", m.elasticity)),
+    weak: Weak::Functional(Functional {
+        value: |at| -at.parameters.elasticity * polarity::rotation_force(at.velocity(), at.p, at.molecular()),
+        by_polarity: |at| -polarity::force_by_polarity(at.velocity(), at.molecular(), at.parameters.elasticity, 0.0),
+        by_field: |at| -polarity::force_by_field(at.velocity(), at.p, at.parameters.elasticity, 0.0, Density::One),
+        ..Functional::NOTHING
+    }),
+    strong: Strong::Stress(|s| {
+        let (p, l) = (&s.p, s.molecular());
+        s.stress_of(|i, j| 0.5 * (p[i] * l[j] - l[i] * p[j]))
+    }),
+    ..Term::PLAIN
+};
+
+const ELASTIC_STRETCHING: Term<Vector> = Term {
+    name: "elastic stretching",
+    formula: Formula::Both("−a δ(p,L_h,w)", "−a δ(p,L_h,w)"),
+    tag: "[7.11a]",
+    side: Side::Right,
+    on: |m| {
+        Some(match m.elasticity == 0.0 {
+            true => Switch::By("elasticity", m.elasticity),
+            false => Switch::By("alignment", m.alignment),
+        })
+    },
+    weak: Weak::Functional(Functional {
+        value: |at| {
+            let stretching = polarity::stretching_force(at.velocity(), at.p, at.molecular(), Density::One);
+            -stretch(at.parameters) * stretching
+        },
+        by_polarity: |at| -polarity::force_by_polarity(at.velocity(), at.molecular(), 0.0, stretch(at.parameters)),
+        by_field: |at| -polarity::force_by_field(at.velocity(), at.p, 0.0, stretch(at.parameters), Density::One),
+        ..Functional::NOTHING
+    }),
+    strong: Strong::Stress(|s| {
+        let (p, l, a) = (&s.p, s.molecular(), s.parameters.alignment);
+        s.stress_of(|i, j| 0.5 * a * (p[i] * l[j] + l[i] * p[j]))
+    }),
+    ..Term::PLAIN
+};
+
+/// `aB`
+fn stretch(m: &Parameters) -> f64 {
+    m.alignment * m.elasticity
+}
+
+const ELASTIC_STRESS: Term<Vector> = Term {
+    name: "elastic stress",
+    formula: Formula::Both("κ²B c_h(p,p,w)", "κ²B c_h(p,p,w;ρ)"),
+    tag: "[7.11a]",
+    side: Side::Right,
+    on: |m| (m.elastic_force == ElasticForce::Stress).then(|| Switch::By("elasticity", m.elasticity)),
+    weak: Weak::Functional(Functional {
+        value: |at| slope(at.parameters) * elastic::ericksen(at.velocity(), at.p, at.rho),
+        by_density: |at| slope(at.parameters) * elastic::ericksen_by_density(at.velocity(), at.p, at.density().1),
+        by_polarity: |at| slope(at.parameters) * elastic::ericksen_tangent(at.velocity(), at.p, at.rho),
+        ..Functional::NOTHING
+    }),
+    strong: ERICKSEN,
+    ..Term::PLAIN
+};
+
+/// `κ²B`
+fn slope(m: &Parameters) -> f64 {
+    m.coherence.powi(2) * m.elasticity
+}
+
+/// `−κ²Bρ ∇pᵀ·∇p`
+const ERICKSEN: Strong = Strong::Stress(|s| {
+    let slope = slope(s.parameters);
+    s.stress_of(|i, j| s.weighed(-slope * s.slopes(i, j)))
+});
+
+/// The power of advection and relaxation as a functional of w; up to a gradient, which the pressure takes up, it is the
+/// elastic stress.
+const ELASTIC_FORCE: Term<Vector> = Term {
+    name: "elastic force",
+    formula: Formula::Incompressible("X(w), energy-consistent"),
+    tag: "[7.18]",
+    side: Side::Right,
+    on: |m| (m.elastic_force == ElasticForce::Energy).then(|| Switch::By("elasticity", m.elasticity)),
+    weak: Weak::Functional(Functional {
+        value: |at| at.parameters.elasticity * (power_of(at).force() - natural_traction(at)),
+        by_polarity: |at| at.parameters.elasticity * (power_of(at).by_polarity() - natural_traction_tangent(at)),
+        by_field: |at| at.parameters.elasticity * power_of(at).by_field(),
+        ..Functional::NOTHING
+    }),
+    strong: ERICKSEN,
+    ..Term::PLAIN
+};
+
+fn power_of<'a>(at: &At<'a>) -> Power<'a, impl Fn(&FacePoint) -> Point + Sync + Copy + 'a> {
+    let given = at.given;
+    let data = move |s: &FacePoint| given.polarity(s);
+    Power { p: at.p, l: at.molecular(), carrier: at.carrier(), inflow: given.dirichlet, data }
+}
+
+fn natural_traction<'a>(at: &At<'a>) -> Linear<'a, Vector> {
+    let [open, dirichlet] = at.given.natural;
+    power::natural_traction(at.velocity(), at.p, at.parameters.coherence, open, dirichlet)
+}
+
+fn natural_traction_tangent<'a>(at: &At<'a>) -> Bilinear<'a, Vector, Vector> {
+    let [open, dirichlet] = at.given.natural;
+    power::natural_traction_tangent(at.velocity(), at.p, at.parameters.coherence, open, dirichlet)
+}
+
+const ACTIVE_STRESS: Term<Vector> = Term {
+    name: "active stress",
+    formula: Formula::Both("S_a δ(p,p,w)", "S_a δ(ρp,p,w)"),
+    tag: "[7.11a]",
+    side: Side::Right,
+    on: |m| Some(Switch::By("active_stress", m.active_stress)),
+    weak: Weak::Functional(Functional {
+        value: |at| at.parameters.active_stress * polarity::stretching_force(at.velocity(), at.p, at.p, at.rho),
+        by_density: |at| {
+            at.parameters.active_stress * polarity::stretching_force_by_density(at.velocity(), at.p, at.density().1)
+        },
+        by_polarity: |at| 2.0 * polarity::force_by_field(at.velocity(), at.p, 0.0, at.parameters.active_stress, at.rho),
+        ..Functional::NOTHING
+    }),
+    strong: Strong::Stress(|s| {
+        let (p, active) = (&s.p, s.parameters.active_stress);
+        s.stress_of(|i, j| s.weighed(-active * (p[i] * p[j])))
+    }),
+    ..Term::PLAIN
+};
+
+const ISOTROPIC_ACTIVE_STRESS: Term<Vector> = Term {
+    name: "isotropic active stress",
+    formula: Formula::Compressible("−S_a' b(w,ρ|p|²)"),
+    tag: "[7.34]",
+    side: Side::Right,
+    on: |m| Some(Switch::By("active_stress_iso", m.density?.active_stress_iso)),
+    weak: Weak::Functional(Functional {
+        value: |at| -activity(at.parameters).force(at.velocity(), at.density().0, at.p),
+        by_density: |at| -activity(at.parameters).by_density(at.velocity(), at.density().0, at.p),
+        by_polarity: |at| -activity(at.parameters).by_polarity(at.velocity(), at.density().0, at.p),
+        ..Functional::NOTHING
+    }),
+    strong: Strong::Stress(|s| s.isotropic(-s.law().active_stress_iso * s.weighed(s.square()))),
+    ..Term::PLAIN
+};
+
+const MOLECULAR_FIELD: Term<Vector> = Term {
+    name: "molecular field",
+    formula: Formula::Both("L_h by the block-diagonal mass matrix", "L_h by the block-diagonal mass matrix"),
+    tag: "[7.10]",
+    on: |m| Some(Switch::By("elasticity", m.elasticity)),
+    ..Term::PLAIN
+};
