@@ -7,7 +7,7 @@ use super::projection::Method;
 use super::step::Step;
 use super::walls::Walls;
 use super::{Contact, ContactError, Law, Partner, Wall};
-use crate::body::{Pose, Shape, Twist, perpendicular, turned};
+use crate::body::{Body, Hold, Pose, Shape, Twist, perpendicular, turned};
 use crate::mesh::Point;
 
 /// What contact can change about the motion of a body.
@@ -31,6 +31,27 @@ pub struct Mover<'a> {
     /// What it would do without contact; of pinned bodies only the spin counts, of given ones nothing.
     pub predicted: Twist,
     pub freedom: Freedom,
+}
+
+impl<'a> Mover<'a> {
+    /// A body without inertia in a fluid with friction `C_F`, that would have the motion `predicted` for the time `dt`.
+    ///
+    /// The projection weighs such bodies by resistances: `4π + C_F|B|` against translation and `4πr²` against rotation, r the
+    /// largest radius. The forces of contact are then forces in the units of the fluid.
+    pub fn in_fluid(body: &'a Body, pose: Pose, predicted: Twist, dt: f64, friction: f64) -> Self {
+        let four_pi = 4.0 * std::f64::consts::PI;
+        let mass = four_pi + friction * body.shape.area();
+        let inertia = four_pi * body.shape.circumradius().powi(2);
+        let freedom = match &body.hold {
+            Hold::Free => Freedom::Free { mass, inertia },
+            Hold::Pinned(pivot) => Freedom::Pinned { pivot: *pivot, inertia: inertia + mass * pivot.norm_squared() },
+            Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => {
+                let (position, angle) = (pose.position + predicted.velocity * dt, pose.angle + predicted.spin * dt);
+                Freedom::Given { next: Pose { position, angle } }
+            }
+        };
+        Self { name: &body.name, shape: &body.shape, pose, predicted, freedom }
+    }
 }
 
 /// In which metric velocities are projected.

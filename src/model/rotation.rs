@@ -66,7 +66,8 @@ fn turning_by_penalty(
     let loops = Integrator::new(mesh);
     let (turned, count) = (rotation_of(mesh, velocity, centre), velocity.dof_count());
     let matrix = |form| Matrix::from_triplets(count, count, &loops.triplets(&form, velocity, velocity));
-    let held = stokes::viscosity(velocity, Density::One) + stokes::slip_penalty(velocity, slip, epsilon * mesh.area().sqrt());
+    let held =
+        stokes::viscosity(velocity, Density::One) + stokes::slip_penalty(velocity, slip, epsilon * mesh.area().sqrt());
     let held = matrix(held + friction * mass::vector_mass(velocity));
     let weighed = matrix(mass::vector_mass(velocity)).times(&turned);
     let force: Vec<f64> = weighed.iter().map(|v| friction * v).collect();

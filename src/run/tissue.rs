@@ -17,7 +17,7 @@ use super::{Options, RunError, writer};
 use crate::body::guide::Guide;
 use crate::body::penalty::Wrench;
 use crate::body::{Body, Hold, Pose, Shape, Twist};
-use crate::contact::{Bonds, Contact, ContactError, Freedom, Metric, Mover as Moved, Solver, Wall};
+use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moved, Solver, Wall};
 use crate::measure::bodies::Load;
 use crate::mesh::{Mesh, Point};
 use crate::model::incompressible::{Description, Incompressible};
@@ -307,8 +307,6 @@ struct Swimmers {
 }
 
 /// What contact leaves of the twists that a tissue gives to bodies.
-///
-/// The projection weighs the bodies by resistances: `4π + C_F|B|` against translation and `4π r²` against rotation, r the largest radius.
 struct Pushed {
     bodies: Vec<Body>,
     solver: Solver,
@@ -320,32 +318,9 @@ struct Pushed {
 
 impl Referee for Pushed {
     fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, Refusal> {
-        let four_pi = 4.0 * std::f64::consts::PI;
-        let moved = |((body, pose), twist): ((&'_ Body, &Pose), &Twist)| {
-            let mass = four_pi + self.friction * body.shape.area();
-            let inertia = four_pi * body.shape.circumradius().powi(2);
-            let next = Pose { position: pose.position + twist.velocity * dt, angle: pose.angle + twist.spin * dt };
-            match &body.hold {
-                Hold::Free => Freedom::Free { mass, inertia },
-                Hold::Pinned(pivot) => {
-                    Freedom::Pinned { pivot: *pivot, inertia: inertia + mass * pivot.norm_squared() }
-                }
-                Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => Freedom::Given { next },
-            }
-        };
-        let movers: Vec<Moved> = self
-            .bodies
-            .iter()
-            .zip(poses)
-            .zip(&predicted)
-            .map(|((body, pose), twist)| Moved {
-                name: &body.name,
-                shape: &body.shape,
-                pose: *pose,
-                predicted: *twist,
-                freedom: moved(((body, pose), twist)),
-            })
-            .collect();
+        let both = self.bodies.iter().zip(poses).zip(&predicted);
+        let movers: Vec<Moved> =
+            both.map(|((body, pose), twist)| Moved::in_fluid(body, *pose, *twist, dt, self.friction)).collect();
         self.solver.restore(self.kept.clone());
         let refused = |error: ContactError| match error.is_cured_by_a_smaller_step() {
             true => Refusal::Contact(error.to_string()),

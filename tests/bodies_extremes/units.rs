@@ -173,10 +173,10 @@ const FOR_A_HALF: &str = "[time]\nstep = 0.05\nend = 0.5\n";
 
 #[test]
 fn bodies_in_a_flow_move_alike_in_any_unit() {
-    // contact in a Stokes flow weighs bodies by their areas, as if these were resistances: its forces have that unit
-    for contact in ["", "[contact]\nlaw = \"gluey\"\ngamma_min = <-2>\n"] {
-        alike_in_all_units(&[STOKES, contact, FOR_A_HALF, EVERY].concat(), [3, 4]);
+    // a force per depth is viscosity times velocity, and γ a force times time over an area
+    for contact in ["", "[contact]\nlaw = \"gluey\"\ngamma_min = <-2|L-1>\n"] {
+        alike_in_all_units(&[STOKES, contact, FOR_A_HALF, EVERY].concat(), [1, 2]);
     }
     let order = "[rigid]\norder = 1\nepsilon = 1e-6\n";
-    alike_in_all_units(&[STOKES, order, FOR_A_HALF, EVERY].concat(), [3, 4]);
+    alike_in_all_units(&[STOKES, order, FOR_A_HALF, EVERY].concat(), [1, 2]);
 }

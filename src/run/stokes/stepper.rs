@@ -9,8 +9,8 @@ use crate::body::flow::{self, Flow};
 use crate::body::motion::Motion;
 use crate::body::penalty::Wrench;
 use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
-use crate::body::{Body, Hold, Pose, Twist};
-use crate::contact::{Bonds, Contact, ContactError, Freedom, Metric, Mover as Moving, Settings, Solver, Wall};
+use crate::body::{Pose, Twist};
+use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moving, Settings, Solver, Wall};
 use crate::mesh::Mesh;
 use crate::model::immersed::Carried;
 use crate::model::mobility::Mobility;
@@ -153,6 +153,7 @@ impl Stepper {
         let (mut contacts, mut iterations) = (Vec::new(), 0);
         let mut bonds = Bonds::default();
         if let Some(solver) = &mut self.solver {
+            let friction = self.parameters.friction;
             let movers: Vec<Moving> = self
                 .flow
                 .guide
@@ -160,7 +161,7 @@ impl Stepper {
                 .iter()
                 .zip(&self.flow.motion.poses)
                 .zip(&by)
-                .map(|((b, p), w)| moving(b, *p, *w, dt))
+                .map(|((body, pose), twist)| Moving::in_fluid(body, *pose, *twist, dt, friction))
                 .collect();
             let refused = |error: ContactError| match error.is_cured_by_a_smaller_step() {
                 true => Refusal::Contact(error.to_string()),
@@ -191,20 +192,6 @@ impl Stepper {
 /// The flow at the current time and places.
 fn solve(flow: &Flow, parameters: &Parameters, sources: &Sources) -> Result<Carried, MomentumError> {
     flow.solve(&outer_force(&flow.momentum.velocity, parameters, &flow.conditions, sources, flow.t))
-}
-
-/// A body in contact. Without a better guess of its resistance, that of a body is its area.
-fn moving(body: &Body, pose: Pose, predicted: Twist, dt: f64) -> Moving<'_> {
-    let (area, second) = (body.shape.area(), body.shape.second_moment());
-    let freedom = match &body.hold {
-        Hold::Free => Freedom::Free { mass: area, inertia: second },
-        Hold::Pinned(pivot) => Freedom::Pinned { pivot: *pivot, inertia: second + area * pivot.norm_squared() },
-        Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => {
-            let (position, angle) = (pose.position + dt * predicted.velocity, pose.angle + dt * predicted.spin);
-            Freedom::Given { next: Pose { position, angle } }
-        }
-    };
-    Moving { name: &body.name, shape: &body.shape, pose, predicted, freedom }
 }
 
 /// What the forms of a tissue ask for, of a fluid that has friction alone.
