@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Results;
 use super::names::{SYMBOLS, symbol};
+use crate::model::terms::factor;
 
 /// A setting of a scene in short: symbol and value.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -118,9 +119,11 @@ pub fn parameters(run: &Results) -> Vec<Setting> {
 
 fn parameters_of(scene: &toml::Table) -> Vec<Setting> {
     let model = SYMBOLS.iter().filter(|(key, ..)| key.starts_with("model."));
-    let read = model.filter_map(|(key, symbol, meaning)| {
-        let value = value_text(value_of(scene, key)?);
-        Some(Setting { key: (*key).to_owned(), symbol: (*symbol).to_owned(), value, meaning })
+    let model = model.map(|(key, symbol, meaning)| ((*key).to_owned(), *symbol, *meaning));
+    let factors = factor::all().map(|(factor, _)| (format!("model.{}", factor.key), factor.symbol, factor.help));
+    let read = model.chain(factors).filter_map(|(key, symbol, meaning)| {
+        let value = value_text(value_of(scene, &key)?);
+        Some(Setting { key, symbol: symbol.to_owned(), value, meaning })
     });
     read.collect()
 }

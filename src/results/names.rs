@@ -1,6 +1,7 @@
 //! What keys of scenes and columns of tables are called where people read them: in axes, legends and titles.
 
 use crate::measure::errors::{ErrorField, Norm};
+use crate::model::terms::factor;
 use crate::output::plot::{Axis, Scale};
 
 /// Keys with a symbol and what they mean: the parameters of the model in the order in which they are told, then sizes.
@@ -139,7 +140,11 @@ const ESTIMATE: &str = "_error";
 
 /// How a key is written in formulas; the key itself where it has no symbol.
 pub fn symbol(key: &str) -> &str {
-    SYMBOLS.iter().find(|(name, ..)| *name == key).map_or(key, |(_, symbol, _)| symbol)
+    let of_term = || {
+        let name = key.strip_prefix("model.")?;
+        factor::all().find(|(factor, _)| factor.key == name).map(|(factor, _)| factor.symbol)
+    };
+    SYMBOLS.iter().find(|(name, ..)| *name == key).map(|(_, symbol, _)| *symbol).or_else(of_term).unwrap_or(key)
 }
 
 /// A key of the scene, or a column of a table, in words: `β`, `overshoot of v₁ behind the disc`.

@@ -1,13 +1,13 @@
 //! The terms of the polarity's equation, test q   [7.11c], [7.34]
 
-use super::{At, Formula, Functional, Pass, Strong, Switch, Term, Weak};
+use super::{At, Factor, Formula, Functional, Pass, Side, Strong, Switch, Term, Weak};
 use crate::form::words::{Scalar, Vector};
 use crate::form::{Bilinear, FacePoint, Faces, Linear, elastic, mass, polarity, swip, upwind};
 use crate::mesh::Point;
 use crate::model::polarity::FORMULA_DEGREE;
 
 /// What the flow does to the polarity, in the order of the model page.
-pub const POLARITY: &[Term<Vector>] = &[RATE, ADVECTION, ROTATION, STRETCHING];
+pub const POLARITY: &[Term<Vector>] = &[RATE, ADVECTION, ROTATION, STRETCHING, FLOW_ALIGNMENT];
 
 /// The terms of `(1/B)(L_h|q)`, the derivative of the free energy, which the polarity's equation has as well   [7.10]
 pub const MOLECULAR: &[Term<Vector>] = &[RELAXATION, COHERENCE];
@@ -109,6 +109,29 @@ const STRETCHING: Term<Vector> = Term {
 fn shear(at: &At) -> [f64; 2] {
     [0.0, at.parameters.alignment]
 }
+
+/// The polarity aligns with the flow, `γv`, as in the model of Alert and Trepat (2019).
+const FLOW_ALIGNMENT: Term<Vector> = Term {
+    name: "flow alignment",
+    formula: Formula::Both("γ (v|q)", "γ (v|q)"),
+    tag: "[T2]",
+    side: Side::Right,
+    factor: Some(Factor {
+        key: "flow_alignment",
+        symbol: "γ_v",
+        help: "rate at which the flow makes polarity along itself",
+    }),
+    weak: Weak::Functional(Functional {
+        value: |at| {
+            let v = at.v();
+            mass::load(&at.p.space, v.space.degree, move |x| v.vector(&x.site))
+        },
+        by_velocity: |at| mass::vector_load_by(&at.p.space, at.velocity()),
+        ..Functional::NOTHING
+    }),
+    strong: Strong::Vector(|s| -s.velocity()),
+    ..Term::PLAIN
+};
 
 const RELAXATION: Term<Vector> = Term {
     name: "polarity relaxation",
