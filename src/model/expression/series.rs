@@ -45,7 +45,8 @@ impl Arithmetic for Series {
         }
     }
 
-    #[inline]
+    // apart, so that the calls of a long formula fit the stack of a thread
+    #[inline(never)]
     fn unary(f: Unary, a: Self) -> Self {
         match a {
             Self::Number(a) => Self::Number(f.apply(a)),
@@ -53,7 +54,7 @@ impl Arithmetic for Series {
         }
     }
 
-    #[inline]
+    #[inline(never)]
     fn binary(f: Binary, a: Self, b: Self) -> Self {
         use Series::{Number, Varying};
         match (f, a, b) {
