@@ -9,7 +9,7 @@ use std::time::Duration;
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
 use monolayer::form::upwind::Carrier;
-use monolayer::form::{Density, mass, stokes};
+use monolayer::form::{mass, stokes};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts, Structure};
 use monolayer::model::tangent::Tangent;
@@ -113,7 +113,7 @@ fn stokes_matrix(model: &Incompressible) -> Matrix {
     let (momentum, loops) = (&model.momentum, &model.loops);
     let (velocity, pressure, frames) = (&*momentum.velocity, &*momentum.pressure, &momentum.frames);
     let (nv, np) = (velocity.dof_count(), pressure.dof_count());
-    let form = stokes::viscosity(velocity, Density::One) + model.parameters.friction * mass::vector_mass(velocity);
+    let form = stokes::viscosity(velocity) + model.parameters.friction * mass::vector_mass(velocity);
     let stiffness = Matrix::from_triplets(nv, nv, &loops.triplets(&form, velocity, velocity));
     let gradient = loops.triplets(&stokes::divergence(velocity, pressure), pressure, velocity);
     let mut triplets = frames.reduce(&stiffness);

@@ -19,7 +19,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::cut::{Class, Cover};
 use super::{Pose, Twist, perpendicular};
-use crate::form::{Density, Integrator, mass, stokes};
+use crate::form::{Integrator, mass, stokes};
 use crate::mesh::Point;
 use crate::space::Space;
 
@@ -180,7 +180,7 @@ impl Immersion {
 
     fn integrate(&mut self, loops: &Integrator, cells: &[usize]) -> Result<(), BodyError> {
         let space = &*self.velocity;
-        let (viscosity, mass) = (stokes::viscosity(space, Density::One), mass::vector_mass(space));
+        let (viscosity, mass) = (stokes::viscosity(space), mass::vector_mass(space));
         for body in 0..self.parts.len() {
             let own: Vec<usize> =
                 cells.iter().copied().filter(|&cell| self.cover.bodies_of_cell(cell).contains(&body)).collect();

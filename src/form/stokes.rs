@@ -1,40 +1,31 @@
 //! Viscosity, incompressibility, and what boundaries do to the momentum balance.
 
+use nalgebra::Matrix2;
+
 use super::Bilinear;
-use super::density::Density;
 use super::integrate::Faces;
 use super::words::{Scalar, Trace, Vector, sym};
 use crate::space::{Field, Space};
 
-/// `2(ρD(v)|D(w)) = ∫ 2ρ D(v):D(w)`   [7.11a], [7.34]
-pub fn viscosity<'a>(space: &Space, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
-    Bilinear::cells(2 * (space.degree - 1) + rho.degree(), move |x| {
-        let twice = 2.0 * rho.at(&x.site);
-        move |v: Vector, w: Vector| twice * v.sym().dot(&w.sym())
+/// `2(D(v)|D(w)) = ∫ 2 D(v):D(w)`   [7.11a]
+pub fn viscosity<'a>(space: &Space) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(2 * (space.degree - 1), |_| |v: Vector, w: Vector| 2.0 * v.sym().dot(&w.sym()))
+}
+
+/// `2(ρD(v)|D(w)) + 2(ρ div v|div w) = ∫ 2ρ [D(v):D(w) + div v div w]`   [7.34]
+pub fn weighted_viscosity<'a>(space: &Space, rho: &'a Field) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::cells(2 * (space.degree - 1) + rho.space.degree, move |x| {
+        let twice = 2.0 * rho.scalar(&x.site);
+        move |v: Vector, w: Vector| twice * (v.sym().dot(&w.sym()) + v.div() * w.div())
     })
 }
 
-/// `2(ρ div v|div w) = ∫ 2ρ div v div w`   [7.34]
-pub fn divergence_viscosity<'a>(space: &Space, rho: Density<'a>) -> Bilinear<'a, Vector, Vector> {
-    Bilinear::cells(2 * (space.degree - 1) + rho.degree(), move |x| {
-        let twice = 2.0 * rho.at(&x.site);
-        move |v: Vector, w: Vector| twice * (v.div() * w.div())
-    })
-}
-
-/// Derivative of [`viscosity`] at v along ρ: `∫ 2δρ D(v):D(w)`, trial δρ, test w   [7.34]
+/// Derivative of [`weighted_viscosity`] at v along ρ: `∫ 2δρ [D(v):D(w) + div v div w]`, trial δρ, test w   [7.34]
 pub fn viscosity_by_density<'a>(v: &'a Field, density: &Space) -> Bilinear<'a, Scalar, Vector> {
     Bilinear::cells(2 * (v.space.degree - 1) + density.degree, move |x| {
-        let stress = sym(&v.vector_gradient(&x.site)) * 2.0;
+        let g = v.vector_gradient(&x.site);
+        let stress = (sym(&g) + Matrix2::identity() * g.trace()) * 2.0;
         move |change: Scalar, w: Vector| change.value * stress.dot(&w.grad)
-    })
-}
-
-/// Derivative of [`divergence_viscosity`] at v along ρ: `∫ 2δρ div v div w`, trial δρ, test w   [7.34]
-pub fn divergence_viscosity_by_density<'a>(v: &'a Field, density: &Space) -> Bilinear<'a, Scalar, Vector> {
-    Bilinear::cells(2 * (v.space.degree - 1) + density.degree, move |x| {
-        let stress = 2.0 * v.vector_gradient(&x.site).trace();
-        move |change: Scalar, w: Vector| change.value * stress * w.div()
     })
 }
 

@@ -15,7 +15,7 @@ use super::sources::Sources;
 use crate::body::Pose;
 use crate::body::penalty::{BodyError, Immersion, Wrench};
 use crate::form::words::Vector;
-use crate::form::{Bilinear, CellPoint, Density, FacePoint, Faces, Integrator, Linear, mass, stokes};
+use crate::form::{Bilinear, CellPoint, FacePoint, Faces, Integrator, Linear, mass, stokes};
 use crate::mesh::Point;
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, norm};
@@ -426,7 +426,7 @@ fn cell_means(loops: &Integrator, pressure: &Space) -> Vec<f64> {
 
 /// `2(D(v)|D(w)) + C_F(v|w)`, and `(1/ε_r) ∫ (v·n)(w·n)` on the faces with penalty   [7.11a], [10.3]
 fn stiffness_form<'a>(velocity: &Space, friction: f64, penalty: Option<(Faces, f64)>) -> Bilinear<'a, Vector, Vector> {
-    let mut form = stokes::viscosity(velocity, Density::One);
+    let mut form = stokes::viscosity(velocity);
     if friction != 0.0 {
         form = form + friction * mass::vector_mass(velocity);
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
 use super::momentum::{SlipTreatment, tagged};
-use crate::form::{Density, Faces, Integrator, mass, stokes};
+use crate::form::{Faces, Integrator, mass, stokes};
 use crate::mesh::{Curve, Mesh, Point};
 use crate::solve::dot;
 use crate::solve::sparse::{Factored, Matrix};
@@ -38,7 +38,7 @@ pub fn drag(mesh: &Arc<Mesh>, velocity: &Space, centre: Point) -> f64 {
     let loops = Integrator::new(mesh);
     let (turned, count) = (rotation_of(mesh, velocity, centre), velocity.dof_count());
     let quadratic = |triplets: &[(usize, usize, f64)]| Matrix::from_triplets(count, count, triplets).quadratic(&turned);
-    let viscous = quadratic(&loops.triplets(&stokes::viscosity(velocity, Density::One), velocity, velocity));
+    let viscous = quadratic(&loops.triplets(&stokes::viscosity(velocity), velocity, velocity));
     viscous / quadratic(&loops.triplets(&mass::vector_mass(velocity), velocity, velocity))
 }
 
@@ -66,8 +66,7 @@ fn turning_by_penalty(
     let loops = Integrator::new(mesh);
     let (turned, count) = (rotation_of(mesh, velocity, centre), velocity.dof_count());
     let matrix = |form| Matrix::from_triplets(count, count, &loops.triplets(&form, velocity, velocity));
-    let held =
-        stokes::viscosity(velocity, Density::One) + stokes::slip_penalty(velocity, slip, epsilon * mesh.area().sqrt());
+    let held = stokes::viscosity(velocity) + stokes::slip_penalty(velocity, slip, epsilon * mesh.area().sqrt());
     let held = matrix(held + friction * mass::vector_mass(velocity));
     let weighed = matrix(mass::vector_mass(velocity)).times(&turned);
     let force: Vec<f64> = weighed.iter().map(|v| friction * v).collect();

@@ -93,7 +93,7 @@ impl Fields {
                 let rho = if m.density.is_some() { Density::Of(&self.rho) } else { Density::One };
                 times(&self.loops, &matrix(m, &self.v.space, rho), &self.v, &self.v.space)
             }
-            Weak::Frame => vec![0.0; test.dof_count()],
+            Weak::With(_) | Weak::Frame => vec![0.0; test.dof_count()],
         }
     }
 }
@@ -152,7 +152,7 @@ fn differentiate<V: Jet>(list: &'static [Term<V>], test: impl Fn(&Fields) -> Arc
                 };
                 let sum = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(b).map(|(a, b)| a + b).collect::<Vec<f64>>();
                 match &term.weak {
-                    Weak::Frame => {}
+                    Weak::With(_) | Weak::Frame => {}
                     Weak::Flow { by_density, .. } => {
                         if m.density.is_some() {
                             let (direction, slopes) = along(0, &|fields| &mut fields.rho);
@@ -227,7 +227,7 @@ fn strong_at<V: Jet>(term: &Term<V>, series: &Series) -> Option<Point> {
         Strong::Vector(of) => of(series),
         Strong::Stress(of) => {
             let sigma = of(series);
-            let divergence = |i: usize| sigma[0][i].gradient().x + sigma[1][i].gradient().y;
+            let divergence = |i: usize| sigma[0][i][1] + sigma[1][i][2];
             -Point::new(divergence(0), divergence(1))
         }
     })
@@ -246,10 +246,16 @@ fn integrate<V: Jet>(list: &'static [Term<V>], fields: &Fields, test: &Arc<Space
     assert!(inner.iter().filter(|inner| **inner).count() > 8);
     for term in list.iter().filter(|term| term.is_on(m)) {
         // up to a gradient, which the multiplier takes up
-        if matches!(term.weak, Weak::Frame) || term.name == "elastic force" {
+        if matches!(term.weak, Weak::Frame | Weak::With(_)) || term.name == "elastic force" {
             continue;
         }
-        let strong = |x: &CellPoint| strong_at(term, &exact.series(m, x.site.x, 0.0)).expect("a strong form");
+        let within = |other: &&Term<V>| matches!(other.weak, Weak::With(name) if name == term.name);
+        let together: Vec<&Term<V>> =
+            list.iter().filter(|other| other.is_on(m) && (other.name == term.name || within(other))).collect();
+        let strong = |x: &CellPoint| {
+            let series = exact.series(m, x.site.x, 0.0);
+            together.iter().map(|term| strong_at(term, &series).expect("a strong form")).sum::<Point>()
+        };
         let wanted = match test.components {
             1 => fields.loops.vector(&mass::scalar_load(test, 10, |x| strong(x).x), test),
             _ => fields.loops.vector(&mass::load(test, 10, strong), test),

@@ -11,7 +11,7 @@
 
 mod series;
 
-use super::expression::{Expression, ExpressionError, Taylor};
+use super::expression::{Expression, ExpressionError};
 use super::parameters::Parameters;
 use super::terms::{MASS, MOLECULAR, MOMENTUM, POLARITY, Strong, Term};
 use crate::form::words::Jet;
@@ -181,7 +181,7 @@ impl Exact {
         first.gradient().x.abs() + second.gradient().y.abs()
     }
 
-    /// The stress, `stress[i][j]` the series of `σ_ij` [5.48], or of `ρσ_ij`, about `x` up to degree 1: the sum of those of
+    /// The stress, `stress[i][j]` the value of `σ_ij` [5.48], or of `ρσ_ij`, at `x` and its derivatives: the sum of those of
     /// the terms.
     ///
     /// Here and below, exact fields with a density take `parameters` with a density law.
@@ -214,8 +214,9 @@ impl Exact {
 
     /// `(n·σ)_j = n_i σ_ij`, in the compressible sheet of `ρσ`: the traction on a face with the outward unit normal `n`.
     pub fn traction(&self, parameters: &Parameters, x: Point, t: f64, n: Point) -> Point {
-        let [first, second] = self.stress(parameters, x, t);
-        n.x * value(&first) + n.y * value(&second)
+        let sigma = self.stress(parameters, x, t);
+        let along = |j: usize| n.x * sigma[0][j][0] + n.y * sigma[1][j][0];
+        Point::new(along(0), along(1))
     }
 
     /// `∂p/∂n`, the derivative of the polarity along `n`.
@@ -238,11 +239,12 @@ impl Series<'_> {
     }
 
     fn stress(&self) -> Matrix {
-        let mut sigma = [[Taylor::constant(0.0); 2]; 2];
+        let mut sigma = [[[0.0; 3]; 2]; 2];
         for (factor, strong) in self.strong(MOMENTUM) {
             if let Strong::Stress(stress) = strong {
                 let part = stress(self);
-                sigma = [0, 1].map(|i| [0, 1].map(|j| sigma[i][j] + factor * part[i][j]));
+                let both = sigma.as_flattened_mut().as_flattened_mut().iter_mut();
+                both.zip(part.as_flattened().as_flattened()).for_each(|(sum, part)| *sum += factor * part);
             }
         }
         sigma
@@ -258,7 +260,7 @@ impl Series<'_> {
 
     fn force(&self) -> Point {
         let sigma = self.stress();
-        let divergence = |i: usize| sigma[0][i].gradient().x + sigma[1][i].gradient().y;
+        let divergence = |i: usize| sigma[0][i][1] + sigma[1][i][2];
         self.vectors(MOMENTUM) - Point::new(divergence(0), divergence(1))
     }
 

@@ -10,8 +10,8 @@ use crate::model::parameters::{DensityLaw, Parameters};
 
 /// Two components.
 pub type Vector = [Taylor; 2];
-/// `σ_ij` in `[i][j]`.
-pub type Matrix = [[Taylor; 2]; 2];
+/// `σ_ij` in `[i][j]`: its value, and its derivatives along both coordinates.
+pub type Matrix = [[[f64; 3]; 2]; 2];
 
 /// Taylor series of the fields about one point at one time.
 pub struct Series<'e> {
@@ -142,15 +142,15 @@ impl<'e> Series<'e> {
     /// `s I`, up to degree 1.
     #[inline(always)]
     pub fn isotropic(&self, s: Taylor) -> Matrix {
-        let (s, none) = (s.linear(), Taylor::constant(0.0));
-        [[s, none], [none, s]]
+        let s = first(s);
+        [[s, [0.0; 3]], [[0.0; 3], s]]
     }
 
     /// A stress by its entries, up to degree 1.
     #[inline(always)]
     pub fn stress_of(&self, entry: impl Fn(usize, usize) -> Taylor) -> Matrix {
         // written out, because a loop would keep whole products in memory
-        [[entry(0, 0).linear(), entry(0, 1).linear()], [entry(1, 0).linear(), entry(1, 1).linear()]]
+        [[first(entry(0, 0)), first(entry(0, 1))], [first(entry(1, 0)), first(entry(1, 1))]]
     }
 
     /// `2 D_ij(v)`
@@ -170,6 +170,13 @@ impl<'e> Series<'e> {
 #[inline(always)]
 pub(super) fn diffusion(density: Taylor, p: &Vector) -> Vector {
     p.map(|p| ((density * p.dx()).dx() + (density * p.dy()).dy()).linear())
+}
+
+/// The series up to degree 1.
+#[inline(always)]
+fn first(series: Taylor) -> [f64; 3] {
+    let slope = series.gradient();
+    [series.value(), slope.x, slope.y]
 }
 
 #[inline(always)]

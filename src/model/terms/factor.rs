@@ -14,12 +14,15 @@ pub struct Factor {
     pub help: &'static str,
 }
 
-/// Most terms with a factor of their own.
+/// Most factors that a scene may give.
 const MOST: usize = 16;
 
-/// The factors of all terms, 0 where they are not given.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Factors([f64; MOST]);
+/// The factors that are given, by key; all others are 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factors {
+    given: [(&'static str, f64); MOST],
+    count: usize,
+}
 
 /// All factors that there are, in the order of the lists.
 pub fn all() -> impl Iterator<Item = (Factor, [bool; 2])> {
@@ -43,28 +46,34 @@ pub fn of_kind(kind: ModelKind) -> impl Iterator<Item = Factor> {
 
 impl Factors {
     /// None given.
-    pub const NONE: Self = Self([0.0; MOST]);
+    pub const NONE: Self = Self { given: [("", 0.0); MOST], count: 0 };
 
-    /// The value under a key; 0 where it was not given.
-    ///
-    /// # Panics
-    /// A key that no term has.
+    /// The value under a key; 0 where it is not given.
+    #[inline]
     pub fn of(&self, key: &str) -> f64 {
-        self.0[place(key)]
+        self.given[..self.count].iter().find(|(name, _)| *name == key).map_or(0.0, |(_, value)| *value)
     }
 
     /// With another value under a key.
     ///
     /// # Panics
-    /// A key that no term has.
+    /// A key that no term has, or more than 16 of them.
     #[must_use]
     pub fn with(mut self, key: &str, value: f64) -> Self {
-        self.0[place(key)] = value;
+        let (factor, _) = all().find(|(factor, _)| factor.key == key).expect("the factor of a term");
+        match self.given[..self.count].iter_mut().find(|(name, _)| *name == key) {
+            Some((_, old)) => *old = value,
+            None => {
+                self.given[self.count] = (factor.key, value);
+                self.count += 1;
+            }
+        }
         self
     }
 }
 
-fn place(key: &str) -> usize {
-    let place = all().position(|(factor, _)| factor.key == key);
-    place.filter(|place| *place < MOST).unwrap_or_else(|| panic!("no term has the factor `{key}`"))
+impl Default for Factors {
+    fn default() -> Self {
+        Self::NONE
+    }
 }

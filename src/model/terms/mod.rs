@@ -86,6 +86,8 @@ pub enum Weak<V: Jet> {
     /// A part of the equations' frame that the models assemble themselves: a rate of change, the multiplier, the
     /// auxiliary field.
     Frame,
+    /// In the weak form of the term of that name, because one integrand for both is cheaper.
+    With(&'static str),
     /// Linear in the flow, and the derivative of its product with the flow along the density.
     Flow { matrix: FlowMatrix, by_density: Derivative<Scalar, V> },
     /// A functional of the fields.

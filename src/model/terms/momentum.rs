@@ -31,7 +31,10 @@ const VISCOSITY: Term<Vector> = Term {
     formula: Formula::Both("2(D(v)|D(w))", "2(ρD(v)|D(w))"),
     tag: "[7.11a]",
     weak: Weak::Flow {
-        matrix: |_, velocity, rho| stokes::viscosity(velocity, rho),
+        matrix: |_, velocity, rho| match rho {
+            Density::One => stokes::viscosity(velocity),
+            Density::Of(rho) => stokes::weighted_viscosity(velocity, rho),
+        },
         by_density: |at| stokes::viscosity_by_density(at.v(), at.density().1),
     },
     strong: Strong::Stress(|s| s.stress_of(|i, j| s.weighed(s.stretching(i, j)))),
@@ -42,10 +45,7 @@ const DIVERGENCE_VISCOSITY: Term<Vector> = Term {
     name: "divergence viscosity",
     formula: Formula::Compressible("2(ρ div v|div w)"),
     tag: "[7.34]",
-    weak: Weak::Flow {
-        matrix: |_, velocity, rho| stokes::divergence_viscosity(velocity, rho),
-        by_density: |at| stokes::divergence_viscosity_by_density(at.v(), at.density().1),
-    },
+    weak: Weak::With("viscosity"),
     strong: Strong::Stress(|s| s.isotropic(2.0 * s.weighed(s.divergence()))),
     ..Term::PLAIN
 };
@@ -140,9 +140,22 @@ const ELASTIC_ROTATION: Term<Vector> = Term {
     side: Side::Right,
     on: |m| Some(Switch::By("elasticity", m.elasticity)),
     weak: Weak::Functional(Functional {
-        value: |at| -at.parameters.elasticity * polarity::rotation_force(at.velocity(), at.p, at.molecular()),
-        by_polarity: |at| -polarity::force_by_polarity(at.velocity(), at.molecular(), at.parameters.elasticity, 0.0),
-        by_field: |at| -polarity::force_by_field(at.velocity(), at.p, at.parameters.elasticity, 0.0, Density::One),
+        value: |at| {
+            let (m, l) = (at.parameters, at.molecular());
+            let rotation = -m.elasticity * polarity::rotation_force(at.velocity(), at.p, l);
+            match stretch(m) {
+                0.0 => rotation,
+                stretch => rotation - stretch * polarity::stretching_force(at.velocity(), at.p, l, Density::One),
+            }
+        },
+        by_polarity: |at| {
+            let m = at.parameters;
+            -polarity::force_by_polarity(at.velocity(), at.molecular(), m.elasticity, stretch(m))
+        },
+        by_field: |at| {
+            let m = at.parameters;
+            -polarity::force_by_field(at.velocity(), at.p, m.elasticity, stretch(m), Density::One)
+        },
         ..Functional::NOTHING
     }),
     strong: Strong::Stress(|s| {
@@ -163,15 +176,7 @@ const ELASTIC_STRETCHING: Term<Vector> = Term {
             false => Switch::By("alignment", m.alignment),
         })
     },
-    weak: Weak::Functional(Functional {
-        value: |at| {
-            let stretching = polarity::stretching_force(at.velocity(), at.p, at.molecular(), Density::One);
-            -stretch(at.parameters) * stretching
-        },
-        by_polarity: |at| -polarity::force_by_polarity(at.velocity(), at.molecular(), 0.0, stretch(at.parameters)),
-        by_field: |at| -polarity::force_by_field(at.velocity(), at.p, 0.0, stretch(at.parameters), Density::One),
-        ..Functional::NOTHING
-    }),
+    weak: Weak::With("elastic rotation"),
     strong: Strong::Stress(|s| {
         let (p, l, a) = (&s.p, s.molecular(), s.parameters.alignment);
         s.stress_of(|i, j| 0.5 * a * (p[i] * l[j] + l[i] * p[j]))

@@ -64,11 +64,13 @@ const ROTATION: Term<Vector> = Term {
     formula: Formula::Both("−Pe ω(p,q,v)", "−Pe ω(p,ρq,v)"),
     tag: "[7.11c]",
     weak: Weak::Functional(Functional {
-        value: |at| -at.parameters.peclet * polarity::turning(at.p, at.v(), [1.0, 0.0], at.rho),
-        by_velocity: |at| -at.parameters.peclet * polarity::turning_by_flow(at.velocity(), at.p, [1.0, 0.0], at.rho),
-        by_density: |at| -at.parameters.peclet * polarity::turning_by_density(at.p, at.v(), [1.0, 0.0], at.density().1),
+        value: |at| -at.parameters.peclet * polarity::turning(at.p, at.v(), weights(at), at.rho),
+        by_velocity: |at| -at.parameters.peclet * polarity::turning_by_flow(at.velocity(), at.p, weights(at), at.rho),
+        by_density: |at| {
+            -at.parameters.peclet * polarity::turning_by_density(at.p, at.v(), weights(at), at.density().1)
+        },
         by_polarity: |at| {
-            -at.parameters.peclet * polarity::turning_by_polarity(&at.p.space, at.v(), [1.0, 0.0], at.rho)
+            -at.parameters.peclet * polarity::turning_by_polarity(&at.p.space, at.v(), weights(at), at.rho)
         },
         ..Functional::NOTHING
     }),
@@ -87,14 +89,7 @@ const STRETCHING: Term<Vector> = Term {
     formula: Formula::Both("−Pe a δ(p,q,v)", "−Pe a δ(p,ρq,v)"),
     tag: "[7.11c]",
     on: |m| Some(Switch::By("alignment", m.alignment)),
-    weak: Weak::Functional(Functional {
-        value: |at| -at.parameters.peclet * polarity::turning(at.p, at.v(), shear(at), at.rho),
-        by_velocity: |at| -at.parameters.peclet * polarity::turning_by_flow(at.velocity(), at.p, shear(at), at.rho),
-        by_density: |at| -at.parameters.peclet * polarity::turning_by_density(at.p, at.v(), shear(at), at.density().1),
-        by_polarity: |at| -at.parameters.peclet * polarity::turning_by_polarity(&at.p.space, at.v(), shear(at), at.rho),
-        ..Functional::NOTHING
-    }),
-    pass: Pass::Implicit { data: None },
+    weak: Weak::With("polarity rotation"),
     strong: Strong::Vector(|s| {
         let [along, across] = [s.v[0].gradient(), s.v[1].gradient()];
         let shear = 0.5 * (along.y + across.x);
@@ -105,9 +100,9 @@ const STRETCHING: Term<Vector> = Term {
     ..Term::PLAIN
 };
 
-/// The weights of W(v) and D(v) in `−a δ`.
-fn shear(at: &At) -> [f64; 2] {
-    [0.0, at.parameters.alignment]
+/// Of W(v) and D(v) in `ω + a δ`.
+fn weights(at: &At) -> [f64; 2] {
+    [1.0, at.parameters.alignment]
 }
 
 /// The polarity aligns with the flow, `γv`, as in the model of Alert and Trepat (2019).

@@ -47,7 +47,7 @@ impl<'t, V: Jet> Sum<'t, V> {
     ) -> impl Iterator<Item = (f64, &'static Functional<V>)> + use<'t, 'p, V> {
         let functional = move |term: &'static Term<V>| match &term.weak {
             Weak::Functional(functional) if self.has(functional) => Some((term.scale(parameters), functional)),
-            Weak::Functional(_) | Weak::Flow { .. } | Weak::Frame => None,
+            Weak::Functional(_) | Weak::Flow { .. } | Weak::With(_) | Weak::Frame => None,
         };
         self.terms(parameters).filter_map(functional)
     }
@@ -77,7 +77,7 @@ impl<'t, V: Jet> Sum<'t, V> {
         let functionals = self.derivative(at, |term| term.by_density);
         self.terms(at.parameters).fold(functionals, |sum, term| match &term.weak {
             Weak::Flow { by_density, .. } => sum + term.scale(at.parameters) * by_density(at),
-            Weak::Functional(_) | Weak::Frame => sum,
+            Weak::Functional(_) | Weak::With(_) | Weak::Frame => sum,
         })
     }
 
@@ -105,7 +105,7 @@ impl<'t, V: Jet> Sum<'t, V> {
     ) -> Bilinear<'a, Vector, Vector> {
         self.terms(parameters).fold(Bilinear::zero(), |sum, term| match &term.weak {
             Weak::Flow { matrix, .. } => sum + term.scale(parameters) * matrix(parameters, velocity, rho),
-            Weak::Functional(_) | Weak::Frame => sum,
+            Weak::Functional(_) | Weak::With(_) | Weak::Frame => sum,
         })
     }
 }

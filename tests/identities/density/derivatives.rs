@@ -127,11 +127,9 @@ fn the_force_has_the_derivatives_of_its_forms() {
         let form = polarity::stretching_force_by_density(velocity, p, &rho.space);
         s.differentiate("active stress along ρ", &form, (rho, velocity), |rho| active(p, rho));
 
-        let form = stokes::viscosity_by_density(v, &rho.space) + stokes::divergence_viscosity_by_density(v, &rho.space);
+        let form = stokes::viscosity_by_density(v, &rho.space);
         s.differentiate("viscosity along ρ", &form, (rho, velocity), |rho| {
-            let rho = Density::Of(rho);
-            let form = stokes::viscosity(velocity, rho) + stokes::divergence_viscosity(velocity, rho);
-            let matrix = s.loops.triplets(&form, velocity, velocity);
+            let matrix = s.loops.triplets(&stokes::weighted_viscosity(velocity, rho), velocity, velocity);
             times(&matrix, velocity.dof_count(), &v.values)
         });
 

@@ -188,9 +188,7 @@ fn weighted_diffusion_is_symmetric_and_stops_at_a_vacuum() {
 fn forces_are_the_integrals_of_their_stresses() {
     let s = Sheet::new(&square(3), 1);
     let (v, w) = (&s.v, random(&s.v.space, 30));
-    let rho = Density::Of(&s.rho);
-    let weighted = stokes::viscosity(&v.space, rho) + stokes::divergence_viscosity(&v.space, rho);
-    let matrix = s.loops.triplets(&weighted, &v.space, &v.space);
+    let matrix = s.loops.triplets(&stokes::weighted_viscosity(&v.space, &s.rho), &v.space, &v.space);
     let direct = s.loops.sum(8, |x| {
         let (g, h) = (v.vector_gradient(&x.site), w.vector_gradient(&x.site));
         let mut sum = g.trace() * h.trace();
