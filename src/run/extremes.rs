@@ -9,6 +9,7 @@ use super::setup::build_mesh;
 use crate::mesh::Point;
 use crate::model::boundary::PolarityCondition;
 use crate::model::expression::Expression;
+use crate::model::terms::factor;
 use crate::model::{Conditions, VelocityCondition};
 use crate::scene::path::quoted;
 use crate::scene::{Initial, InitialDensity, Scene, SceneSource};
@@ -116,13 +117,16 @@ fn worst(suspects: impl Iterator<Item = Suspect>) -> Option<String> {
 }
 
 fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
-    NUMBERS.iter().filter_map(|(key, usual, advice)| {
+    let factors = factor::all().map(|(factor, _)| (format!("model.{}", factor.key), [0.0, 1e6], NEAR_ONE));
+    let numbers = NUMBERS.iter().map(|(key, usual, advice)| ((*key).to_owned(), *usual, *advice));
+    numbers.chain(factors).filter_map(|(key, usual, advice)| {
+        let key = key.as_str();
         let item = source.at(key)?;
         let number = |value: &toml_edit::Value| value.as_float().or(value.as_integer().map(|n| n as f64));
         let value = item.as_value()?;
         let list = value.as_array().into_iter().flatten().filter_map(number);
         let size = number(value).into_iter().chain(list).map(f64::abs).fold(0.0, f64::max);
-        let suspect = Suspect::new(size, *usual, || {
+        let suspect = Suspect::new(size, usual, || {
             let [low, high] = usual.map(|bound| if bound == 0.0 { "0".to_owned() } else { format!("{bound:e}") });
             let shown =
                 number(value).map_or_else(|| value.to_string().trim().to_owned(), |number| format!("{number:?}"));
@@ -132,7 +136,7 @@ fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
                 follower(source, key)
             )
         })?;
-        Some(Suspect { is_length: *usual == LENGTHS && key.starts_with("mesh."), ..suspect })
+        Some(Suspect { is_length: usual == LENGTHS && key.starts_with("mesh."), ..suspect })
     })
 }
 
