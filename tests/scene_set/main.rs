@@ -4,6 +4,7 @@ mod names;
 
 use std::path::Path;
 
+use monolayer::measure::list;
 use monolayer::mesh::Point;
 use monolayer::model::terms::factor;
 use monolayer::model::{DensityLaw, ModelKind, PolarityCondition, VelocityCondition};

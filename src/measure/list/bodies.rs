@@ -1,6 +1,6 @@
 //! Measures of rigid bodies and their contacts.
 
-use super::{Bodies, Column, DIMENSIONLESS, Measure, Of, Taken, Which};
+use super::{Bodies, Column, DIMENSIONLESS, Measure, Of, OfBodies, Taken, Which};
 use crate::body::Body;
 use crate::measure::{MeasureError, bodies};
 
@@ -33,14 +33,14 @@ const fn of(
     help: &'static str,
     columns: &'static [Column],
     which: Which,
-    take: fn(&Bodies<'_>, &mut Taken) -> Result<(), MeasureError>,
+    take: OfBodies,
 ) -> Measure {
     Measure { name, help, columns, of: Of::Bodies(which, take), needs: &[], with_residuals: false }
 }
 
 /// `½ Σ m|V|² + ½ Σ I ω²` of the bodies.
 pub const KINETIC_ENERGY: Measure =
-    of("kinetic_energy", "`½Σm\\|V\\|² + ½ΣIω²` of the bodies", &ENERGY, Which::Moving, kinetic_energy);
+    of("kinetic_energy", "`½ Σ m V² + ½ Σ I ω²` of the bodies", &ENERGY, Which::Moving, kinetic_energy);
 /// `min D` over all pairs of bodies, and of bodies and walls.
 pub const GAP: Measure = of("gap", "`min D` of the pairs that are near", &SMALLEST_GAP, Which::Moving, gap);
 /// `max(0, −D)` over all pairs.

@@ -1,7 +1,7 @@
 //! The measures, each said once: its name and columns in words, what it is taken of, and how.
 //!
-//! A new measure is a constant in a file of its own and its name in [`ALL`]. From the list follow the keys of scenes and
-//! what they are refused with, the columns of tables, labels of pictures, what studies can compare, and a table in
+//! A new measure is a constant in a file of its own and its name in [`ALL`]. From the list follow the keys of scenes
+//! and what they are refused with, the columns of tables, labels of pictures, what studies can compare, and a table in
 //! `docs/scene.md` that a test compares.
 
 mod asymmetry;
@@ -23,7 +23,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE};
 pub use column::{Column, DIMENSIONLESS};
-pub use subject::{Bodies, Domain, Flow, Gauge, OfMarch, Taken, Tissue};
+pub use subject::{Bodies, Domain, Flow, Gauge, OfBodies, OfFlow, OfMarch, OfState, Taken, Tissue};
 
 pub use self::asymmetry::ASYMMETRY;
 pub use self::circulation::CIRCULATION;
@@ -76,20 +76,20 @@ pub struct Measure {
 #[derive(Clone, Copy)]
 pub enum Of {
     /// A flow: that of a tissue with bodies or without, or of a Stokes fluid.
-    Flow(fn(&Flow<'_>, &mut Taken) -> Result<(), MeasureError>),
+    Flow(OfFlow),
     /// A tissue of any density.
     Tissue(Region, Taking),
     /// A tissue whose density is a field; it has no rigid bodies.
     Compressible(Taking),
     /// Rigid bodies.
-    Bodies(Which, fn(&Bodies<'_>, &mut Taken) -> Result<(), MeasureError>),
+    Bodies(Which, OfBodies),
 }
 
 /// How a measure of a tissue is taken.
 #[derive(Clone, Copy)]
 pub enum Taking {
     /// At a state.
-    At(fn(&Tissue<'_>, &mut Taken) -> Result<(), MeasureError>),
+    At(OfState),
     /// With what is prepared once for the domain.
     Prepared(fn(&Domain<'_>) -> Result<Box<dyn Gauge>, MeasureError>),
 }
@@ -110,7 +110,7 @@ pub enum Which {
     Any,
     /// Those in a flow, at rest too.
     InAFlow,
-    /// Those of which at least one moves.
+    /// In a tissue, those of which at least one moves; else any.
     Moving,
 }
 
@@ -139,6 +139,19 @@ impl Measure {
     /// Whether the scene must have this.
     pub fn needs(&self, need: Premise) -> bool {
         self.needs.contains(&need)
+    }
+
+    /// What it is taken of, in words.
+    pub fn subject(&self) -> &'static str {
+        match self.of {
+            Of::Flow(_) => "any flow",
+            Of::Tissue(Region::OutsideOfBodies, _) => "tissue",
+            Of::Tissue(Region::WholeMesh, _) => "tissue without bodies",
+            Of::Compressible(_) => "compressible tissue",
+            Of::Bodies(Which::Any, _) => "bodies",
+            Of::Bodies(Which::InAFlow, _) => "bodies in a flow",
+            Of::Bodies(Which::Moving, _) => "bodies that move",
+        }
     }
 
     /// Whether it is about rigid bodies.

@@ -97,6 +97,13 @@ impl Taken {
     }
 }
 
+/// Takes a measure at a state of a tissue.
+pub type OfState = fn(&Tissue<'_>, &mut Taken) -> Result<(), MeasureError>;
+/// Takes a measure of a flow.
+pub type OfFlow = fn(&Flow<'_>, &mut Taken) -> Result<(), MeasureError>;
+/// Takes a measure of bodies.
+pub type OfBodies = fn(&Bodies<'_>, &mut Taken) -> Result<(), MeasureError>;
+
 /// Takes one measure of a tissue, with what it has prepared.
 pub trait Gauge: fmt::Debug + Send + Sync {
     /// Puts down its numbers; those that do not exist in this state are left out.
@@ -107,7 +114,8 @@ pub trait Gauge: fmt::Debug + Send + Sync {
 }
 
 /// Of a tissue, with nothing prepared.
-pub(super) struct OfTissue(pub fn(&Tissue<'_>, &mut Taken) -> Result<(), MeasureError>);
+#[derive(Debug)]
+pub(super) struct OfTissue(pub OfState);
 
 impl Gauge for OfTissue {
     fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
@@ -116,7 +124,8 @@ impl Gauge for OfTissue {
 }
 
 /// Of the flow of a tissue.
-pub(super) struct InTissue(pub fn(&Flow<'_>, &mut Taken) -> Result<(), MeasureError>);
+#[derive(Debug)]
+pub(super) struct InTissue(pub OfFlow);
 
 impl Gauge for InTissue {
     fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
@@ -129,7 +138,8 @@ impl Gauge for InTissue {
 }
 
 /// Of the bodies of a tissue, which are fixed.
-pub(super) struct AtRest(pub fn(&Bodies<'_>, &mut Taken) -> Result<(), MeasureError>);
+#[derive(Debug)]
+pub(super) struct AtRest(pub OfBodies);
 
 impl Gauge for AtRest {
     fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
@@ -139,23 +149,5 @@ impl Gauge for AtRest {
         let holding = || Ok(model.holding(at.state, at.t)?.first().copied());
         let (bodies, poses) = (floating.bodies(), model.poses());
         (self.0)(&Bodies { bodies, poses, twists: &twists, contacts: &[], holding: &holding }, taken)
-    }
-}
-
-impl fmt::Debug for OfTissue {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("OfTissue")
-    }
-}
-
-impl fmt::Debug for InTissue {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("InTissue")
-    }
-}
-
-impl fmt::Debug for AtRest {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("AtRest")
     }
 }
