@@ -157,11 +157,15 @@ fn scenes() -> Vec<(&'static str, String, &'static [&'static str])> {
     let fixed = format!("{BODY_IN_TISSUE}motion = \"fixed\"\n");
     vec![
         ("strip", STRIP.to_owned(), &["free_energy", "overshoot", "asymmetry", "elastic_strain", "energy_budget"]),
-        ("disc", DISC.to_owned(), &["free_energy", "circulation", "defects"]),
-        ("sheet", sheet, &["free_energy", "energy_budget", "mass", "density_min", "limited_cells"]),
-        ("fixed body", fixed, &["free_energy", "overshoot", "energy_budget", "body", "holding"]),
-        ("moving body", BODY_IN_TISSUE.to_owned(), &["kinetic_energy", "overlap", "body", "holding"]),
-        ("stokes", STOKES.to_owned(), &["kinetic_energy", "gap", "contacts", "wall_force", "body", "holding"]),
+        ("disc", DISC.to_owned(), &["mean_speed", "free_energy", "circulation", "defects"]),
+        ("sheet", sheet, &["mean_speed", "free_energy", "energy_budget", "mass", "density_min", "limited_cells"]),
+        ("fixed body", fixed, &["mean_speed", "free_energy", "overshoot", "energy_budget", "body", "holding"]),
+        ("moving body", BODY_IN_TISSUE.to_owned(), &["mean_speed", "kinetic_energy", "overlap", "body", "holding"]),
+        (
+            "stokes",
+            STOKES.to_owned(),
+            &["mean_speed", "kinetic_energy", "gap", "contacts", "wall_force", "body", "holding"],
+        ),
         ("particles", PARTICLES.to_owned(), &["kinetic_energy", "gap", "contacts", "wall_force", "body"]),
     ]
 }
@@ -231,6 +235,31 @@ fn every_measure_that_a_scene_has_is_taken_and_finite() {
     }
     let all: BTreeSet<&str> = ALL.iter().flat_map(|measure| measure.column_names()).collect();
     assert_eq!(found, all, "the scenes of this test have every measure");
+}
+
+/// In a channel the flow is that on its ends, `1 − x₂²` over −1 < x₂ < 1, whose mean is 2/3.
+#[test]
+fn the_mean_speed_of_a_channel() {
+    let flow = r#"
+[model]
+kind = "stokes"
+[mesh]
+shape = "strip"
+length = [0.0, 2.0]
+width = 2.0
+h = 0.5
+[boundary.inlet]
+velocity = { dirichlet = ["1 - y^2", "0"] }
+[boundary.outlet]
+velocity = { dirichlet = ["1 - y^2", "0"] }
+[boundary.walls]
+velocity = { dirichlet = ["0", "0"] }
+[time]
+step = 0.1
+end = 0.1
+"#;
+    let (_, values) = taken(&measuring(flow, &["mean_speed"]).unwrap());
+    assert!((values["mean_speed"] - 2.0 / 3.0).abs() < 1e-9, "{values:?}");
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod density;
 mod elastic_strain;
 mod energy_budget;
 mod free_energy;
+mod mean_speed;
 mod overshoot;
 mod subject;
 
@@ -32,6 +33,7 @@ pub use self::density::{DENSITY_MIN, LIMITED_CELLS, MASS};
 pub use self::elastic_strain::ELASTIC_STRAIN;
 pub use self::energy_budget::ENERGY_BUDGET;
 pub use self::free_energy::FREE_ENERGY;
+pub use self::mean_speed::MEAN_SPEED;
 pub use self::overshoot::OVERSHOOT;
 use super::MeasureError;
 
@@ -47,6 +49,7 @@ pub const ALL: &[&Measure] = &[
     &CIRCULATION,
     &DEFECTS,
     &ENERGY_BUDGET,
+    &MEAN_SPEED,
     &KINETIC_ENERGY,
     &GAP,
     &OVERLAP,
