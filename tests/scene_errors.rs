@@ -124,7 +124,7 @@ fn models_and_conditions_that_do_not_exist() {
     wrong("\"aligned-around-disc\"", "{ random = { sed = 1 } }", &["`initial.polarity.random.sed`", "`seed`?"]);
     wrong("\"axis-2a\"", "\"axis-2\"", &["`output.2.cuts.1` = \"axis-2\"", "axis-1, axis-2a"]);
     wrong("\"pressure\"", "\"presure\"", &["`output.0.fields.1`", "did you mean `pressure`?", "molecular_field"]);
-    wrong("\"overshoot\"", "\"budget\"", &["`output.1.measures.0`", "overshoot, asymmetry, free_energy"]);
+    wrong("\"overshoot\"", "\"budget\"", &["`output.1.measures.0`", "free_energy, overshoot, asymmetry"]);
 }
 
 #[test]

@@ -105,17 +105,4 @@ impl Budget {
     pub fn defect(&self) -> f64 {
         self.rate + self.friction + self.viscosity + self.relaxation - self.traction - self.active_stress
     }
-
-    /// Name and value of every term, as tables have them.
-    pub fn columns(&self) -> [(&'static str, f64); 7] {
-        [
-            ("budget_rate", self.rate),
-            ("budget_friction", self.friction),
-            ("budget_viscosity", self.viscosity),
-            ("budget_relaxation", self.relaxation),
-            ("budget_traction", self.traction),
-            ("budget_active_stress", self.active_stress),
-            ("budget_defect", self.defect()),
-        ]
-    }
 }

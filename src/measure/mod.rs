@@ -6,6 +6,7 @@ pub mod budget;
 pub mod cut;
 pub mod defects;
 pub mod errors;
+pub mod list;
 pub mod measured;
 pub mod overshoot;
 pub mod strain;
@@ -15,6 +16,7 @@ pub use asymmetry::Mirror;
 pub use budget::Budget;
 pub use cut::{Circle, Line, Sample, Section};
 pub use defects::{Census, Defects};
+pub use list::Measure;
 pub use overshoot::{Inlet, Overshoot};
 pub use strain::{Strain, Tensor};
 pub use stream::StreamFunction;
@@ -28,14 +30,14 @@ pub enum MeasureError {
     )]
     NoMirror { axis: f64, x: f64, y: f64 },
     #[error(
-        "the measure `overshoot` needs a disc (boundary tag `disc`) with tissue behind it, at x₁ > {behind}; hint: remove the \
+        "the measure `{measure}` needs a disc (boundary tag `disc`) with tissue behind it, at x₁ > {behind}; hint: remove the \
          measure, or give `mesh.centre` and `mesh.radius`"
     )]
-    NoDisc { behind: f64 },
+    NoDisc { measure: &'static str, behind: f64 },
     #[error(
-        "the measure `overshoot` counts from what flows in on the axis x₂ = {axis}, and {what}; hint: remove the measure, or          give the boundary at the left end of the axis a velocity and a polarity whose first component is not 0"
+        "the measure `{measure}` counts from what flows in on the axis x₂ = {axis}, and {what}; hint: remove the measure, or          give the boundary at the left end of the axis a velocity and a polarity whose first component is not 0"
     )]
-    NoInflow { axis: f64, what: String },
+    NoInflow { measure: &'static str, axis: f64, what: String },
     #[error("the cut `{name}` meets no cell; hint: check its ends, or the place of the disc that axes refer to")]
     CutOutside { name: String },
     #[error(
@@ -54,4 +56,6 @@ pub enum MeasureError {
     NoFlux { window: f64, minus: f64, plus: f64 },
     #[error(transparent)]
     Solve(#[from] crate::solve::SolveError),
+    #[error(transparent)]
+    Momentum(#[from] crate::model::momentum::MomentumError),
 }

@@ -1,6 +1,7 @@
 //! What keys of scenes and columns of tables are called where people read them: in axes, legends and titles.
 
 use crate::measure::errors::{ErrorField, Norm};
+use crate::measure::list::{self, Column, DIMENSIONLESS};
 use crate::model::terms::factor;
 use crate::output::plot::{Axis, Scale};
 
@@ -33,97 +34,36 @@ pub(super) const SYMBOLS: [(&str, &str, &str); 25] = [
     ("coupling.tolerance", "tolerance", "tolerance of the coupling"),
 ];
 
-/// A number that runs find or cost.
-struct Measure {
-    column: &'static str,
-    /// With its symbol.
-    words: &'static str,
-    unit: &'static str,
-    /// Among others of its kind, as in a legend.
-    short: &'static str,
-}
-
-const fn of(column: &'static str, words: &'static str, unit: &'static str, short: &'static str) -> Measure {
-    Measure { column, words, unit, short }
-}
-
-/// Unit of what is a ratio to the scales of the model.
-const NONE: &str = "dimensionless";
-
-const MEASURES: [Measure; 69] = [
-    of("residual", "residual of the stationary equations", NONE, "total"),
-    of("residual_velocity", "residual of the velocity", NONE, "velocity"),
-    of("residual_pressure", "residual of the pressure", NONE, "pressure"),
-    of("residual_density", "residual of the density", NONE, "density"),
-    of("residual_polarity", "residual of the polarity", NONE, "polarity"),
-    of("free_energy", "free energy F", NONE, "F"),
-    of("free_energy_rate", "free energy rate dF/dt", NONE, "dF/dt"),
-    of("overshoot_velocity", "overshoot of v₁ behind the disc", "percent", "velocity"),
-    of("overshoot_velocity_x1", "x₁ of the largest v₁ behind the disc", "", "velocity"),
-    of("overshoot_polarity", "overshoot of p₁ behind the disc", "percent", "polarity"),
-    of("overshoot_polarity_x1", "x₁ of the largest p₁ behind the disc", "", "polarity"),
-    of("asymmetry_velocity", "asymmetry of v between the two sides", NONE, "velocity"),
-    of("asymmetry_polarity", "asymmetry of p between the two sides", NONE, "polarity"),
-    of("budget_rate", "energy law: dF/dt", NONE, "dF/dt"),
-    of("budget_friction", "energy law: friction", NONE, "friction"),
-    of("budget_viscosity", "energy law: viscosity", NONE, "viscosity"),
-    of("budget_relaxation", "energy law: relaxation", NONE, "relaxation"),
-    of("budget_traction", "energy law: traction", NONE, "traction"),
-    of("budget_active_stress", "energy law: active stress", NONE, "active stress"),
-    of("budget_defect", "energy law: what its terms leave", NONE, "defect"),
-    of("mass", "mass ∫ρ", NONE, "∫ρ"),
-    of("mass_defect", "mass ∫ρ beyond what came in", NONE, "beyond what came in"),
-    of("density_min", "smallest density min ρ", NONE, "min ρ"),
-    of("limited_cells", "cells whose density was limited", "", "cells"),
-    of("strain_max", "largest elastic strain", NONE, "largest"),
-    of("strain_max_x1", "x₁ of the largest elastic strain", "", "x₁ of the largest"),
-    of("strain_max_x2", "x₂ of the largest elastic strain", "", "x₂ of the largest"),
-    of("strain_least_stretch", "least eigenvalue of I + ε", NONE, "least eigenvalue of I + ε"),
-    of("strain_growth", "growth of the strain at rest, 2 We λ(∇v)", NONE, "growth 2 We λ(∇v)"),
-    of("strain_growth_x1", "x₁ of the largest growth of the strain", "", "x₁ of the growth"),
-    of("strain_growth_x2", "x₂ of the largest growth of the strain", "", "x₂ of the growth"),
-    of("circulation_velocity", "mean velocity along the track", NONE, "velocity"),
-    of("circulation_polarity", "mean polarity along the track", NONE, "polarity"),
-    of("defects_plus", "defects of charge +1", "", "charge +1"),
-    of("defects_minus", "defects of charge −1", "", "charge −1"),
-    of("kinetic_energy", "kinetic energy of the bodies", NONE, "kinetic energy"),
-    of("gap", "smallest gap min D", NONE, "min D"),
-    of("overlap", "deepest overlap of bodies", NONE, "overlap"),
-    of("contacts", "contacts with λ ≠ 0", "", "contacts"),
-    of("wall_force_x1", "force on all walls along x₁", NONE, "along x₁"),
-    of("wall_force_x2", "force on all walls along x₂", NONE, "along x₂"),
-    of("body_x1", "x₁ of the first body", "", "x₁"),
-    of("body_x2", "x₂ of the first body", "", "x₂"),
-    of("body_angle", "angle θ of the first body", "", "θ"),
-    of("body_velocity_1", "velocity V₁ of the first body", NONE, "V₁"),
-    of("body_velocity_2", "velocity V₂ of the first body", NONE, "V₂"),
-    of("body_spin", "spin ω of the first body", NONE, "ω"),
-    of("holding_x1", "force along x₁ that holds the first body", NONE, "f₁"),
-    of("holding_x2", "force along x₂ that holds the first body", NONE, "f₂"),
-    of("holding_torque", "torque that holds the first body", NONE, "torque"),
-    of("growth", "growth rate of the leading mode", NONE, "growth rate"),
-    of("frequency", "angular frequency of the leading mode", NONE, "angular frequency"),
-    of("period", "period of the oscillation", NONE, "period"),
-    of("amplitude_polarity", "amplitude of the polarity", NONE, "polarity"),
-    of("amplitude_velocity", "amplitude of the velocity", NONE, "velocity"),
-    of("distance", "distance from the state at the start", NONE, "distance"),
-    of("time", "time t", NONE, "t"),
-    of("dt", "step Δt", NONE, "Δt"),
-    of("step", "step", "", "step"),
-    of("cells", "cells", "", "cells"),
-    of("unknowns", "unknowns", "", "unknowns"),
-    of("steps", "steps", "", "steps"),
-    of("rejected", "rejected steps", "", "rejected"),
-    of("iterations", "iterations of the coupling", "", "iterations"),
-    of("accepted_late", "steps accepted late", "", "accepted late"),
-    of("seconds", "wall time", "seconds", "wall time"),
-    of("peak_memory_mib", "peak memory", "MiB", "memory"),
-    of("threads", "threads", "", "threads"),
-    of("unstable_dimension", "number of growing modes", "", "growing modes"),
+/// Columns of tables that no measure has.
+const OTHERS: [Column; 24] = [
+    Column::new("residual", "residual of the stationary equations", DIMENSIONLESS, "total"),
+    Column::new("residual_velocity", "residual of the velocity", DIMENSIONLESS, "velocity"),
+    Column::new("residual_pressure", "residual of the pressure", DIMENSIONLESS, "pressure"),
+    Column::new("residual_density", "residual of the density", DIMENSIONLESS, "density"),
+    Column::new("residual_polarity", "residual of the polarity", DIMENSIONLESS, "polarity"),
+    Column::new("growth", "growth rate of the leading mode", DIMENSIONLESS, "growth rate"),
+    Column::new("frequency", "angular frequency of the leading mode", DIMENSIONLESS, "angular frequency"),
+    Column::new("period", "period of the oscillation", DIMENSIONLESS, "period"),
+    Column::new("amplitude_polarity", "amplitude of the polarity", DIMENSIONLESS, "polarity"),
+    Column::new("amplitude_velocity", "amplitude of the velocity", DIMENSIONLESS, "velocity"),
+    Column::new("distance", "distance from the state at the start", DIMENSIONLESS, "distance"),
+    Column::new("time", "time t", DIMENSIONLESS, "t"),
+    Column::new("dt", "step Δt", DIMENSIONLESS, "Δt"),
+    Column::new("step", "step", "", "step"),
+    Column::new("cells", "cells", "", "cells"),
+    Column::new("unknowns", "unknowns", "", "unknowns"),
+    Column::new("steps", "steps", "", "steps"),
+    Column::new("rejected", "rejected steps", "", "rejected"),
+    Column::new("iterations", "iterations of the coupling", "", "iterations"),
+    Column::new("accepted_late", "steps accepted late", "", "accepted late"),
+    Column::new("seconds", "wall time", "seconds", "wall time"),
+    Column::new("peak_memory_mib", "peak memory", "MiB", "memory"),
+    Column::new("threads", "threads", "", "threads"),
+    Column::new("unstable_dimension", "number of growing modes", "", "growing modes"),
 ];
 
-fn known(column: &str) -> Option<&'static Measure> {
-    MEASURES.iter().find(|measure| measure.column == column)
+fn known(name: &str) -> Option<&'static Column> {
+    list::column(name).or_else(|| OTHERS.iter().find(|column| column.name == name))
 }
 
 /// `NAME` of the column `NAME_error` of an estimate.
@@ -150,7 +90,7 @@ pub fn symbol(key: &str) -> &str {
 /// A key of the scene, or a column of a table, in words: `β`, `overshoot of v₁ behind the disc`.
 pub fn words(name: &str) -> String {
     match (known(name), estimated(name)) {
-        (Some(measure), _) => measure.words.to_owned(),
+        (Some(column), _) => column.words.to_owned(),
         (None, Some(measure)) => format!("estimated error, {}", words(measure)),
         (None, None) if name.contains('.') => symbol(name).to_owned(),
         (None, None) => error_of(name).unwrap_or_else(|| name.replace('_', " ")),
@@ -173,7 +113,7 @@ pub fn error(field: &str, norm: &str) -> Option<String> {
 /// As in the legend of a picture of one kind of measures.
 pub fn short(column: &str) -> String {
     match known(column) {
-        Some(measure) => measure.short.to_owned(),
+        Some(column) => column.short.to_owned(),
         None => words(column),
     }
 }
@@ -181,9 +121,9 @@ pub fn short(column: &str) -> String {
 /// In words with the unit, as along an axis.
 pub fn with_unit(name: &str) -> String {
     let unit = match known(estimated(name).unwrap_or(name)) {
-        Some(measure) => measure.unit,
+        Some(column) => column.unit,
         None if name.contains('.') && !name.starts_with("error_") => "",
-        None => NONE,
+        None => DIMENSIONLESS,
     };
     if unit.is_empty() { words(name) } else { format!("{} ({unit})", words(name)) }
 }
@@ -215,9 +155,10 @@ mod tests {
 
     #[test]
     fn names_are_known_once_and_without_marks() {
-        for (at, measure) in MEASURES.iter().enumerate() {
-            assert!(MEASURES[..at].iter().all(|other| other.column != measure.column), "{}", measure.column);
-            assert!(![measure.words, measure.short].iter().any(|text| text.contains('_')), "{}", measure.column);
+        let columns: Vec<&Column> = list::ALL.iter().flat_map(|measure| measure.columns).chain(&OTHERS).collect();
+        for (at, column) in columns.iter().enumerate() {
+            assert!(columns[..at].iter().all(|other| other.name != column.name), "{}", column.name);
+            assert!(![column.words, column.short].iter().any(|text| text.contains('_')), "{}", column.name);
         }
     }
 

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use crate::measure::defects::{Boundary, Census};
+use crate::measure::list::DEFECTS;
 use crate::output::OutputError;
 use crate::output::history::History;
-use crate::scene::{Measure, Scene, What};
+use crate::scene::Scene;
 use crate::time::Schedule;
 
 /// Columns of `defects.csv` after `step`.
@@ -87,10 +88,8 @@ impl DefectTables {
 
 /// When the scene measures defects.
 fn schedules(scene: &Scene) -> impl Iterator<Item = Schedule> + '_ {
-    scene.outputs.iter().filter_map(|output| match &output.what {
-        What::Measures(measures) => measures.contains(&Measure::Defects).then_some(output.schedule),
-        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
-    })
+    let with_defects = scene.outputs.iter().filter(|output| output.what.measures().contains(&&DEFECTS));
+    with_defects.map(|output| output.schedule)
 }
 
 /// Whether the scene measures defects at all.

@@ -11,10 +11,11 @@ use serde::Serialize;
 use super::setup::build_mesh;
 use super::summary::{Ending, Summary};
 use super::{Options, Record, RunError, run_recorded};
+use crate::measure::list;
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::output::progress::{Progress, Verbosity};
 use crate::output::{OutputError, say, write_whole};
-use crate::scene::{Scene, SceneError, SceneSource, What};
+use crate::scene::{Scene, SceneError, SceneSource, measured};
 
 /// Cells of the coarser runs are longer by these factors.
 const RATIOS: [f64; 2] = [std::f64::consts::SQRT_2, 2.0];
@@ -181,7 +182,8 @@ fn estimates(scene: &Scene, options: &Options, summary: &Summary) -> Result<Esti
     for (&name, &fine) in &summary.measures {
         let others = [0, 1].map(|k| runs[k].0.measures.get(name).copied());
         // a count of cells has no limit
-        if let ([Some(coarse), Some(coarser)], false) = (others, name == "limited_cells") {
+        let counts_cells = list::column(name).is_some_and(|column| column.counts_cells);
+        if let ([Some(coarse), Some(coarser)], false) = (others, counts_cells) {
             let (error, order) = estimate([fine, coarse, coarser], sizes, bounds);
             if error.is_finite() {
                 values.insert(name, error);
@@ -248,13 +250,9 @@ fn coarser(scene: &Scene, out: &Path, ratio: f64, to: Option<&Summary>) -> Resul
 
 /// The measures that the scene names, as a list of TOML.
 fn measures(scene: &Scene) -> String {
-    let named = scene.outputs.iter().filter_map(|output| match &output.what {
-        What::Measures(measures) => Some(measures),
-        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
-    });
-    let mut names: Vec<String> = named.flatten().map(|measure| format!("\"{}\"", measure.name())).collect();
+    let named = measured(&scene.outputs).into_iter();
+    let mut names: Vec<String> = named.map(|measure| format!("\"{}\"", measure.name)).collect();
     names.sort();
-    names.dedup();
     names.join(", ")
 }
 

@@ -4,15 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{RunError, Setup};
-use crate::body::penalty::Wrench;
-use crate::body::{Pose, Twist};
+use crate::measure::Measure;
 use crate::measure::errors::{History, errors};
-use crate::measure::{Budget, Census, Defects, Inlet, Mirror, Overshoot};
-use crate::mesh::generate::Track;
-use crate::model::boundary::PolarityCondition;
+use crate::measure::list::{ALL, Domain, FREE_ENERGY, Gauge, OfMarch, Taken, Tissue};
 use crate::model::{Exact, ModelKind, Residuals, State};
-use crate::scene::{Measure, Scene, What};
-use crate::space::Field;
+use crate::scene::{Scene, measured};
 use crate::time::{Kind, March, Schedule, Sheet};
 
 /// What was measured after one step; empty where nothing was due.
@@ -21,26 +17,18 @@ pub struct Readings {
     pub residuals: Option<Residuals>,
     /// `F` and `dF/dt`.
     pub energy: Option<(f64, f64)>,
-    /// By column of the history.
-    pub values: BTreeMap<&'static str, f64>,
-    /// Defects of the polarity.
-    pub census: Option<Census>,
+    pub taken: Taken,
 }
 
 /// The measures of a scene, with what they need prepared once.
 #[derive(Debug)]
 pub struct Gauges<'s> {
-    setup: &'s Setup,
-    due: Vec<(Measure, Schedule)>,
-    mirror: Option<Mirror>,
-    defects: Option<Defects>,
-    track: Option<Track>,
+    domain: Domain<'s>,
+    /// Each measure once, in the order of the columns.
+    gauges: Vec<(&'static Measure, Box<dyn Gauge>)>,
+    due: Vec<(&'static Measure, Schedule)>,
     residual_each_step: bool,
     energy_each_step: bool,
-    /// Disc radius, and its centre.
-    radius: f64,
-    centre: [f64; 2],
-    end: f64,
     exact: Option<Arc<Exact>>,
     /// Errors against the exact fields, step by step, where somebody asks for them.
     pub errors: Option<History>,
@@ -50,39 +38,18 @@ impl<'s> Gauges<'s> {
     /// Prepares what the scene measures, and nothing else.
     ///
     /// # Errors
-    /// A domain without mirror image for the asymmetry.
+    /// A domain in which one of the measures cannot be taken.
     pub fn new(scene: &Scene, setup: &'s Setup) -> Result<Self, RunError> {
-        let mut due = Vec::new();
-        for output in &scene.outputs {
-            match &output.what {
-                What::Measures(measures) => due.extend(measures.iter().map(|m| (*m, output.schedule))),
-                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => {}
-            }
-        }
-        let mut centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
-        let mut radius = scene.mesh.radius.unwrap_or(1.0);
-        if let Some((middle, end)) = super::tissue::wake(scene) {
-            (centre, radius) = (middle.into(), end - middle.x);
-        }
-        let loops = setup.model.loops();
-        let degree = 2 * setup.model.polarity().space.degree;
-        let mirror = if due.iter().any(|(m, _)| *m == Measure::Asymmetry) {
-            Some(Mirror::new(loops, &setup.locator, centre[1], degree)?)
-        } else {
-            None
-        };
-        let defects = due.iter().any(|(m, _)| *m == Measure::Defects).then(|| Defects::new(&setup.mesh));
+        let scheduled = scene.outputs.iter().map(|output| (output.what.measures(), output.schedule));
+        let due = scheduled.flat_map(|(measures, schedule)| measures.iter().map(move |m| (*m, schedule))).collect();
+        let domain = domain(scene, setup);
+        let prepare = |measure: &'static Measure| Ok((measure, measure.prepare(&domain)?));
         Ok(Self {
-            setup,
+            gauges: measured(&scene.outputs).into_iter().map(prepare).collect::<Result<_, RunError>>()?,
+            domain,
             due,
-            mirror,
-            defects,
-            track: scene.mesh.track(),
             residual_each_step: scene.time.stop_residual.is_some(),
             energy_each_step: scene.time.stop_energy_rate.is_some(),
-            radius,
-            centre,
-            end: setup.mesh.vertices.iter().fold(f64::MIN, |m, x| m.max(x.x)),
             exact: scene.sources.exact.clone(),
             errors: None,
         })
@@ -105,305 +72,125 @@ impl<'s> Gauges<'s> {
         if let (Some(history), Some(exact)) = (&mut self.errors, &self.exact) {
             history.add(&errors(march.model, exact, &march.state, t), t - before);
         }
-        let mut due: Vec<Measure> =
-            self.due.iter().filter(|(_, s)| s.is_due(before, t, step)).map(|(m, _)| *m).collect();
-        due.sort_by_key(|m| m.name());
-        due.dedup();
+        let is_due = |measure: &Measure| self.due.iter().any(|(m, s)| *m == measure && s.is_due(before, t, step));
+        let due: Vec<_> = self.gauges.iter().filter(|(measure, _)| is_due(measure)).collect();
         let residuals = if self.residual_each_step || !due.is_empty() { Some(march.residuals()?) } else { None };
-        let energy = (self.energy_each_step || due.contains(&Measure::FreeEnergy)).then(|| march.energy());
-        let census = if due.contains(&Measure::Defects) { self.census(&march.state) } else { None };
-        let mut readings = Readings { residuals, energy, values: BTreeMap::new(), census };
-        for measure in due {
-            self.fields(measure, march, &mut readings.values)?;
-        }
-        Ok(readings)
+        let energy = (self.energy_each_step || is_due(&FREE_ENERGY)).then(|| march.energy());
+        let (at, mut taken) = (self.at(march, energy), Taken::default());
+        due.iter().try_for_each(|(_, gauge)| gauge.take(&at, &mut taken))?;
+        Ok(Readings { residuals, energy, taken })
     }
 
     /// Every measure that the scene names, at the last state.
     ///
     /// # Errors
     /// A measure that cannot be taken.
-    pub fn all(&self, march: &mut March) -> Result<BTreeMap<&'static str, f64>, RunError> {
-        let mut values = BTreeMap::new();
-        for (measure, _) in &self.due {
-            self.take(*measure, march, &mut values)?;
-        }
-        Ok(values)
+    pub fn all(&self, march: &mut March) -> Result<Taken, RunError> {
+        let energy = self.has(&FREE_ENERGY).then(|| march.energy());
+        self.take(&self.at(march, energy))
     }
 
-    /// As [`Gauges::all`] after a failure: what cannot be measured is left out.
-    pub fn finite(&self, march: &March) -> BTreeMap<&'static str, f64> {
-        let mut values = BTreeMap::new();
-        for (measure, _) in &self.due {
-            if *measure != Measure::FreeEnergy {
-                // the run has failed already: a measure that fails too adds nothing
-                let _ = self.fields(*measure, march, &mut values);
-            }
+    /// As [`Gauges::all`] after a failure: what cannot be measured is left out, and the energy.
+    pub fn finite(&self, march: &March) -> Taken {
+        let (at, mut taken) = (self.at(march, None), Taken::default());
+        for (_, gauge) in &self.gauges {
+            // the run has failed already: a measure that fails too adds nothing
+            let _ = gauge.take(&at, &mut taken);
         }
-        values.retain(|_, v| v.is_finite());
-        values
+        taken.values.retain(|_, v| v.is_finite());
+        taken
     }
 
-    fn take(
-        &self,
-        measure: Measure,
-        march: &mut March,
-        values: &mut BTreeMap<&'static str, f64>,
-    ) -> Result<(), RunError> {
-        if measure == Measure::FreeEnergy {
-            let (energy, rate) = march.energy();
-            values.extend([("free_energy", energy), ("free_energy_rate", rate)]);
-        }
-        self.fields(measure, march, values)
-    }
-
-    fn fields(
-        &self,
-        measure: Measure,
-        march: &March,
-        values: &mut BTreeMap<&'static str, f64>,
-    ) -> Result<(), RunError> {
-        match measure {
-            // they are taken where the residuals are
-            Measure::FreeEnergy => return Ok(()),
-            Measure::LimitedCells => {
-                values.insert("limited_cells", march.limited() as f64);
-            }
-            _ => {}
-        }
-        self.of_state(measure, &At::of(march), values)?;
-        if let (Measure::Mass, Some(mass)) = (measure, values.get("mass").copied()) {
-            values.insert("mass_defect", mass - march.mass_counted());
-        }
-        Ok(())
-    }
-
-    /// Every measure that the scene names at a steady state of a model, and its residuals; [`OF_A_MARCH`] are not among
-    /// them.
+    /// Every measure that the scene names at a steady state of a model, and its residuals; the columns of a march are
+    /// not among them.
     ///
     /// # Errors
     /// A measure that cannot be taken.
     pub fn at_rest(&self, model: &dyn Sheet, state: &State) -> Result<BTreeMap<&'static str, f64>, RunError> {
-        let still = vec![0.0; state.p.values.len()];
-        let at = At { model, state, t: 0.0, rate_of_p: &still };
-        let residuals = model.residuals(state, at.t)?;
+        let (still, t) = (vec![0.0; state.p.values.len()], 0.0);
+        let energy = self.has(&FREE_ENERGY).then(|| (model.free_energy(state, t), model.energy_rate(state, &still, t)));
+        let at = Tissue { domain: &self.domain, model, state, t, rate_of_p: &still, energy, march: None };
+        let residuals = model.residuals(state, t)?;
         let volume = match model.kind() {
             Kind::Incompressible(_) => "residual_pressure",
             Kind::Compressible(_) => "residual_density",
         };
-        let mut values = BTreeMap::from([
+        let mut values = self.take(&at)?.values;
+        values.extend([
             ("residual", residuals.total()),
             ("residual_velocity", residuals.velocity),
             (volume, residuals.volume),
             ("residual_polarity", residuals.polarity),
         ]);
-        for (measure, _) in &self.due {
-            self.of_state(*measure, &at, &mut values)?;
-        }
         Ok(values)
     }
 
-    /// What a state alone tells.
-    fn of_state(&self, measure: Measure, at: &At, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
-        let At { model, state, t, rate_of_p } = *at;
-        match measure {
-            Measure::FreeEnergy => {
-                values.insert("free_energy", model.free_energy(state, t));
-                values.insert("free_energy_rate", model.energy_rate(state, rate_of_p, t));
-            }
-            Measure::EnergyBudget => values.extend(Budget::at(model, state, rate_of_p, t).columns()),
-            Measure::Mass => self.mass(state, values),
-            Measure::DensityMin => self.smallest_density(state, values),
-            Measure::Overshoot => self.overshoot(at, values)?,
-            Measure::Asymmetry => self.asymmetry(state, values),
-            Measure::Defects => self.count_defects(state, values),
-            Measure::Circulation => self.circulation(state, values),
-            Measure::ElasticStrain => super::strain::measure(self.setup, state, values)?,
-            Measure::Body => of_first_body(model, state, values),
-            Measure::Holding => holding(model, state, t, values)?,
-            Measure::LimitedCells => {}
-            Measure::KineticEnergy | Measure::Gap | Measure::Overlap => {}
-            Measure::Contacts | Measure::WallForce => {}
-        }
-        Ok(())
+    fn has(&self, measure: &Measure) -> bool {
+        self.gauges.iter().any(|(other, _)| *other == measure)
     }
 
-    /// Relative to what flows in on the axis; empty while that is zero.
-    fn overshoot(&self, at: &At, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
-        let At { model, state, t, .. } = *at;
-        let Setup { mesh, locator, .. } = self.setup;
-        let (axis, span) = (self.centre[1], (self.centre[0] + self.radius, self.end));
-        let Some(inlet) = Inlet::on(mesh, axis) else { return Ok(()) };
-        // the polarity is imposed weakly: what is given counts, not its trace
-        let polarity = match &model.conditions()[inlet.tag].polarity {
-            PolarityCondition::Dirichlet([first, _]) => Some(first.eval(inlet.x, t)),
-            PolarityCondition::Neumann => inlet.value(&state.p, mesh, locator),
-        };
-        let fields = [
-            (&state.v, inlet.value(&state.v, mesh, locator), ["overshoot_velocity", "overshoot_velocity_x1"]),
-            (&state.p, polarity, ["overshoot_polarity", "overshoot_polarity_x1"]),
-        ];
-        for (field, inflow, [percent, place]) in fields {
-            if let Some(inflow) = inflow.filter(|inflow| *inflow != 0.0) {
-                let found = Overshoot::of(field, mesh, locator, span, (axis, inflow))?;
-                values.extend([(percent, found.percent), (place, found.x1)]);
-            }
-        }
-        Ok(())
+    fn take(&self, at: &Tissue) -> Result<Taken, RunError> {
+        let mut taken = Taken::default();
+        self.gauges.iter().try_for_each(|(_, gauge)| gauge.take(at, &mut taken))?;
+        Ok(taken)
     }
 
-    /// `∫ρ`
-    fn mass(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
-        if let Kind::Compressible(sheet) = self.setup.model.kind() {
-            values.insert("mass", sheet.density.total(&state.volume().values));
-        }
-    }
-
-    /// Over every point where a density is evaluated.
-    fn smallest_density(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
-        if let Kind::Compressible(sheet) = self.setup.model.kind() {
-            values.insert("density_min", sheet.density.limiter.smallest(state.volume()));
-        }
-    }
-
-    /// `(1/|Ω|) ∫ c·τ` of velocity and polarity, τ the unit vector along the track.
-    fn circulation(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
-        let Some(track) = self.track else { return };
-        let (loops, area) = (self.setup.model.loops(), self.setup.model.area());
-        // the direction is no polynomial
-        let degree = 2 * state.v.space.degree.max(state.p.space.degree);
-        let mean = |field: &Field| loops.sum(degree, |x| field.vector(&x.site).dot(&track.tangent(x.site.x))) / area;
-        values.extend([("circulation_velocity", mean(&state.v)), ("circulation_polarity", mean(&state.p))]);
-    }
-
-    /// The defects of the polarity, where the scene measures them.
-    pub fn census(&self, state: &State) -> Option<Census> {
-        self.defects.as_ref().map(|defects| defects.of(&state.p))
-    }
-
-    fn count_defects(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
-        if let Some(census) = self.census(state) {
-            let [plus, minus] = [1, -1].map(|charge| census.count(charge) as f64);
-            values.extend([("defects_plus", plus), ("defects_minus", minus)]);
-        }
-    }
-
-    fn asymmetry(&self, state: &State, values: &mut BTreeMap<&'static str, f64>) {
-        let loops = self.setup.model.loops();
-        if let Some(mirror) = &self.mirror {
-            values.insert("asymmetry_velocity", mirror.asymmetry(loops, &state.v));
-            values.insert("asymmetry_polarity", mirror.asymmetry(loops, &state.p));
+    /// The current state of a march.
+    fn at<'a>(&'a self, march: &'a March, energy: Option<(f64, f64)>) -> Tissue<'a> {
+        Tissue {
+            domain: &self.domain,
+            model: march.model,
+            state: &march.state,
+            t: march.t,
+            rate_of_p: march.rate_of_p(),
+            energy,
+            march: Some(OfMarch { limited: march.limited(), mass_counted: march.mass_counted() }),
         }
     }
 }
 
-/// A state and its model.
-#[derive(Clone, Copy)]
-struct At<'a> {
-    model: &'a dyn Sheet,
-    state: &'a State,
-    t: f64,
-    /// `∂_t p`
-    rate_of_p: &'a [f64],
-}
-
-impl<'a> At<'a> {
-    fn of(march: &'a March) -> Self {
-        Self { model: march.model, state: &march.state, t: march.t, rate_of_p: march.rate_of_p() }
+/// The domain of a scene, as measures know it.
+fn domain<'s>(scene: &Scene, setup: &'s Setup) -> Domain<'s> {
+    let mut centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
+    let mut radius = scene.mesh.radius.unwrap_or(1.0);
+    if let Some((middle, end)) = super::tissue::wake(scene) {
+        (centre, radius) = (middle.into(), end - middle.x);
     }
-}
-
-/// Place and motion of the first body, which is fixed.
-fn of_first_body(model: &dyn Sheet, state: &State, values: &mut BTreeMap<&'static str, f64>) {
-    if let Kind::Incompressible(model) = model.kind()
-        && let (Some(pose), Some(twist)) = (model.poses().first(), model.twists(&state.v).first())
-    {
-        values.extend(of_body(pose, twist));
+    Domain {
+        model: &*setup.model,
+        mesh: &setup.mesh,
+        locator: &setup.locator,
+        centre,
+        radius,
+        end: setup.mesh.vertices.iter().fold(f64::MIN, |m, x| m.max(x.x)),
+        track: scene.mesh.track(),
+        strain: setup.strain.as_ref(),
     }
-}
-
-fn holding(model: &dyn Sheet, state: &State, t: f64, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
-    if let Kind::Incompressible(model) = model.kind()
-        && model.bodies.is_some()
-    {
-        values.extend(model.holding(state, t)?.first().into_iter().flat_map(of_holding));
-    }
-    Ok(())
-}
-
-/// Columns that belong to a march in time, or to bodies that move: a steady state by itself has none of them.
-pub const OF_A_MARCH: [&str; 8] =
-    ["mass_defect", "limited_cells", "kinetic_energy", "gap", "overlap", "contacts", "wall_force_x1", "wall_force_x2"];
-
-/// The numbers that a measure has, in the order in which they are written.
-pub fn columns_of(measure: Measure) -> Vec<&'static str> {
-    match measure {
-        Measure::FreeEnergy => vec!["free_energy", "free_energy_rate"],
-        Measure::Overshoot => {
-            vec!["overshoot_velocity", "overshoot_velocity_x1", "overshoot_polarity", "overshoot_polarity_x1"]
-        }
-        Measure::Asymmetry => vec!["asymmetry_velocity", "asymmetry_polarity"],
-        Measure::Mass => vec!["mass", "mass_defect"],
-        Measure::DensityMin => vec!["density_min"],
-        Measure::LimitedCells => vec!["limited_cells"],
-        Measure::ElasticStrain => super::strain::COLUMNS.to_vec(),
-        Measure::Circulation => vec!["circulation_velocity", "circulation_polarity"],
-        Measure::Defects => vec!["defects_plus", "defects_minus"],
-        Measure::EnergyBudget => Budget::default().columns().map(|(name, _)| name).to_vec(),
-        Measure::KineticEnergy => vec!["kinetic_energy"],
-        Measure::Gap => vec!["gap"],
-        Measure::Overlap => vec!["overlap"],
-        Measure::Contacts => vec!["contacts"],
-        Measure::WallForce => vec!["wall_force_x1", "wall_force_x2"],
-        Measure::Body => vec!["body_x1", "body_x2", "body_angle", "body_velocity_1", "body_velocity_2", "body_spin"],
-        Measure::Holding => vec!["holding_x1", "holding_x2", "holding_torque"],
-    }
-}
-
-/// The numbers of `body`.
-pub fn of_body(pose: &Pose, twist: &Twist) -> [(&'static str, f64); 6] {
-    [
-        ("body_x1", pose.position.x),
-        ("body_x2", pose.position.y),
-        ("body_angle", pose.angle),
-        ("body_velocity_1", twist.velocity.x),
-        ("body_velocity_2", twist.velocity.y),
-        ("body_spin", twist.spin),
-    ]
-}
-
-/// The numbers of `holding`.
-pub fn of_holding(held: &Wrench) -> [(&'static str, f64); 3] {
-    [("holding_x1", held.force.x), ("holding_x2", held.force.y), ("holding_torque", held.torque)]
 }
 
 /// Columns of the history that a scene's measures fill, in the order in which they are written.
 pub fn columns(scene: &Scene) -> Vec<&'static str> {
-    let named = |measure: Measure| {
-        scene.outputs.iter().any(|output| match &output.what {
-            What::Measures(measures) => measures.contains(&measure),
-            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
-        })
-    };
-    let with_residual = [Measure::FreeEnergy, Measure::Overshoot, Measure::Asymmetry, Measure::EnergyBudget];
+    let named = measured(&scene.outputs);
     let mut columns = Vec::new();
-    if with_residual.into_iter().any(named) || scene.time.stop_residual.is_some() || scene.steady.is_some() {
+    let residuals = named.iter().any(|measure| measure.with_residuals);
+    if residuals || scene.time.stop_residual.is_some() || scene.steady.is_some() {
         let volume = match scene.parameters.kind() {
             ModelKind::Incompressible => "residual_pressure",
             ModelKind::Compressible => "residual_density",
         };
         columns.extend(["residual", "residual_velocity", volume, "residual_polarity"]);
     }
-    let is_written =
-        |measure: &Measure| named(*measure) || *measure == Measure::FreeEnergy && scene.time.stop_energy_rate.is_some();
-    columns.extend(Measure::ALL.into_iter().filter(is_written).flat_map(columns_of));
+    let stops_by_energy = scene.time.stop_energy_rate.is_some();
+    let is_written = |measure: &&&Measure| named.contains(measure) || ***measure == FREE_ENERGY && stops_by_energy;
+    columns.extend(ALL.iter().filter(is_written).flat_map(|measure| measure.column_names()));
     columns
 }
 
 impl Readings {
     /// Of a state of which only the total residual is known.
     pub fn of_residual(residual: f64) -> Self {
-        Self { values: BTreeMap::from([("residual", residual)]), ..Self::default() }
+        let values = BTreeMap::from([("residual", residual)]);
+        Self { taken: Taken { values, census: None }, ..Self::default() }
     }
 
     /// The entry of a column, if it was measured.
@@ -416,7 +203,7 @@ impl Readings {
             "residual_polarity" => residual(|r| r.polarity),
             "free_energy" => self.energy.map(|e| e.0),
             "free_energy_rate" => self.energy.map(|e| e.1),
-            other => self.values.get(other).copied(),
+            other => self.taken.values.get(other).copied(),
         }
     }
 }

@@ -36,6 +36,7 @@ use std::time::Instant;
 use crate::contact::ContactError;
 use crate::measure::MeasureError;
 use crate::measure::errors::History;
+use crate::measure::list::Taken;
 use crate::mesh::MeshError;
 use crate::model::ExpressionError;
 use crate::model::Residuals;
@@ -70,7 +71,7 @@ pub enum RunError {
     #[error("{origin}: {error}")]
     Contact { origin: String, error: Box<ContactError> },
     #[error(transparent)]
-    Measure(#[from] MeasureError),
+    Measure(MeasureError),
     #[error(transparent)]
     Solve(#[from] SolveError),
     #[error(transparent)]
@@ -109,6 +110,15 @@ pub enum RunError {
     Extreme { what: String, hint: String },
     #[error("{file}: {what}; hint: {hint}")]
     Start { file: String, what: String, hint: String },
+}
+
+impl From<MeasureError> for RunError {
+    fn from(error: MeasureError) -> Self {
+        match error {
+            MeasureError::Momentum(error) => RunError::Momentum(error),
+            other => RunError::Measure(other),
+        }
+    }
 }
 
 /// An error behind its place; one that begins with the file itself has it once.
@@ -306,13 +316,14 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     let errors = gauges.errors.take();
     (record.said, record.errors) = (progress.said(), errors);
     let residuals = march.residuals().ok();
-    let (mut ending, mut measures) = (ending, gauges.finite(&march));
+    let (mut ending, mut taken) = (ending, None);
     if !ending.is_failure() {
         match gauges.all(&mut march) {
-            Ok(all) => measures = all,
+            Ok(all) => taken = Some(all),
             Err(error) => ending = Ending::Failed { reason: error.to_string() },
         }
     }
+    let Taken { values: measures, census } = taken.unwrap_or_else(|| gauges.finite(&march));
     writer.write_last(&mut march, &setup, ending.is_failure())?;
     if !(writer.left_out.is_empty() || ending.is_failure()) {
         // whoever resumes it gets them
@@ -323,7 +334,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
             "note: the cut `{name}` is long, and not written of a run that was stopped; `--resume` does it"
         ));
     }
-    writer.write_last_defects(&march, gauges.census(&march.state))?;
+    writer.write_last_defects(&march, census)?;
     // a picture that cannot be drawn is no failure
     crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));
     record.said = progress.said();

@@ -18,13 +18,15 @@ use crate::body::stiffness::Stiffness;
 use crate::body::{Hold, Pose, Twist};
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
 use crate::contact::{Contact, ContactError, Settings, Solver};
+use crate::form::Integrator;
 use crate::mesh::Point;
 use crate::model::{Expression, TermStatus};
 use crate::output::OutputError;
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::given_overlap;
 use crate::scene::particles::Dynamics;
-use crate::scene::{Field, ParticlesScene};
+use crate::scene::{Field, ParticlesScene, measured};
+use crate::space;
 use crate::time::pace::{EASY, Pace, Paced, Refusal};
 
 /// What will be computed, and with how much.
@@ -89,7 +91,7 @@ fn written(scene: &ParticlesScene) -> f64 {
         degree: 1,
         bodies,
         checkpoint: 12.0 * bodies as f64,
-        columns: motion::asked(&scene.outputs).len(),
+        columns: measured(&scene.outputs).len(),
         steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
         end: scene.time.end,
     };
@@ -352,6 +354,10 @@ impl Mover for Stepper<'_> {
     }
 
     fn holding(&self) -> Option<Wrench> {
+        None
+    }
+
+    fn flow(&self) -> Option<(space::Field, Integrator)> {
         None
     }
 

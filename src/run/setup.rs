@@ -11,6 +11,7 @@ use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Need, Unknowns};
 use super::resolution;
 use crate::form::{Faces, Integrator};
+use crate::measure::list::Premise;
 use crate::measure::{Inlet, MeasureError, Strain};
 use crate::mesh::generate::{MeshScene, Shape};
 use crate::mesh::locate::Locator;
@@ -24,7 +25,7 @@ use crate::model::momentum::{MomentumError, check_held};
 use crate::model::{Conditions, Expression, ModelKind, VelocityCondition, rotation, start};
 use crate::output::progress::{Progress, Verbosity};
 use crate::scene::path::quoted;
-use crate::scene::{Initial, InitialDensity, Measure, Scene, SceneSource, What};
+use crate::scene::{Initial, InitialDensity, Scene, SceneSource, measured};
 use crate::space::{Continuity, Field, Space, project};
 use crate::time::schedule::plain;
 use crate::time::{Checkpoint, Kind, March, Sheet};
@@ -450,26 +451,22 @@ fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
 /// # Errors
 /// An overshoot where there is no disc with tissue behind it, or no inflow before it.
 pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
-    let asked = scene.outputs.iter().any(|output| match &output.what {
-        What::Measures(measures) => measures.contains(&Measure::Overshoot),
-        What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
-    });
+    let asked = measured(&scene.outputs).into_iter().find(|measure| measure.needs(Premise::Wake));
+    let Some(measure) = asked.map(|measure| measure.name) else { return Ok(()) };
     let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
-    if !asked {
-        return Ok(());
-    }
     let wake = super::tissue::wake(scene);
     let carried = wake.is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end));
     if !(carried || single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
-        return Err(RunError::Measure(MeasureError::NoDisc { behind }));
+        return Err(RunError::Measure(MeasureError::NoDisc { measure, behind }));
     }
-    check_inflow(scene, mesh, wake.map_or(scene.mesh.centre.unwrap_or([0.0, 0.0])[1], |(middle, _)| middle.y))
+    let axis = wake.map_or(scene.mesh.centre.unwrap_or([0.0, 0.0])[1], |(middle, _)| middle.y);
+    check_inflow(scene, mesh, measure, axis)
 }
 
-/// Refuses an overshoot over an inflow that cannot be one.
-fn check_inflow(scene: &Scene, mesh: &Mesh, axis: f64) -> Result<(), RunError> {
-    let wrong = |what: String| Err(RunError::Measure(MeasureError::NoInflow { axis, what }));
+/// Refuses a measure over an inflow that cannot be one.
+fn check_inflow(scene: &Scene, mesh: &Mesh, measure: &'static str, axis: f64) -> Result<(), RunError> {
+    let wrong = |what: String| Err(RunError::Measure(MeasureError::NoInflow { measure, axis, what }));
     let Some(inlet) = Inlet::on(mesh, axis) else { return wrong("the axis meets no boundary".to_owned()) };
     let (tag, Conditions { velocity, polarity, .. }) = (&mesh.tags[inlet.tag], &scene.boundary[&mesh.tags[inlet.tag]]);
     let constant =

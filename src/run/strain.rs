@@ -1,6 +1,5 @@
 //! The elastic strain in a run: in the velocity of a state, as if that flow had always been there.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{RunError, Setup};
@@ -10,17 +9,6 @@ use crate::model::momentum::tagged;
 use crate::model::{Conditions, Residuals, State, VelocityCondition};
 use crate::scene::Scene;
 use crate::time::March;
-
-/// Columns of the measure.
-pub(super) const COLUMNS: [&str; 7] = [
-    "strain_max",
-    "strain_max_x1",
-    "strain_max_x2",
-    "strain_least_stretch",
-    "strain_growth",
-    "strain_growth_x1",
-    "strain_growth_x2",
-];
 
 /// A residual above this belongs to a flow that changes.
 const STEADY: f64 = 1e-4;
@@ -43,29 +31,6 @@ pub(super) fn at(setup: &Setup, state: &State) -> Result<Option<Tensor>, RunErro
     let Some(strain) = &setup.strain else { return Ok(None) };
     let found = strain.of(setup.model.loops(), &state.v, |_| [0.0; 3]).map_err(MeasureError::from)?;
     Ok(Some(found))
-}
-
-/// Fills in [`COLUMNS`].
-///
-/// # Errors
-/// As [`at`].
-pub(super) fn measure(setup: &Setup, state: &State, values: &mut BTreeMap<&'static str, f64>) -> Result<(), RunError> {
-    let (Some(strain), Some(tensor)) = (&setup.strain, at(setup, state)?) else { return Ok(()) };
-    let largest = tensor.largest();
-    values.extend([
-        ("strain_max", largest.value),
-        ("strain_max_x1", largest.x.x),
-        ("strain_max_x2", largest.x.y),
-        ("strain_least_stretch", tensor.least_stretch().value),
-    ]);
-    if let Some(growth) = strain.growth(setup.model.loops(), &state.v) {
-        values.extend([
-            ("strain_growth", growth.value),
-            ("strain_growth_x1", growth.x.x),
-            ("strain_growth_x2", growth.x.y),
-        ]);
-    }
-    Ok(())
 }
 
 /// What is to be said of the strain of the last state.

@@ -18,6 +18,7 @@ use crate::body::guide::Guide;
 use crate::body::penalty::Wrench;
 use crate::body::{Body, Hold, Pose, Shape, Twist};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moved, Solver, Wall};
+use crate::form::Integrator;
 use crate::measure::bodies::Load;
 use crate::mesh::{Mesh, Point};
 use crate::model::incompressible::{Description, Incompressible};
@@ -79,19 +80,19 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
                 return refuse(format!("output.{at}.contacts"), "true", rule, "remove it");
             }
             What::Measures(measures) => {
-                if let Some(idle) = measures.iter().find(|measure| !moving && needs_motion(**measure)) {
-                    let (key, name) = (format!("output.{at}.measures"), format!("\"{}\"", idle.name()));
+                if let Some(idle) = measures.iter().find(|measure| !moving && measure.needs_motion()) {
+                    let (key, name) = (format!("output.{at}.measures"), format!("\"{}\"", idle.name));
                     let rule = "bodies that are all fixed neither move nor touch anything anew";
                     return refuse(key, &name, rule, "take `holding`, the force that holds the first body, or `body`");
                 }
-                for measure in measures.iter().filter(|measure| !measure.is_of_bodies()) {
+                for measure in measures.iter().filter(|measure| measure.is_of_tissue()) {
                     let key = format!("output.{at}.measures");
-                    let name = format!("\"{}\"", measure.name());
+                    let name = format!("\"{}\"", measure.name);
                     if moving {
                         let rule = "this measure is not taken in a tissue with bodies that move";
                         return refuse(key, &name, rule, "measure the bodies (`body`, `gap`, …), or fix them");
                     }
-                    if reads_bodies(*measure) {
+                    if measure.reads_bodies() {
                         let rule = "this measure would take the inside of bodies for tissue";
                         return refuse(key, &name, rule, "leave it out, or take a mesh with a hole");
                     }
@@ -117,17 +118,6 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
         return refuse("time.stop".into(), "(given)", &rule, "remove it; `time.end` ends the run");
     }
     Ok(())
-}
-
-/// Whether a measure says nothing of bodies at rest.
-fn needs_motion(measure: crate::scene::Measure) -> bool {
-    use crate::scene::Measure as M;
-    match measure {
-        M::KineticEnergy | M::Gap | M::Overlap | M::Contacts | M::WallForce => true,
-        M::Body | M::Holding => false,
-        M::Overshoot | M::FreeEnergy | M::EnergyBudget | M::Mass | M::DensityMin | M::LimitedCells => false,
-        M::Asymmetry | M::Defects | M::Circulation | M::ElasticStrain => false,
-    }
 }
 
 /// The bodies of a run in which all of them are fixed.
@@ -159,16 +149,6 @@ pub fn at_rest(scene: &Scene, setup: &Setup) -> Option<AtRest> {
         twists: vec![Twist::ZERO; count],
         loads: vec![Load::ZERO; count],
     })
-}
-
-/// Whether a measure of the tissue integrates or counts over the whole mesh.
-fn reads_bodies(measure: crate::scene::Measure) -> bool {
-    use crate::scene::Measure as M;
-    match measure {
-        M::Asymmetry | M::Defects | M::Circulation | M::ElasticStrain => true,
-        M::Overshoot | M::FreeEnergy | M::EnergyBudget | M::Mass | M::DensityMin | M::LimitedCells => false,
-        M::KineticEnergy | M::Gap | M::Overlap | M::Contacts | M::WallForce | M::Body | M::Holding => false,
-    }
 }
 
 /// The tissue and the bodies that a run has left in its folder, and the walls.
@@ -382,6 +362,10 @@ impl Mover for Swimmers {
         let t = self.march.time();
         // a flow that was solved for can be solved for again
         self.march.model().holding(self.march.state(), t).ok()?.first().copied()
+    }
+
+    fn flow(&self) -> Option<(crate::space::Field, Integrator)> {
+        Some((self.march.state().v.clone(), self.march.model().tissue().clone()))
     }
 
     fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError> {

@@ -289,7 +289,7 @@ impl Writer {
             other => readings.value(other),
         };
         self.history.append(report.step, value)?;
-        if let (Some(tables), Some(census)) = (&mut self.defects, &readings.census) {
+        if let (Some(tables), Some(census)) = (&mut self.defects, &readings.taken.census) {
             tables.append(report.step, report.t, census)?;
         }
         Ok(())

@@ -24,6 +24,7 @@ mod translate;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use crate::measure::list::Premise;
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::expression::Expression;
@@ -37,7 +38,7 @@ pub use any::AnyScene;
 pub use bodies::Bodies;
 pub use error::{Place, SceneError};
 pub use maps::{ArrowsOf, MapOptions, MapRequest, Quantity};
-pub use output::{Axis, AxisLine, Cut, Field, Measure, Output, What};
+pub use output::{Axis, AxisLine, Cut, Field, Output, What, measured};
 pub use particles::ParticlesScene;
 pub use source::{SceneKind, SceneSource};
 pub use stokes::StokesScene;
@@ -194,7 +195,7 @@ impl Scene {
     pub fn strain_needed(&self) -> Option<StrainSettings> {
         let needs = |output: &Output| match &output.what {
             What::Fields(fields) => fields.contains(&Field::ElasticStrain),
-            What::Measures(measures) => measures.contains(&Measure::ElasticStrain),
+            What::Measures(measures) => measures.iter().any(|measure| measure.needs(Premise::Strain)),
             What::Cuts(_) => true,
             What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
         };

@@ -5,6 +5,8 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::maps::{MapRequest, MapTable};
+use crate::measure::Measure;
+use crate::measure::list::ALL;
 use crate::mesh::Point;
 use crate::time::Schedule;
 
@@ -30,46 +32,6 @@ pub enum Field {
     PolarityLaplacian,
     /// `ε`, the elastic strain carried by the flow [12.3].
     ElasticStrain,
-}
-
-/// Numbers that can be measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Measure {
-    /// Largest first component behind the disc on axis 1, less 1, in percent; velocity and polarity.
-    Overshoot,
-    /// Up–down asymmetry [10.7]; velocity and polarity.
-    Asymmetry,
-    /// `F` and `dF/dt`
-    FreeEnergy,
-    /// Every term of the energy law, and what they leave.
-    EnergyBudget,
-    /// `∫ρ`, of a compressible sheet.
-    Mass,
-    /// `min ρ` over every point where the density is evaluated, of a compressible sheet.
-    DensityMin,
-    /// Cells whose density was limited in the last step, of a compressible sheet.
-    LimitedCells,
-    /// Points about which the polarity turns, by charge.
-    Defects,
-    /// Mean velocity and polarity along the track.
-    Circulation,
-    /// Largest elastic strain, and whether it is bounded.
-    ElasticStrain,
-    /// `½ Σ m|V|² + ½ Σ I ω²` of the bodies.
-    KineticEnergy,
-    /// `min D` over all pairs of bodies, and of bodies and walls.
-    Gap,
-    /// Pairs with λ ≠ 0.
-    Contacts,
-    /// Force on all walls.
-    WallForce,
-    /// `max(0, −D)` over all pairs.
-    Overlap,
-    /// Place and motion of the first body.
-    Body,
-    /// Force and torque that hold the first body to what is prescribed of its motion in a flow.
-    Holding,
 }
 
 /// The six axes of the strip, lengths in disc radii.
@@ -165,63 +127,6 @@ impl Field {
     }
 }
 
-impl Measure {
-    /// In the order of their columns.
-    pub const ALL: [Measure; 17] = [
-        Measure::FreeEnergy,
-        Measure::Overshoot,
-        Measure::Asymmetry,
-        Measure::Mass,
-        Measure::DensityMin,
-        Measure::LimitedCells,
-        Measure::ElasticStrain,
-        Measure::Circulation,
-        Measure::Defects,
-        Measure::EnergyBudget,
-        Measure::KineticEnergy,
-        Measure::Gap,
-        Measure::Overlap,
-        Measure::Contacts,
-        Measure::WallForce,
-        Measure::Body,
-        Measure::Holding,
-    ];
-
-    /// Whether it is about rigid bodies.
-    pub fn is_of_bodies(self) -> bool {
-        match self {
-            Measure::KineticEnergy | Measure::Gap | Measure::Overlap => true,
-            Measure::Contacts | Measure::WallForce | Measure::Body | Measure::Holding => true,
-            Measure::Overshoot | Measure::Asymmetry | Measure::FreeEnergy | Measure::EnergyBudget => false,
-            Measure::Mass | Measure::DensityMin | Measure::LimitedCells => false,
-            Measure::Defects | Measure::Circulation | Measure::ElasticStrain => false,
-        }
-    }
-
-    /// As in the scene file.
-    pub fn name(self) -> &'static str {
-        match self {
-            Measure::Overshoot => "overshoot",
-            Measure::Asymmetry => "asymmetry",
-            Measure::FreeEnergy => "free_energy",
-            Measure::EnergyBudget => "energy_budget",
-            Measure::Mass => "mass",
-            Measure::DensityMin => "density_min",
-            Measure::LimitedCells => "limited_cells",
-            Measure::Defects => "defects",
-            Measure::Circulation => "circulation",
-            Measure::ElasticStrain => "elastic_strain",
-            Measure::KineticEnergy => "kinetic_energy",
-            Measure::Gap => "gap",
-            Measure::Overlap => "overlap",
-            Measure::Contacts => "contacts",
-            Measure::WallForce => "wall_force",
-            Measure::Body => "body",
-            Measure::Holding => "holding",
-        }
-    }
-}
-
 /// Points of a cut along an axis.
 pub const AXIS_POINTS: usize = 1001;
 
@@ -267,7 +172,7 @@ impl Cut {
 #[derive(Debug, Clone, PartialEq)]
 pub enum What {
     Fields(Vec<Field>),
-    Measures(Vec<Measure>),
+    Measures(Vec<&'static Measure>),
     Cuts(Vec<Cut>),
     Maps(Vec<MapRequest>),
     /// Polydata and a table of the bodies; and a table of their contacts.
@@ -275,6 +180,22 @@ pub enum What {
         contacts: bool,
     },
     Checkpoint,
+}
+
+impl What {
+    /// The measures that it names.
+    pub fn measures(&self) -> &[&'static Measure] {
+        match self {
+            What::Measures(measures) => measures,
+            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => &[],
+        }
+    }
+}
+
+/// The measures that outputs name, in the order of their columns.
+pub fn measured(outputs: &[Output]) -> Vec<&'static Measure> {
+    let named = |measure: &&'static Measure| outputs.iter().any(|output| output.what.measures().contains(measure));
+    ALL.iter().copied().filter(named).collect()
 }
 
 /// A checked `[[output]]`.
@@ -293,7 +214,7 @@ pub struct OutputTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fields: Option<Vec<Field>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub measures: Option<Vec<Measure>>,
+    pub measures: Option<Vec<&'static Measure>>,
     /// Beside `measures`: their discretisation errors are estimated at the end (default false).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<bool>,

@@ -6,7 +6,8 @@ use toml_edit::Document;
 
 use super::locate;
 use super::maps::Quantity;
-use super::output::{Field, Measure};
+use super::output::Field;
+use crate::measure::Measure;
 use crate::model::names::RENAMED;
 
 /// Keys of studies whose values are names of measures.
@@ -114,7 +115,7 @@ fn is_output(path: &[String]) -> bool {
 }
 
 fn is_data(name: &str) -> bool {
-    Measure::ALL.iter().any(|measure| measure.name() == name)
+    Measure::named(name).is_some()
         || Field::ALL.iter().any(|field| field.name() == name)
         || Quantity::ALL.iter().any(|quantity| quantity.name() == name)
 }

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::StudyError;
 use super::source::{self, Kind, check_values, override_of, refuse};
+use crate::measure::list::is_of_a_march;
 use crate::model::names;
-use crate::run::measures::OF_A_MARCH;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::steady::branch::BranchSettings;
 
@@ -155,8 +155,7 @@ impl BranchStudy {
     /// The measure must be one of the scene's columns that a steady state has.
     fn check_measure(&self, columns: &[&str]) -> Result<(), StudyError> {
         let measure = self.measure.as_str();
-        let of_march = |column: &&str| OF_A_MARCH.contains(column);
-        let known: Vec<&str> = columns.iter().copied().filter(|column| !of_march(column)).collect();
+        let known: Vec<&str> = columns.iter().copied().filter(|column| !is_of_a_march(column)).collect();
         if known.contains(&measure) {
             return Ok(());
         }

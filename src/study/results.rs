@@ -8,12 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::child::RunSummary;
 use super::columns::{Column, write_csv, write_parquet};
 use super::sweep_file::{Case, SweepStudy};
+use crate::measure::Measure;
 use crate::measure::errors::{ErrorField, Norm};
+use crate::measure::list::FREE_ENERGY;
 use crate::output::{OutputError, number, write_whole};
 use crate::results::names::{estimate_of, estimated};
-use crate::run::measures::{columns, columns_of};
-use crate::run::motion;
-use crate::scene::{AnyScene, Measure, Scene, What};
+use crate::run::measures::columns;
+use crate::scene::{AnyScene, Scene, measured};
 
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -214,20 +215,14 @@ pub(super) fn measures_of(scene: &AnyScene) -> Vec<&'static str> {
     match scene {
         AnyScene::Tissue(scene) => measures_of_tissue(scene),
         AnyScene::Stokes(_) | AnyScene::Particles(_) => {
-            motion::asked(scene.outputs()).into_iter().flat_map(columns_of).collect()
+            measured(scene.outputs()).into_iter().flat_map(Measure::column_names).collect()
         }
     }
 }
 
 fn measures_of_tissue(scene: &Scene) -> Vec<&'static str> {
-    let named = |measure| {
-        scene.outputs.iter().any(|output| match &output.what {
-            What::Measures(measures) => measures.contains(&measure),
-            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
-        })
-    };
     let mut names: Vec<&str> = columns(scene).into_iter().filter(|name| !name.starts_with("residual")).collect();
-    if !named(Measure::FreeEnergy) {
+    if !measured(&scene.outputs).contains(&&FREE_ENERGY) {
         names.retain(|name| !name.starts_with("free_energy"));
     }
     if scene.steady.is_some() {

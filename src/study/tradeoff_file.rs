@@ -7,10 +7,11 @@ use serde::Deserialize;
 
 use super::StudyError;
 use super::source::{self, Kind, Values, below, check_name, check_values, refuse, value_text, within};
+use crate::measure::Measure;
 use crate::measure::errors::{ErrorField, Norm};
+use crate::measure::list::ALL;
 use crate::model::names;
-use crate::run::measures::columns_of;
-use crate::scene::{Measure, Scene, SceneError, SceneSource};
+use crate::scene::{Scene, SceneError, SceneSource};
 
 /// One scene with many settings of its accuracy, each timed and compared with a reference.
 ///
@@ -186,7 +187,7 @@ impl TradeoffStudy {
     fn outputs(&self) -> String {
         let named = |column: &String| columns().into_iter().find(|c| c.0 == column).and_then(|c| c.1);
         let mut names: Vec<String> =
-            self.measures.iter().filter_map(named).map(|measure| format!("\"{}\"", measure.name())).collect();
+            self.measures.iter().filter_map(named).map(|measure| format!("\"{}\"", measure.name)).collect();
         names.sort();
         names.dedup();
         if names.is_empty() { "[]".to_owned() } else { format!("[{{ measures = [{}] }}]", names.join(", ")) }
@@ -202,9 +203,12 @@ impl TradeoffStudy {
 }
 
 /// Numbers of a summary that can be compared, and the measures that they belong to.
-fn columns() -> Vec<(&'static str, Option<Measure>)> {
-    let measured = |measure| columns_of(measure).into_iter().map(move |name| (name, Some(measure)));
-    Measure::ALL.into_iter().flat_map(measured).chain(["growth", "frequency"].map(|name| (name, None))).collect()
+fn columns() -> Vec<(&'static str, Option<&'static Measure>)> {
+    let measured = |measure: &&'static Measure| {
+        let measure = *measure;
+        measure.column_names().map(move |name| (name, Some(measure)))
+    };
+    ALL.iter().flat_map(measured).chain(["growth", "frequency"].map(|name| (name, None))).collect()
 }
 
 /// `velocity` for the norm L2(L2), `velocity Linf(Linf)` for the other, and so on.

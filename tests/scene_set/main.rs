@@ -4,11 +4,12 @@ mod names;
 
 use std::path::Path;
 
+use monolayer::measure::list;
 use monolayer::mesh::Point;
 use monolayer::model::terms::factor;
 use monolayer::model::{DensityLaw, ModelKind, PolarityCondition, VelocityCondition};
 use monolayer::scene::{
-    Axis, AxisLine, Cut, Field, Initial, InitialDensity, Measure, Scene, SceneSource, Schedule, SlipTreatment, What,
+    Axis, AxisLine, Cut, Field, Initial, InitialDensity, Scene, SceneSource, Schedule, SlipTreatment, What,
 };
 use monolayer::time::CouplingKind;
 
@@ -121,8 +122,7 @@ fn the_compressible_scene_has_a_density() {
     let Some(InitialDensity::Formula(start)) = &sheet.initial_density else { panic!("no formula") };
     assert_eq!(start.eval(x, 0.0), 1.0 + 0.1 * x.x.cos());
     assert_eq!(sheet.outputs[0].what, What::Fields(vec![Field::Velocity, Field::Density, Field::Pressure]));
-    let measures = vec![Measure::Mass, Measure::DensityMin, Measure::LimitedCells];
-    assert_eq!(sheet.outputs[1].what, What::Measures(measures));
+    assert_eq!(sheet.outputs[1].what, What::Measures(vec![&list::MASS, &list::DENSITY_MIN, &list::LIMITED_CELLS]));
 }
 
 #[test]

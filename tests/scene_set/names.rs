@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use monolayer::measure::list;
 use monolayer::model::names::{RENAMED, did_you_mean, nearest};
-use monolayer::scene::{AnyScene, Field, Measure, Quantity, Scene, SceneSource, SlipTreatment, What, renamed};
+use monolayer::scene::{AnyScene, Field, Quantity, Scene, SceneSource, SlipTreatment, What, renamed};
 
 use super::{DISC, SHEET, STRIP};
 
@@ -53,7 +54,7 @@ fn old_overrides_go_on_with_a_note() {
     let scene = Scene::check(source).unwrap();
     assert_eq!(scene.parameters.alignment, -0.5);
     assert_eq!(scene.source().notes().len(), 4, "{:?}", scene.source().notes());
-    assert_eq!(scene.outputs[1].what, What::Measures(vec![Measure::EnergyBudget]));
+    assert_eq!(scene.outputs[1].what, What::Measures(vec![&list::ENERGY_BUDGET]));
     says("model.slip", "7", &["`model.alignment` = 7", "must lie in [-1, 1]"]);
     let mut source = SceneSource::parse(STRIP, Path::new("strip.toml")).unwrap();
     source.set("model.slip", "").unwrap();
@@ -86,7 +87,7 @@ fn words_of_studies_are_renamed_in_their_places() {
 #[test]
 fn measures_fields_and_quantities_have_one_spelling() {
     let fields = Field::ALL.iter().map(|field| field.name());
-    let names = fields.chain(Measure::ALL.iter().map(|m| m.name())).chain(Quantity::ALL.iter().map(|q| q.name()));
+    let names = fields.chain(list::ALL.iter().map(|m| m.name)).chain(Quantity::ALL.iter().map(|q| q.name()));
     for name in names {
         assert!(!name.contains('-'), "{name}");
         let old = name.replace('_', "-");

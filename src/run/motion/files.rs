@@ -1,12 +1,13 @@
 //! The files of moving bodies, each on its schedule.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::saved::SavedMotion;
-use super::{Mover, Plan, Row, Totals, asked, draw, take};
+use super::{Mover, Plan, Row, Totals, draw, take};
+use crate::measure::Measure;
 use crate::measure::bodies::loads;
+use crate::measure::list::Taken;
 use crate::output::OutputError;
 use crate::output::bodies::{Asked, BodyFiles, Cast, Look, Moment, picture, view};
 use crate::output::history::History;
@@ -15,8 +16,7 @@ use crate::output::pvd::Series;
 use crate::run::RunError;
 use crate::run::folder::Resumed;
 use crate::run::maps::failed;
-use crate::run::measures::columns_of;
-use crate::scene::{Field, MapRequest, Measure, Quantity, What};
+use crate::scene::{Field, MapRequest, Quantity, What, measured};
 use crate::time::Schedule;
 
 /// Columns of the history before the measures.
@@ -33,7 +33,7 @@ pub(super) struct Files {
     window: Option<Window>,
     series: Option<Series>,
     fields: Vec<(Vec<Field>, Schedule)>,
-    measures: Vec<(Vec<Measure>, Schedule)>,
+    measures: Vec<(Vec<&'static Measure>, Schedule)>,
     maps: Vec<(Vec<MapRequest>, Schedule)>,
     tables: Vec<Schedule>,
     checkpoints: Vec<Schedule>,
@@ -46,7 +46,7 @@ pub(super) struct Files {
 
 impl Files {
     pub fn new(plan: &Plan, out: &Path, resumed: Option<Resumed>) -> Result<Self, RunError> {
-        let columns = asked(plan.outputs).into_iter().flat_map(columns_of);
+        let columns = measured(plan.outputs).into_iter().flat_map(Measure::column_names);
         let columns: Vec<String> = STEP_COLUMNS.into_iter().chain(columns).map(str::to_owned).collect();
         let path = out.join("history.csv");
         let history = match resumed {
@@ -197,15 +197,15 @@ impl Files {
 
     pub(super) fn append_history(&mut self, plan: &Plan, mover: &dyn Mover, row: &Row) -> Result<(), RunError> {
         let due = |s: &Schedule| s.is_due(row.before, row.t, row.step);
-        let mut values: BTreeMap<&'static str, f64> = BTreeMap::new();
-        let measures = self.measures.iter().filter(|(_, s)| due(s)).flat_map(|(m, _)| m);
-        measures.for_each(|measure| take(*measure, plan, mover, &mut values));
+        let mut measures = self.measures.iter().filter(|(_, s)| due(s)).flat_map(|(m, _)| m);
+        let mut taken = Taken::default();
+        measures.try_for_each(|measure| take(measure, plan, mover, &mut taken))?;
         let value = |column: &str| match column {
             "time" => Some(row.t),
             "dt" => Some(row.stride.dt),
             "rejected" => Some(row.stride.rejected as f64),
             "iterations" => Some(row.stride.iterations as f64),
-            other => values.get(other).copied(),
+            other => taken.values.get(other).copied(),
         };
         Ok(self.history.append(row.step, value)?)
     }

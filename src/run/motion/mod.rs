@@ -6,26 +6,27 @@ pub mod saved;
 pub mod summary;
 mod watch;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::folder::{self, Resumed};
 use super::maps::Source;
-use super::measures::{of_body, of_holding};
 use super::stake::Stake;
 use super::{Ending, Options, RunError, extremes};
 use crate::body::penalty::Wrench;
 use crate::body::{Body, Pose, Twist};
 use crate::contact::{Contact, Wall};
-use crate::measure::bodies::{self, kinetic_energy};
+use crate::form::Integrator;
+use crate::measure::list::{Bodies, Flow, Of, Taken};
+use crate::measure::{Measure, MeasureError, bodies};
 use crate::mesh::quality::Quality;
 use crate::model::TermStatus;
 use crate::output::bodies::Moment;
 use crate::output::plot::map::Picture;
 use crate::output::progress::{Progress, Status};
-use crate::scene::{Field, MapRequest, Measure, Output, What};
+use crate::scene::{Field, MapRequest, Output, measured};
+use crate::space;
 use crate::time::march::Counts;
 use crate::time::phases::Phases;
 
@@ -57,6 +58,9 @@ pub(super) trait Mover {
 
     /// What holds the first body, where there is a flow that knows it.
     fn holding(&self) -> Option<Wrench>;
+
+    /// The velocity and what flows, all that no body covers, where there is a flow.
+    fn flow(&self) -> Option<(space::Field, Integrator)>;
 
     /// Writes fields as VTU, where there are some.
     ///
@@ -233,8 +237,9 @@ pub(super) fn run(
     crate::results::curves::write_usual(&options.out).iter().for_each(|note| progress.say(note));
     progress.finish();
     overlaps.last().iter().for_each(|note| progress.say(&format!("note: {note}")));
-    let mut measures = BTreeMap::new();
-    asked(plan.outputs).iter().for_each(|measure| take(*measure, plan, mover, &mut measures));
+    let mut taken = Taken::default();
+    measured(plan.outputs).into_iter().try_for_each(|measure| take(measure, plan, mover, &mut taken))?;
+    let mut measures = taken.values;
     measures.retain(|_, value| value.is_finite());
     let summary =
         MotionSummary::new(plan, ending, t, totals, measures, &phases, begin.elapsed(), counts_before, progress.said());
@@ -272,40 +277,22 @@ struct Row {
     stride: Stride,
 }
 
-/// The measures that outputs name, in the order of their columns.
-pub fn asked(outputs: &[Output]) -> Vec<Measure> {
-    let named = |measure: &Measure| {
-        outputs.iter().any(|output| match &output.what {
-            What::Measures(measures) => measures.contains(measure),
-            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
-        })
-    };
-    Measure::ALL.into_iter().filter(named).collect()
-}
-
-/// The numbers of a measure at the current state.
-fn take(measure: Measure, plan: &Plan, mover: &dyn Mover, values: &mut BTreeMap<&'static str, f64>) {
-    let contacts = mover.contacts();
-    match measure {
-        Measure::KineticEnergy => {
-            let masses: Vec<f64> = plan.bodies.iter().map(Body::mass).collect();
-            let inertias: Vec<f64> = plan.bodies.iter().map(Body::inertia).collect();
-            values.insert("kinetic_energy", kinetic_energy(&masses, &inertias, mover.twists()));
+/// Takes a measure at the current state.
+///
+/// # Errors
+/// A measure that cannot be taken.
+fn take(measure: &Measure, plan: &Plan, mover: &dyn Mover, taken: &mut Taken) -> Result<(), MeasureError> {
+    match measure.of {
+        Of::Flow(take) => match mover.flow() {
+            Some((v, loops)) => take(&Flow { v: &v, loops: &loops }, taken),
+            None => Ok(()),
+        },
+        Of::Bodies(_, take) => {
+            let (poses, twists, contacts) = (mover.poses(), mover.twists(), mover.contacts());
+            let holding = || Ok(mover.holding());
+            take(&Bodies { bodies: plan.bodies, poses, twists, contacts, holding: &holding }, taken)
         }
-        Measure::Gap => values.extend(bodies::smallest_gap(contacts).map(|gap| ("gap", gap))),
-        Measure::Overlap => values.extend([("overlap", bodies::overlap(contacts))]),
-        Measure::Contacts => values.extend([("contacts", bodies::touching(contacts) as f64)]),
-        Measure::WallForce => {
-            let force = bodies::wall_force(contacts);
-            values.extend([("wall_force_x1", force.x), ("wall_force_x2", force.y)]);
-        }
-        Measure::Body => {
-            let (Some(pose), Some(twist)) = (mover.poses().first(), mover.twists().first()) else { return };
-            values.extend(of_body(pose, twist));
-        }
-        Measure::Holding => values.extend(mover.holding().iter().flat_map(of_holding)),
-        Measure::Overshoot | Measure::Asymmetry | Measure::FreeEnergy | Measure::EnergyBudget | Measure::Mass => {}
-        Measure::DensityMin | Measure::LimitedCells | Measure::Defects => {}
-        Measure::Circulation | Measure::ElasticStrain => {}
+        // refused with the scene
+        Of::Tissue(..) | Of::Compressible(_) => Ok(()),
     }
 }

@@ -23,7 +23,7 @@ use crate::model::frames::Frames;
 use crate::model::momentum::check_held;
 use crate::model::{TermStatus, rotation};
 use crate::scene::bodies::Bodies;
-use crate::scene::{StokesScene, ZERO_MEAN};
+use crate::scene::{StokesScene, ZERO_MEAN, measured};
 use crate::space::{Continuity, Space};
 use stepper::{Checkpoint, Stepper};
 
@@ -143,7 +143,7 @@ fn written(scene: &StokesScene, count: &Count) -> f64 {
         degree: scene.degrees[0].max(scene.mesh.curved.unwrap_or(1)),
         bodies: scene.bodies.as_ref().map_or(0, |bodies| bodies.bodies.len()),
         checkpoint: 0.0,
-        columns: motion::asked(&scene.outputs).len(),
+        columns: measured(&scene.outputs).len(),
         steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
         end: scene.time.end,
     };

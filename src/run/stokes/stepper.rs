@@ -11,6 +11,7 @@ use crate::body::penalty::Wrench;
 use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
 use crate::body::{Pose, Twist};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moving, Settings, Solver, Wall};
+use crate::form::Integrator;
 use crate::mesh::Mesh;
 use crate::model::immersed::Carried;
 use crate::model::mobility::Mobility;
@@ -230,6 +231,13 @@ impl Mover for Stepper {
 
     fn holding(&self) -> Option<Wrench> {
         self.carried.holding.first().copied()
+    }
+
+    fn flow(&self) -> Option<(space::Field, Integrator)> {
+        let (momentum, loops) = (&self.flow.momentum, &self.flow.loops);
+        let v = space::Field::new(&momentum.velocity, self.carried.v.clone());
+        let outside = momentum.bodies().map(|bodies| loops.outside(&bodies.immersion.cover));
+        Some((v, outside.unwrap_or_else(|| loops.clone())))
     }
 
     fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError> {

@@ -4,12 +4,14 @@ use std::collections::BTreeSet;
 
 use super::amounts::MOST_POINTS;
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
+use crate::measure::Measure;
+use crate::measure::list::{ALL, Of, Premise, Which};
 use crate::mesh::Point;
 use crate::mesh::generate::MeshScene;
 use crate::model::{ModelKind, Parameters};
 use crate::scene::error::SceneError;
 use crate::scene::maps::{MapRequest, MapTable};
-use crate::scene::output::{Cut, CutTable, EveryTable, Field, Measure, Output, OutputTable, SectionTable, What};
+use crate::scene::output::{Cut, CutTable, EveryTable, Field, Output, OutputTable, SectionTable, What};
 use crate::scene::{Initial, SceneKind};
 use crate::time::Schedule;
 
@@ -41,12 +43,11 @@ impl Checker<'_> {
         let hint = "take one of these shapes, or give two formulas";
         self.require(closed || !circulates, "initial.polarity", "\"circulating\"", rule, hint)?;
         for (at, output) in outputs.iter().enumerate() {
-            let asked = match &output.what {
-                What::Measures(measures) => measures.contains(&Measure::Circulation),
-                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
-            };
-            let key = format!("output.{at}.measures");
-            self.require(closed || !asked, &key, "\"circulation\"", rule, "take one of these shapes, or remove it")?;
+            let goes_around = output.what.measures().iter().filter(|measure| measure.needs(Premise::Track));
+            for measure in goes_around {
+                let (key, shown) = (format!("output.{at}.measures"), format!("\"{}\"", measure.name));
+                self.require(closed, &key, shown, rule, "take one of these shapes, or remove it")?;
+            }
         }
         Ok(())
     }
@@ -143,50 +144,40 @@ impl Checker<'_> {
         Ok(fields.to_vec())
     }
 
-    fn measures(&self, key: &str, measures: &[Measure], scope: Scope) -> Result<Vec<Measure>, SceneError> {
+    fn measures(
+        &self,
+        key: &str,
+        measures: &[&'static Measure],
+        scope: Scope,
+    ) -> Result<Vec<&'static Measure>, SceneError> {
         let key = &format!("{key}.measures");
-        for measure in measures {
-            let shown = || format!("\"{}\"", measure.name());
-            if measure.is_of_bodies() {
-                self.require(
-                    scope.bodies,
-                    key,
-                    shown(),
-                    "the scene has no rigid body",
-                    "add a [[body]], or remove it",
-                )?;
-                let flow = scope.kind != SceneKind::Particles || *measure != Measure::Holding;
-                let (rule, hint) = ("particles are in no flow that they would be held in", "remove it");
-                self.require(flow, key, shown(), rule, hint)?;
-                continue;
-            }
-            let Some(p) = scope.tissue else {
-                let rule = format!("{} has no such measure", scope.kind.shown());
-                let known: Vec<&str> = Measure::ALL.iter().filter(|m| m.is_of_bodies()).map(|m| m.name()).collect();
-                return Err(self.error(
-                    key,
-                    shown(),
-                    &rule,
-                    &format!("the measures that it has are {}", known.join(", ")),
-                ));
-            };
-            let (holds, rule) = match measure {
-                Measure::Mass | Measure::DensityMin | Measure::LimitedCells => {
-                    (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY)
-                }
-                Measure::Overshoot
-                | Measure::Asymmetry
-                | Measure::FreeEnergy
-                | Measure::EnergyBudget
-                | Measure::Defects
-                | Measure::Circulation
-                | Measure::ElasticStrain => (true, ""),
-                Measure::KineticEnergy | Measure::Gap | Measure::Overlap => (true, ""),
-                Measure::Contacts | Measure::WallForce | Measure::Body | Measure::Holding => (true, ""),
-            };
-            self.require(holds, key, shown(), rule, WRONG_KIND)?;
-        }
+        measures.iter().try_for_each(|measure| self.measure(key, measure, scope))?;
         Ok(measures.to_vec())
+    }
+
+    fn measure(&self, key: &str, measure: &Measure, scope: Scope) -> Result<(), SceneError> {
+        let shown = || format!("\"{}\"", measure.name);
+        match (measure.of, scope.tissue) {
+            (Of::Bodies(which, _), _) => {
+                let hint = "add a [[body]], or remove it";
+                self.require(scope.bodies, key, shown(), "the scene has no rigid body", hint)?;
+                let flow = scope.kind != SceneKind::Particles || which != Which::InAFlow;
+                let rule = "particles are in no flow that they would be held in";
+                self.require(flow, key, shown(), rule, "remove it")
+            }
+            (Of::Flow(_) | Of::Tissue(..), Some(_)) => Ok(()),
+            (Of::Compressible(_), Some(p)) => {
+                self.require(p.kind() == ModelKind::Compressible, key, shown(), CONSTANT_DENSITY, WRONG_KIND)
+            }
+            (Of::Flow(_) | Of::Tissue(..) | Of::Compressible(_), None) => {
+                let rule = format!("{} has no such measure", scope.kind.shown());
+                let flows = scope.kind == SceneKind::Stokes;
+                let has = |m: &&&Measure| m.is_of_bodies() || flows && !m.is_of_tissue();
+                let known: Vec<&str> = ALL.iter().filter(has).map(|m| m.name).collect();
+                let hint = format!("the measures that it has are {}", known.join(", "));
+                self.require(flows && !measure.is_of_tissue(), key, shown(), &rule, &hint)
+            }
+        }
     }
 
     fn fields_of(&self, key: &str, fields: &[Field], scope: Scope) -> Result<Vec<Field>, SceneError> {

@@ -2,8 +2,9 @@
 
 use super::Checker;
 use crate::element::MAX_DEGREE;
+use crate::measure::list::Premise;
 use crate::scene::error::SceneError;
-use crate::scene::output::{Field, Measure, Output, What};
+use crate::scene::output::{Field, Output, What};
 use crate::scene::tables::StrainTable;
 use crate::scene::{Space, StrainSettings};
 
@@ -15,11 +16,12 @@ impl Checker<'_> {
         outputs: &[Output],
     ) -> Result<Option<StrainSettings>, SceneError> {
         let Some(table) = table else {
-            let asked = outputs.iter().position(|output| asks_for_strain(&output.what));
-            return asked.map_or(Ok(None), |at| {
+            let mut asked = outputs.iter().map(|output| asks_for_strain(&output.what)).enumerate();
+            let first = asked.find_map(|(at, name)| Some((at, name?)));
+            return first.map_or(Ok(None), |(at, name)| {
                 let rule = "there is no elastic strain without a table [strain]";
                 let hint = "add a table [strain] with `weissenberg = …`, or remove it";
-                Err(self.error(&format!("output.{at}"), "\"elastic_strain\"", rule, hint))
+                Err(self.error(&format!("output.{at}"), format!("\"{name}\""), rule, hint))
             });
         };
         let hint = "the time in which the strain relaxes, over that of the flow; 1 is usual";
@@ -32,11 +34,13 @@ impl Checker<'_> {
     }
 }
 
-/// Whether the strain itself is named; cuts take it along where there is one.
-fn asks_for_strain(what: &What) -> bool {
+/// The name of what needs the strain; cuts take it along where there is one.
+fn asks_for_strain(what: &What) -> Option<&'static str> {
     match what {
-        What::Fields(fields) => fields.contains(&Field::ElasticStrain),
-        What::Measures(measures) => measures.contains(&Measure::ElasticStrain),
-        What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
+        What::Fields(fields) => fields.contains(&Field::ElasticStrain).then(|| Field::ElasticStrain.name()),
+        What::Measures(measures) => {
+            measures.iter().find(|measure| measure.needs(Premise::Strain)).map(|found| found.name)
+        }
+        What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
     }
 }

@@ -1,0 +1,32 @@
+//! Up–down asymmetry of velocity and polarity.
+
+use super::{Column, DIMENSIONLESS, Domain, Gauge, Measure, Of, Region, Taken, Taking, Tissue};
+use crate::measure::{MeasureError, Mirror};
+
+const COLUMNS: [Column; 2] = [
+    Column::new("asymmetry_velocity", "asymmetry of v between the two sides", DIMENSIONLESS, "velocity"),
+    Column::new("asymmetry_polarity", "asymmetry of p between the two sides", DIMENSIONLESS, "polarity"),
+];
+
+/// Up–down asymmetry [10.7]; velocity and polarity.
+pub const ASYMMETRY: Measure = Measure {
+    name: "asymmetry",
+    help: "difference of `v` and of `p` from their mirror images in the disc's `x_2`",
+    columns: &COLUMNS,
+    of: Of::Tissue(Region::WholeMesh, Taking::Prepared(prepare)),
+    needs: &[],
+    with_residuals: true,
+};
+
+fn prepare(domain: &Domain) -> Result<Box<dyn Gauge>, MeasureError> {
+    let degree = 2 * domain.model.polarity().space.degree;
+    Ok(Box::new(Mirror::new(domain.model.loops(), domain.locator, domain.centre[1], degree)?))
+}
+
+impl Gauge for Mirror {
+    fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
+        let loops = at.model.loops();
+        taken.put(&COLUMNS, [&at.state.v, &at.state.p].map(|field| self.asymmetry(loops, field)));
+        Ok(())
+    }
+}

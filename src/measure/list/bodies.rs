@@ -1,0 +1,107 @@
+//! Measures of rigid bodies and their contacts.
+
+use super::{Bodies, Column, DIMENSIONLESS, Measure, Of, OfBodies, Taken, Which};
+use crate::body::Body;
+use crate::measure::{MeasureError, bodies};
+
+const ENERGY: [Column; 1] =
+    [Column::new("kinetic_energy", "kinetic energy of the bodies", DIMENSIONLESS, "kinetic energy")];
+const SMALLEST_GAP: [Column; 1] = [Column::new("gap", "smallest gap min D", DIMENSIONLESS, "min D")];
+const DEEPEST: [Column; 1] = [Column::new("overlap", "deepest overlap of bodies", DIMENSIONLESS, "overlap")];
+const TOUCHING: [Column; 1] = [Column::new("contacts", "contacts with λ ≠ 0", "", "contacts")];
+const ON_WALLS: [Column; 2] = [
+    Column::new("wall_force_x1", "force on all walls along x₁", DIMENSIONLESS, "along x₁"),
+    Column::new("wall_force_x2", "force on all walls along x₂", DIMENSIONLESS, "along x₂"),
+];
+const FIRST: [Column; 6] = [
+    Column::new("body_x1", "x₁ of the first body", "", "x₁"),
+    Column::new("body_x2", "x₂ of the first body", "", "x₂"),
+    Column::new("body_angle", "angle θ of the first body", "", "θ"),
+    Column::new("body_velocity_1", "velocity V₁ of the first body", DIMENSIONLESS, "V₁"),
+    Column::new("body_velocity_2", "velocity V₂ of the first body", DIMENSIONLESS, "V₂"),
+    Column::new("body_spin", "spin ω of the first body", DIMENSIONLESS, "ω"),
+];
+const HELD: [Column; 3] = [
+    Column::new("holding_x1", "force along x₁ that holds the first body", DIMENSIONLESS, "f₁"),
+    Column::new("holding_x2", "force along x₂ that holds the first body", DIMENSIONLESS, "f₂"),
+    Column::new("holding_torque", "torque that holds the first body", DIMENSIONLESS, "torque"),
+];
+
+/// A measure of bodies.
+const fn of(
+    name: &'static str,
+    help: &'static str,
+    columns: &'static [Column],
+    which: Which,
+    take: OfBodies,
+) -> Measure {
+    Measure { name, help, columns, of: Of::Bodies(which, take), needs: &[], with_residuals: false }
+}
+
+/// `½ Σ m|V|² + ½ Σ I ω²` of the bodies.
+pub const KINETIC_ENERGY: Measure =
+    of("kinetic_energy", "`½ Σ m V² + ½ Σ I ω²` of the bodies", &ENERGY, Which::Moving, kinetic_energy);
+/// `min D` over all pairs of bodies, and of bodies and walls.
+pub const GAP: Measure = of("gap", "`min D` of the pairs that are near", &SMALLEST_GAP, Which::Moving, gap);
+/// `max(0, −D)` over all pairs.
+pub const OVERLAP: Measure =
+    of("overlap", "largest `−D`, of pairs whose motion is given too", &DEEPEST, Which::Moving, overlap);
+/// Pairs with λ ≠ 0.
+pub const CONTACTS: Measure = of("contacts", "pairs with a force, `λ ≠ 0`", &TOUCHING, Which::Moving, contacts);
+/// Force on all walls.
+pub const WALL_FORCE: Measure =
+    of("wall_force", "force of all bodies on all walls", &ON_WALLS, Which::Moving, wall_force);
+/// Place and motion of the first body.
+pub const BODY: Measure = of("body", "place and motion of the first body", &FIRST, Which::Any, body);
+/// Force and torque that hold the first body to what is prescribed of its motion in a flow.
+pub const HOLDING: Measure = of(
+    "holding",
+    "force and torque that hold the first body to what is prescribed of its motion",
+    &HELD,
+    Which::InAFlow,
+    holding,
+);
+
+fn kinetic_energy(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
+    let masses: Vec<f64> = at.bodies.iter().map(Body::mass).collect();
+    let inertias: Vec<f64> = at.bodies.iter().map(Body::inertia).collect();
+    taken.put(&ENERGY, [bodies::kinetic_energy(&masses, &inertias, at.twists)]);
+    Ok(())
+}
+
+/// Empty where no pair is near.
+fn gap(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
+    bodies::smallest_gap(at.contacts).iter().for_each(|gap| taken.put(&SMALLEST_GAP, [*gap]));
+    Ok(())
+}
+
+fn overlap(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
+    taken.put(&DEEPEST, [bodies::overlap(at.contacts)]);
+    Ok(())
+}
+
+fn contacts(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
+    taken.put(&TOUCHING, [bodies::touching(at.contacts) as f64]);
+    Ok(())
+}
+
+fn wall_force(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
+    let force = bodies::wall_force(at.contacts);
+    taken.put(&ON_WALLS, [force.x, force.y]);
+    Ok(())
+}
+
+fn body(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
+    if let (Some(pose), Some(twist)) = (at.poses.first(), at.twists.first()) {
+        let (x, v) = (pose.position, twist.velocity);
+        taken.put(&FIRST, [x.x, x.y, pose.angle, v.x, v.y, twist.spin]);
+    }
+    Ok(())
+}
+
+fn holding(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
+    if let Some(held) = (at.holding)()? {
+        taken.put(&HELD, [held.force.x, held.force.y, held.torque]);
+    }
+    Ok(())
+}

@@ -1,0 +1,296 @@
+//! The measures, each said once: its name and columns in words, what it is taken of, and how.
+//!
+//! A new measure is a constant in a file of its own and its name in [`ALL`]. From the list follow the keys of scenes
+//! and what they are refused with, the columns of tables, labels of pictures, what studies can compare, and a table in
+//! `docs/scene.md` that a test compares.
+
+mod asymmetry;
+mod bodies;
+mod circulation;
+mod column;
+mod defects;
+mod density;
+mod elastic_strain;
+mod energy_budget;
+mod free_energy;
+mod mean_speed;
+mod overshoot;
+mod subject;
+
+use std::fmt;
+
+use serde::de::{EnumAccess, VariantAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE};
+pub use column::{Column, DIMENSIONLESS};
+pub use subject::{Bodies, Domain, Flow, Gauge, OfBodies, OfFlow, OfMarch, OfState, Taken, Tissue};
+
+pub use self::asymmetry::ASYMMETRY;
+pub use self::circulation::CIRCULATION;
+pub use self::defects::DEFECTS;
+pub use self::density::{DENSITY_MIN, LIMITED_CELLS, MASS};
+pub use self::elastic_strain::ELASTIC_STRAIN;
+pub use self::energy_budget::ENERGY_BUDGET;
+pub use self::free_energy::FREE_ENERGY;
+pub use self::mean_speed::MEAN_SPEED;
+pub use self::overshoot::OVERSHOOT;
+use super::MeasureError;
+
+/// Every measure, in the order of its columns.
+pub const ALL: &[&Measure] = &[
+    &FREE_ENERGY,
+    &OVERSHOOT,
+    &ASYMMETRY,
+    &MASS,
+    &DENSITY_MIN,
+    &LIMITED_CELLS,
+    &ELASTIC_STRAIN,
+    &CIRCULATION,
+    &DEFECTS,
+    &ENERGY_BUDGET,
+    &MEAN_SPEED,
+    &KINETIC_ENERGY,
+    &GAP,
+    &OVERLAP,
+    &CONTACTS,
+    &WALL_FORCE,
+    &BODY,
+    &HOLDING,
+];
+
+/// What can be measured: one or more numbers. Two measures of one name are the same.
+pub struct Measure {
+    /// As in the scene file.
+    pub name: &'static str,
+    /// What it is, in a line for `docs/scene.md`.
+    pub help: &'static str,
+    /// Its numbers, in the order in which they are written.
+    pub columns: &'static [Column],
+    /// What it is taken of, and how.
+    pub of: Of,
+    /// What a scene must have for it besides.
+    pub needs: &'static [Premise],
+    /// Whether the residuals of the stationary equations stand beside it in the history.
+    pub with_residuals: bool,
+}
+
+/// What a measure is taken of, and the function that takes it. This decides which scenes can have it.
+#[derive(Clone, Copy)]
+pub enum Of {
+    /// A flow: that of a tissue with bodies or without, or of a Stokes fluid.
+    Flow(OfFlow),
+    /// A tissue of any density.
+    Tissue(Region, Taking),
+    /// A tissue whose density is a field; it has no rigid bodies.
+    Compressible(Taking),
+    /// Rigid bodies.
+    Bodies(Which, OfBodies),
+}
+
+/// How a measure of a tissue is taken.
+#[derive(Clone, Copy)]
+pub enum Taking {
+    /// At a state.
+    At(OfState),
+    /// With what is prepared once for the domain.
+    Prepared(fn(&Domain<'_>) -> Result<Box<dyn Gauge>, MeasureError>),
+}
+
+/// The part of the mesh that a measure of a tissue reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Region {
+    /// The tissue alone, where bodies lie in it.
+    OutsideOfBodies,
+    /// The whole mesh: with bodies in it, their inside would count as tissue.
+    WholeMesh,
+}
+
+/// The bodies that have a measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// Any, at rest too.
+    Any,
+    /// Those in a flow, at rest too.
+    InAFlow,
+    /// In a tissue, those of which at least one moves; else any.
+    Moving,
+}
+
+/// What a scene must have for some measures, besides what they are taken of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Premise {
+    /// A disc with tissue behind it, and an inflow on its axis.
+    Wake,
+    /// A domain with a way around.
+    Track,
+    /// The table `[strain]`.
+    Strain,
+}
+
+impl Measure {
+    /// The measure of this name.
+    pub fn named(name: &str) -> Option<&'static Measure> {
+        ALL.iter().copied().find(|measure| measure.name == name)
+    }
+
+    /// The names of its columns.
+    pub fn column_names(&self) -> impl Iterator<Item = &'static str> + use<> {
+        self.columns.iter().map(|column| column.name)
+    }
+
+    /// Whether the scene must have this.
+    pub fn needs(&self, need: Premise) -> bool {
+        self.needs.contains(&need)
+    }
+
+    /// What it is taken of, in words.
+    pub fn subject(&self) -> &'static str {
+        match self.of {
+            Of::Flow(_) => "any flow",
+            Of::Tissue(Region::OutsideOfBodies, _) => "tissue",
+            Of::Tissue(Region::WholeMesh, _) => "tissue without bodies",
+            Of::Compressible(_) => "compressible tissue",
+            Of::Bodies(Which::Any, _) => "bodies",
+            Of::Bodies(Which::InAFlow, _) => "bodies in a flow",
+            Of::Bodies(Which::Moving, _) => "bodies that move",
+        }
+    }
+
+    /// Whether it is about rigid bodies.
+    pub fn is_of_bodies(&self) -> bool {
+        match self.of {
+            Of::Bodies(..) => true,
+            Of::Flow(_) | Of::Tissue(..) | Of::Compressible(_) => false,
+        }
+    }
+
+    /// Whether it is about a tissue, and not about any flow.
+    pub fn is_of_tissue(&self) -> bool {
+        match self.of {
+            Of::Tissue(..) | Of::Compressible(_) => true,
+            Of::Flow(_) | Of::Bodies(..) => false,
+        }
+    }
+
+    /// Whether it says nothing of bodies at rest.
+    pub fn needs_motion(&self) -> bool {
+        match self.of {
+            Of::Bodies(which, _) => which == Which::Moving,
+            Of::Flow(_) | Of::Tissue(..) | Of::Compressible(_) => false,
+        }
+    }
+
+    /// Whether it would take the inside of bodies for tissue.
+    pub fn reads_bodies(&self) -> bool {
+        match self.of {
+            Of::Tissue(region, _) => region == Region::WholeMesh,
+            Of::Flow(_) | Of::Compressible(_) | Of::Bodies(..) => false,
+        }
+    }
+
+    /// What takes it in a tissue whose bodies, if it has some, are fixed.
+    ///
+    /// # Errors
+    /// A domain in which it cannot be taken.
+    pub fn prepare(&self, domain: &Domain) -> Result<Box<dyn Gauge>, MeasureError> {
+        match self.of {
+            Of::Flow(take) => Ok(Box::new(subject::InTissue(take))),
+            Of::Tissue(_, Taking::At(take)) | Of::Compressible(Taking::At(take)) => {
+                Ok(Box::new(subject::OfTissue(take)))
+            }
+            Of::Tissue(_, Taking::Prepared(make)) | Of::Compressible(Taking::Prepared(make)) => make(domain),
+            Of::Bodies(_, take) => Ok(Box::new(subject::AtRest(take))),
+        }
+    }
+}
+
+/// The column of this name, if a measure has it.
+pub fn column(name: &str) -> Option<&'static Column> {
+    ALL.iter().flat_map(|measure| measure.columns).find(|column| column.name == name)
+}
+
+/// Whether a column belongs to a march in time, or to bodies that move: a steady state by itself has none of them.
+pub fn is_of_a_march(column: &str) -> bool {
+    let measure = ALL.iter().find(|measure| measure.column_names().any(|name| name == column));
+    measure.is_some_and(|measure| {
+        measure.needs_motion() || measure.columns.iter().any(|one| one.name == column && one.of_a_march)
+    })
+}
+
+impl PartialEq for Measure {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for Measure {}
+
+impl fmt::Debug for Measure {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name)
+    }
+}
+
+/// The names, for messages of what there is.
+const NAMES: [&str; ALL.len()] = {
+    let mut names = [""; ALL.len()];
+    let mut at = 0;
+    while at < names.len() {
+        names[at] = ALL[at].name;
+        at += 1;
+    }
+    names
+};
+
+impl Serialize for Measure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name)
+    }
+}
+
+impl<'de> Deserialize<'de> for &'static Measure {
+    /// As an enum, so that the messages are those of every other choice.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_enum("Measure", &NAMES, OneOfAll)
+    }
+}
+
+struct OneOfAll;
+
+impl<'de> Visitor<'de> for OneOfAll {
+    type Value = &'static Measure;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("enum Measure")
+    }
+
+    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<&'static Measure, A::Error> {
+        let (Name(measure), variant) = data.variant()?;
+        variant.unit_variant()?;
+        Ok(measure)
+    }
+}
+
+/// A measure by its name alone.
+struct Name(&'static Measure);
+
+impl<'de> Deserialize<'de> for Name {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_identifier(OneOfNames)
+    }
+}
+
+struct OneOfNames;
+
+impl Visitor<'_> for OneOfNames {
+    type Value = Name;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("variant identifier")
+    }
+
+    fn visit_str<E: de::Error>(self, name: &str) -> Result<Name, E> {
+        Measure::named(name).map(Name).ok_or_else(|| E::unknown_variant(name, &NAMES))
+    }
+}

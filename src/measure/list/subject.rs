@@ -1,0 +1,153 @@
+//! What measures are taken of, and what takes them.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+use super::Column;
+use crate::body::penalty::Wrench;
+use crate::body::{Body, Pose, Twist};
+use crate::contact::Contact;
+use crate::form::Integrator;
+use crate::measure::{Census, MeasureError, Strain};
+use crate::mesh::Mesh;
+use crate::mesh::generate::Track;
+use crate::mesh::locate::Locator;
+use crate::model::State;
+use crate::space::Field;
+use crate::time::{Kind, Sheet};
+
+/// The domain of a tissue: what stays while its state changes.
+#[derive(Debug, Clone, Copy)]
+pub struct Domain<'a> {
+    pub model: &'a dyn Sheet,
+    pub mesh: &'a Arc<Mesh>,
+    pub locator: &'a Locator,
+    /// Of the disc, which axes refer to.
+    pub centre: [f64; 2],
+    pub radius: f64,
+    /// The largest `x₁`.
+    pub end: f64,
+    /// The way around, where there is one.
+    pub track: Option<Track>,
+    /// The equation of the elastic strain, where the scene needs it.
+    pub strain: Option<&'a Strain>,
+}
+
+/// A tissue in a state.
+#[derive(Clone, Copy)]
+pub struct Tissue<'a> {
+    pub domain: &'a Domain<'a>,
+    /// With the parameters of the state; its mesh is that of the domain.
+    pub model: &'a dyn Sheet,
+    pub state: &'a State,
+    pub t: f64,
+    /// `∂_t p`
+    pub rate_of_p: &'a [f64],
+    /// `F` and `dF/dt`, where somebody asked for them.
+    pub energy: Option<(f64, f64)>,
+    /// What a state at rest does not have.
+    pub march: Option<OfMarch>,
+}
+
+/// Counts of a march in time.
+#[derive(Debug, Clone, Copy)]
+pub struct OfMarch {
+    /// Cells whose density was limited in the last step.
+    pub limited: usize,
+    /// The mass at the start and what came in since.
+    pub mass_counted: f64,
+}
+
+/// A flow.
+#[derive(Clone, Copy)]
+pub struct Flow<'a> {
+    pub v: &'a Field,
+    /// Over what flows: all of the mesh that no body covers.
+    pub loops: &'a Integrator,
+}
+
+/// Rigid bodies.
+#[derive(Clone, Copy)]
+pub struct Bodies<'a> {
+    pub bodies: &'a [Body],
+    /// One for each body.
+    pub poses: &'a [Pose],
+    /// One for each body.
+    pub twists: &'a [Twist],
+    /// Pairs that are close or touch.
+    pub contacts: &'a [Contact],
+    /// What holds the first body in a flow, where there is one.
+    pub holding: &'a dyn Fn() -> Result<Option<Wrench>, MeasureError>,
+}
+
+/// What was measured.
+#[derive(Debug, Clone, Default)]
+pub struct Taken {
+    /// By column.
+    pub values: BTreeMap<&'static str, f64>,
+    /// The defects of the polarity, one by one.
+    pub census: Option<Census>,
+}
+
+impl Taken {
+    /// The numbers of these columns.
+    pub fn put<const N: usize>(&mut self, columns: &[Column; N], values: [f64; N]) {
+        self.values.extend(columns.iter().map(|column| column.name).zip(values));
+    }
+}
+
+/// Takes a measure at a state of a tissue.
+pub type OfState = fn(&Tissue<'_>, &mut Taken) -> Result<(), MeasureError>;
+/// Takes a measure of a flow.
+pub type OfFlow = fn(&Flow<'_>, &mut Taken) -> Result<(), MeasureError>;
+/// Takes a measure of bodies.
+pub type OfBodies = fn(&Bodies<'_>, &mut Taken) -> Result<(), MeasureError>;
+
+/// Takes one measure of a tissue, with what it has prepared.
+pub trait Gauge: fmt::Debug + Send + Sync {
+    /// Puts down its numbers; those that do not exist in this state are left out.
+    ///
+    /// # Errors
+    /// A measure that cannot be taken.
+    fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError>;
+}
+
+/// Of a tissue, with nothing prepared.
+#[derive(Debug)]
+pub(super) struct OfTissue(pub OfState);
+
+impl Gauge for OfTissue {
+    fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
+        (self.0)(at, taken)
+    }
+}
+
+/// Of the flow of a tissue.
+#[derive(Debug)]
+pub(super) struct InTissue(pub OfFlow);
+
+impl Gauge for InTissue {
+    fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
+        let loops = match at.model.kind() {
+            Kind::Incompressible(model) => model.tissue(),
+            Kind::Compressible(model) => &model.loops,
+        };
+        (self.0)(&Flow { v: &at.state.v, loops }, taken)
+    }
+}
+
+/// Of the bodies of a tissue, which are fixed.
+#[derive(Debug)]
+pub(super) struct AtRest(pub OfBodies);
+
+impl Gauge for AtRest {
+    fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
+        let Kind::Incompressible(model) = at.model.kind() else { return Ok(()) };
+        let Some(floating) = &model.bodies else { return Ok(()) };
+        let twists = model.twists(&at.state.v);
+        let holding = || Ok(model.holding(at.state, at.t)?.first().copied());
+        let (bodies, poses) = (floating.bodies(), model.poses());
+        (self.0)(&Bodies { bodies, poses, twists: &twists, contacts: &[], holding: &holding }, taken)
+    }
+}

@@ -1,0 +1,273 @@
+//! Every measure of the list: its names and words, the scenes that have it, its numbers there, and its row in the docs.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use monolayer::measure::list::{ALL, column};
+use monolayer::output::progress::Verbosity;
+use monolayer::run::any::{self, AnySummary};
+use monolayer::run::{Ending, Options};
+use monolayer::scene::{AnyScene, SceneSource};
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+/// Of tissue of either density.
+const STRIP: &str = r#"
+[model]
+kind = "incompressible"
+beta = 0.75
+peclet = 2.0
+coherence = 0.5
+elasticity = 0.4
+[mesh]
+shape = "strip-with-disc"
+length = [-4.0, 6.0]
+width = 6.0
+h = 1.6
+h_disc = 0.5
+[boundary.inlet]
+velocity = { dirichlet = ["1", "0"] }
+polarity = { dirichlet = ["1", "0"] }
+[boundary.outlet]
+velocity = "traction"
+polarity = { dirichlet = ["1", "0"] }
+[boundary.walls]
+velocity = "slip"
+polarity = "neumann"
+[boundary.disc]
+velocity = "slip"
+polarity = "neumann"
+[initial]
+polarity = ["1", "0"]
+[strain]
+weissenberg = 0.1
+[time]
+scheme = "bdf2"
+step = 0.05
+end = 0.1
+[coupling]
+kind = "anderson"
+"#;
+
+const DISC: &str = r#"
+[model]
+kind = "incompressible"
+beta = 0.9
+peclet = 0.5
+coherence = 0.1
+elasticity = 0.1
+[mesh]
+shape = "disc"
+h = 0.4
+[boundary.wall]
+velocity = "slip"
+polarity = "neumann"
+[initial]
+polarity = "circulating"
+[time]
+scheme = "bdf2"
+step = 0.05
+end = 0.1
+[coupling]
+kind = "anderson"
+"#;
+
+/// In a tissue; `motion` follows.
+const BODY_IN_TISSUE: &str = r#"
+[model]
+kind = "incompressible"
+beta = 0.75
+peclet = 2.0
+coherence = 0.5
+elasticity = 0.4
+[mesh]
+shape = "strip"
+length = [-4.0, 6.0]
+width = 6.0
+h = 0.8
+[boundary.inlet]
+velocity = { dirichlet = ["1", "0"] }
+polarity = { dirichlet = ["1", "0"] }
+[boundary.outlet]
+velocity = "traction"
+polarity = { dirichlet = ["1", "0"] }
+[boundary.walls]
+velocity = "slip"
+polarity = "neumann"
+[initial]
+polarity = ["1", "0"]
+[time]
+scheme = "bdf2"
+step = 0.05
+end = 0.1
+[coupling]
+kind = "anderson"
+[[body]]
+name = "disc"
+shape = { disc = { radius = 1.0 } }
+position = [0.0, 0.0]
+"#;
+
+const STOKES: &str = r#"
+[model]
+kind = "stokes"
+[mesh]
+shape = "square"
+n = 8
+[boundary.left]
+velocity = { dirichlet = ["0", "0"] }
+[boundary.right]
+velocity = { dirichlet = ["0", "0"] }
+[boundary.bottom]
+velocity = { dirichlet = ["0", "0"] }
+[boundary.top]
+velocity = { dirichlet = ["0", "0"] }
+[[wall]]
+segment = [[0.0, 0.0], [1.0, 0.0]]
+[[body]]
+name = "disc"
+shape = { disc = { radius = 0.15 } }
+position = [0.4, 0.155]
+force = ["0", "-500*area"]
+[time]
+step = 0.02
+end = 0.04
+"#;
+
+const PARTICLES: &str = r#"
+[model]
+kind = "particles"
+gravity = ["0", "-1"]
+[[wall]]
+segment = [[0.0, 0.0], [1.0, 0.0]]
+[[body]]
+name = "disc"
+shape = { disc = { radius = 0.1 } }
+position = [0.5, 0.1005]
+[time]
+step = 0.02
+end = 0.1
+"#;
+
+/// A scene of each kind that has measures of its own, and the measures that it must have at least.
+fn scenes() -> Vec<(&'static str, String, &'static [&'static str])> {
+    let sheet = include_str!("data/compressible.toml");
+    let sheet = sheet.split("[[output]]").next().unwrap().replace("end = 2.0", "end = 0.2");
+    let fixed = format!("{BODY_IN_TISSUE}motion = \"fixed\"\n");
+    vec![
+        ("strip", STRIP.to_owned(), &["free_energy", "overshoot", "asymmetry", "elastic_strain", "energy_budget"]),
+        ("disc", DISC.to_owned(), &["mean_speed", "free_energy", "circulation", "defects"]),
+        ("sheet", sheet, &["mean_speed", "free_energy", "energy_budget", "mass", "density_min", "limited_cells"]),
+        ("fixed body", fixed, &["mean_speed", "free_energy", "overshoot", "energy_budget", "body", "holding"]),
+        ("moving body", BODY_IN_TISSUE.to_owned(), &["mean_speed", "kinetic_energy", "overlap", "body", "holding"]),
+        (
+            "stokes",
+            STOKES.to_owned(),
+            &["mean_speed", "kinetic_energy", "gap", "contacts", "wall_force", "body", "holding"],
+        ),
+        ("particles", PARTICLES.to_owned(), &["kinetic_energy", "gap", "contacts", "wall_force", "body"]),
+    ]
+}
+
+/// The scene with these measures after every step; the reason where it has not got one of them.
+fn measuring(scene: &str, measures: &[&str]) -> Result<AnyScene, String> {
+    let quoted: Vec<String> = measures.iter().map(|name| format!("\"{name}\"")).collect();
+    let text = format!("{scene}\n[[output]]\nmeasures = [{}]\nevery = {{ steps = 1 }}\n", quoted.join(", "));
+    let source = SceneSource::parse(&text, Path::new("test.toml")).map_err(|error| error.to_string())?;
+    let scene = AnyScene::check(source).map_err(|error| error.to_string())?;
+    any::check(&scene).map_err(|error| error.to_string())?;
+    Ok(scene)
+}
+
+/// Runs a scene to its end: the columns of its history, and its measures there.
+fn taken(scene: &AnyScene) -> (Vec<String>, BTreeMap<&'static str, f64>) {
+    let out = tempfile::tempdir().unwrap();
+    let options = Options { out: out.path().to_owned(), resume: false, verbosity: Verbosity::Quiet, interrupt: &NEVER };
+    let summary = any::run(scene, &options).unwrap();
+    assert_eq!(summary.ending(), &Ending::EndTime);
+    let history = std::fs::read_to_string(out.path().join("history.csv")).unwrap();
+    let header = history.lines().next().unwrap().split(',').map(str::to_owned).collect();
+    match summary {
+        AnySummary::Tissue(summary) => (header, summary.measures.clone()),
+        AnySummary::Motion(summary) => (header, summary.measures.clone()),
+    }
+}
+
+#[test]
+fn names_and_columns_are_said_once_and_in_words() {
+    let (mut names, mut columns) = (BTreeSet::new(), BTreeSet::new());
+    for measure in ALL {
+        assert!(names.insert(measure.name), "{measure:?} is there twice");
+        assert!(!measure.help.is_empty() && !measure.columns.is_empty(), "{measure:?}");
+        for one in measure.columns {
+            assert!(columns.insert(one.name), "{} is there twice", one.name);
+            assert!(!one.words.is_empty() && !one.short.is_empty(), "{}", one.name);
+            assert_eq!(column(one.name), Some(one));
+        }
+    }
+}
+
+#[test]
+fn every_measure_that_a_scene_has_is_taken_and_finite() {
+    let mut found = BTreeSet::new();
+    for (kind, text, least) in scenes() {
+        let tried = ALL.iter().map(|measure| (*measure, measuring(&text, &[measure.name])));
+        let (has, refused): (Vec<_>, Vec<_>) = tried.partition(|(_, tried)| tried.is_ok());
+        for (measure, refusal) in &refused {
+            let why = refusal.as_ref().unwrap_err();
+            assert!(!least.contains(&measure.name), "{kind}, {measure:?}: {why}");
+            assert!(why.contains(measure.name) && why.contains("hint: "), "{kind}, {measure:?}: {why}");
+        }
+        let names: Vec<&str> = has.iter().map(|(measure, _)| measure.name).collect();
+        let (header, values) = taken(&measuring(&text, &names).unwrap());
+        let columns: Vec<&str> = has.iter().flat_map(|(measure, _)| measure.column_names()).collect();
+        let last: Vec<&str> = header.iter().rev().take(columns.len()).rev().map(String::as_str).collect();
+        assert!(last == columns, "{kind}: {header:?} ends not with {columns:?}");
+        for (name, value) in &values {
+            assert!(columns.contains(name) && value.is_finite(), "{kind}: {name} = {value}");
+            found.insert(*name);
+        }
+        for (measure, _) in &has {
+            let taken = measure.column_names().any(|name| values.contains_key(name));
+            assert!(taken || !least.contains(&measure.name), "{kind}: nothing is measured by {measure:?}");
+        }
+    }
+    let all: BTreeSet<&str> = ALL.iter().flat_map(|measure| measure.column_names()).collect();
+    assert_eq!(found, all, "the scenes of this test have every measure");
+}
+
+/// In a channel the flow is that on its ends, `1 − x₂²` over −1 < x₂ < 1, whose mean is 2/3.
+#[test]
+fn the_mean_speed_of_a_channel() {
+    let flow = r#"
+[model]
+kind = "stokes"
+[mesh]
+shape = "strip"
+length = [0.0, 2.0]
+width = 2.0
+h = 0.5
+[boundary.inlet]
+velocity = { dirichlet = ["1 - y^2", "0"] }
+[boundary.outlet]
+velocity = { dirichlet = ["1 - y^2", "0"] }
+[boundary.walls]
+velocity = { dirichlet = ["0", "0"] }
+[time]
+step = 0.1
+end = 0.1
+"#;
+    let (_, values) = taken(&measuring(flow, &["mean_speed"]).unwrap());
+    assert!((values["mean_speed"] - 2.0 / 3.0).abs() < 1e-9, "{values:?}");
+}
+
+#[test]
+fn every_measure_is_on_the_page_of_scenes() {
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md")).unwrap();
+    for measure in ALL {
+        let columns: Vec<String> = measure.column_names().map(|name| format!("`{name}`")).collect();
+        let row = format!("| `{}` | {} | {} | {} |", measure.name, measure.help, measure.subject(), columns.join(", "));
+        assert!(page.contains(&row), "docs/scene.md has no row\n{row}");
+    }
+}
