@@ -59,8 +59,8 @@ impl<'s> Gauges<'s> {
                 What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => {}
             }
         }
-        let mut centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
-        let mut radius = scene.mesh.radius.unwrap_or(1.0);
+        let mut centre = scene.mesh.centre();
+        let mut radius = scene.mesh.radius();
         if let Some((middle, end)) = super::tissue::wake(scene) {
             (centre, radius) = (middle.into(), end - middle.x);
         }

@@ -12,7 +12,7 @@ use super::memory::{self, Need, Unknowns};
 use super::resolution;
 use crate::form::{Faces, Integrator};
 use crate::measure::{Inlet, MeasureError, Strain};
-use crate::mesh::generate::{MeshScene, Shape};
+use crate::mesh::generate::MeshScene;
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Mesh, MeshError, NearMiss, Point, Slits, gmsh};
@@ -94,18 +94,18 @@ fn check_extent(mesh: Mesh, file: &str) -> Result<Mesh, MeshError> {
 /// # Errors
 /// As [`build_mesh`].
 pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError> {
+    let curved = table.get::<usize>("curved");
     let built = match &table.file {
         None => table.build(),
-        Some(_) if table.curved.is_some_and(|degree| !(1..=3).contains(&degree)) => Err(MeshError::BadKey {
+        Some(_) if curved.is_some_and(|degree| !(1..=3).contains(&degree)) => Err(MeshError::BadKey {
             key: "mesh.curved".into(),
-            value: table.curved.unwrap_or_default().to_string(),
+            value: curved.unwrap_or_default().to_string(),
             rule: "must be 1, 2 or 3".into(),
             hint: "leave it out to keep the geometry of the file".into(),
         }),
         Some(file) => {
             let slits = if table.slits == Some(true) { Slits::Kept } else { Slits::Refused };
-            gmsh::read_as(Path::new(file), gmsh::Reading { curved: table.curved, slits })
-                .and_then(|mesh| check_extent(mesh, file))
+            gmsh::read_as(Path::new(file), gmsh::Reading { curved, slits }).and_then(|mesh| check_extent(mesh, file))
         }
     };
     let few_tags = built.and_then(|mesh| match mesh.tags.len() {
@@ -254,7 +254,7 @@ impl Setup {
         let space = &self.model.polarity().space;
         match &scene.initial {
             Initial::AlignedAroundDisc => {
-                let length = ALIGNED_LENGTH * scene.mesh.radius.unwrap_or(1.0);
+                let length = ALIGNED_LENGTH * scene.mesh.radius();
                 start::aligned(self.model.loops(), space, self.model.conditions(), length)
                     .map_err(|e| RunError::Model { origin: origin(), error: Box::new(e) })
             }
@@ -454,8 +454,8 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
         What::Measures(measures) => measures.contains(&Measure::Overshoot),
         What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
     });
-    let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
-    let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
+    let behind = scene.mesh.centre()[0] + scene.mesh.radius();
+    let single_disc = mesh.tag("disc").is_some() && scene.mesh.track().is_none();
     if !asked {
         return Ok(());
     }
@@ -464,7 +464,7 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     if !(carried || single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { behind }));
     }
-    check_inflow(scene, mesh, wake.map_or(scene.mesh.centre.unwrap_or([0.0, 0.0])[1], |(middle, _)| middle.y))
+    check_inflow(scene, mesh, wake.map_or(scene.mesh.centre()[1], |(middle, _)| middle.y))
 }
 
 /// Refuses an overshoot over an inflow that cannot be one.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::amounts::MOST_POINTS;
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::mesh::Point;
-use crate::mesh::generate::MeshScene;
+use crate::mesh::generate::{GENERATORS, MeshScene};
 use crate::model::{ModelKind, Parameters};
 use crate::scene::error::SceneError;
 use crate::scene::maps::{MapRequest, MapTable};
@@ -23,6 +23,13 @@ pub(super) struct Scope<'a> {
     pub bodies: bool,
 }
 
+/// Why a domain has no way around.
+fn rule_of_tracks() -> String {
+    let round: Vec<&str> = GENERATORS.iter().filter(|shape| shape.has_track()).map(|shape| shape.name).collect();
+    let (last, others) = round.split_last().map_or(("", &[][..]), |(last, others)| (*last, others));
+    format!("only the shapes {} and {last} have a way around", others.join(", "))
+}
+
 impl Checker<'_> {
     pub(super) fn outputs(&self, tables: &[OutputTable], scope: Scope) -> Result<Vec<Output>, SceneError> {
         let numbered = tables.iter().enumerate();
@@ -36,17 +43,17 @@ impl Checker<'_> {
     /// What goes around needs a domain that one can go around in.
     pub(super) fn on_a_track(&self, mesh: &MeshScene, initial: &Initial, outputs: &[Output]) -> Result<(), SceneError> {
         let closed = mesh.track().is_some();
-        let rule = "only the shapes disc, annulus and racetrack have a way around";
+        let rule = rule_of_tracks();
         let circulates = *initial == Initial::Circulating;
         let hint = "take one of these shapes, or give two formulas";
-        self.require(closed || !circulates, "initial.polarity", "\"circulating\"", rule, hint)?;
+        self.require(closed || !circulates, "initial.polarity", "\"circulating\"", &rule, hint)?;
         for (at, output) in outputs.iter().enumerate() {
             let asked = match &output.what {
                 What::Measures(measures) => measures.contains(&Measure::Circulation),
                 What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
             };
             let key = format!("output.{at}.measures");
-            self.require(closed || !asked, &key, "\"circulation\"", rule, "take one of these shapes, or remove it")?;
+            self.require(closed || !asked, &key, "\"circulation\"", &rule, "take one of these shapes, or remove it")?;
         }
         Ok(())
     }
