@@ -177,8 +177,9 @@ fn angles_are_wide_and_edges_follow_the_size() {
         let (mesh, scene) = (mesh(&text), scene(&text).defaults_filled());
         let quality = mesh.quality();
         assert!(quality.worst_angle_degrees.value > 28.0, "{text}{quality}");
-        let turn = scene.turn_radius.unwrap_or(0.0);
-        let wanted = |x: Point| match (scene.h, scene.h_disc, scene.grading) {
+        let turn = scene.get("turn_radius").unwrap_or(0.0);
+        let [h, h_disc, grading] = ["h", "h_disc", "grading"].map(|key| scene.get::<f64>(key));
+        let wanted = |x: Point| match (h, h_disc, grading) {
             (Some(h), Some(h_disc), Some(grading)) => {
                 let distance = (Point::new(x.x, x.y.abs()) - Point::new(0.0, turn)).norm() - 1.0;
                 h.min(h_disc + grading * distance.max(0.0))
@@ -284,7 +285,7 @@ fn stretched_strips_are_valid_up_to_1000() {
         let reached = quality.worst_stretch.value / stretch;
         assert!((0.8..2.6).contains(&reached), "{text}: stretch {}", quality.worst_stretch);
         let scene = scene(text);
-        let [x0, x1] = scene.length.expect("a length");
+        let [x0, x1]: [f64; 2] = scene.get("length").expect("a length");
         let ends = mesh.vertices.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x.x), b.max(x.x)]);
         assert_eq!(ends, [x0, x1], "{text}");
     }
@@ -357,16 +358,17 @@ fn quality_of_a_known_mesh() {
 #[test]
 fn defaults_filled_names_what_applies_and_changes_nothing() {
     let full = scene(REFERENCE).defaults_filled();
-    let filled = (full.radius, full.centre, full.grading, full.stretch, full.symmetric, full.curved);
-    assert_eq!(filled, (Some(1.0), Some([0.0; 2]), Some(0.15), Some(1.0), Some(false), Some(3)));
-    assert_eq!((full.n, full.seed, full.distortion, full.inner_radius, full.arm), (None, None, None, None, None));
+    let numbers = ["radius", "grading", "stretch", "distortion", "inner_radius", "arm"].map(|key| full.get(key));
+    assert_eq!(numbers, [Some(1.0), Some(0.15), Some(1.0), None, None, None]);
+    assert_eq!(["curved", "n", "seed"].map(|key| full.get::<usize>(key)), [Some(3), None, None]);
+    assert_eq!((full.get("centre"), full.get("symmetric")), (Some([0.0; 2]), Some(false)));
     for (text, ..) in isotropic() {
         let full = scene(&text).defaults_filled();
         assert_eq!(full, full.defaults_filled(), "{text}");
         let written = toml::to_string(&full).expect("TOML");
         assert_eq!(bits(&mesh(&written)), bits(&mesh(&text)), "{text}");
     }
-    let file = MeshScene { file: Some("a.msh".to_owned()), ..toml::from_str("").expect("an empty table") };
+    let file = scene("file = 'a.msh'");
     assert_eq!(file, file.defaults_filled());
 }
 
