@@ -6,7 +6,7 @@
 
 use super::forecast;
 use super::setup::build_mesh;
-use crate::mesh::Point;
+use crate::mesh::{Point, generate};
 use crate::model::boundary::PolarityCondition;
 use crate::model::expression::Expression;
 use crate::model::{Conditions, VelocityCondition};
@@ -22,7 +22,7 @@ const LENGTHS: [f64; 2] = [1e-5, 1e5];
 const TOLERANCE: &str = "leave it out";
 
 /// Where 0 is allowed, small values do no harm.
-const NUMBERS: [Usual; 24] = [
+const OF_MODEL: [Usual; 10] = [
     ("model.friction", [0.0, 1e6], NEAR_ONE),
     ("model.beta", [0.0, 1.0 - 1e-6], "take such as 0.75, or give `friction`"),
     ("model.traction", [0.0, 1e6], NEAR_ONE),
@@ -33,12 +33,10 @@ const NUMBERS: [Usual; 24] = [
     ("model.elasticity", [0.0, 1e6], NEAR_ONE),
     ("model.density.penalty", [0.0, 1e6], NEAR_ONE),
     ("model.density.critical", [0.0, 1e3], "take a value below the density of the start"),
-    ("mesh.length", LENGTHS, LENGTH),
-    ("mesh.width", LENGTHS, LENGTH),
-    ("mesh.radius", LENGTHS, LENGTH),
-    ("mesh.inner_radius", LENGTHS, LENGTH),
-    ("mesh.arm", LENGTHS, LENGTH),
-    ("mesh.turn_radius", LENGTHS, LENGTH),
+];
+
+/// Numbers of other tables, beside lengths of the mesh.
+const OF_OTHERS: [Usual; 8] = [
     ("time.step", [1e-9, 1e6], "take about a tenth of the time in which the flow changes"),
     ("time.end", [1e-9, 1e9], "take some times the time in which the flow changes"),
     ("time.step_min", [0.0, 1e6], TOLERANCE),
@@ -116,13 +114,16 @@ fn worst(suspects: impl Iterator<Item = Suspect>) -> Option<String> {
 }
 
 fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
-    NUMBERS.iter().filter_map(|(key, usual, advice)| {
+    let rows = |rows: &'static [Usual]| rows.iter().map(|(key, usual, advice)| ((*key).to_owned(), *usual, *advice));
+    let lengths = generate::lengths().into_iter().map(|key| (format!("mesh.{key}"), LENGTHS, LENGTH));
+    rows(&OF_MODEL).chain(lengths).chain(rows(&OF_OTHERS)).filter_map(|(key, usual, advice)| {
+        let key = key.as_str();
         let item = source.at(key)?;
         let number = |value: &toml_edit::Value| value.as_float().or(value.as_integer().map(|n| n as f64));
         let value = item.as_value()?;
         let list = value.as_array().into_iter().flatten().filter_map(number);
         let size = number(value).into_iter().chain(list).map(f64::abs).fold(0.0, f64::max);
-        let suspect = Suspect::new(size, *usual, || {
+        let suspect = Suspect::new(size, usual, || {
             let [low, high] = usual.map(|bound| if bound == 0.0 { "0".to_owned() } else { format!("{bound:e}") });
             let shown =
                 number(value).map_or_else(|| value.to_string().trim().to_owned(), |number| format!("{number:?}"));
@@ -132,7 +133,7 @@ fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
                 follower(source, key)
             )
         })?;
-        Some(Suspect { is_length: *usual == LENGTHS && key.starts_with("mesh."), ..suspect })
+        Some(Suspect { is_length: usual == LENGTHS && key.starts_with("mesh."), ..suspect })
     })
 }
 

@@ -1,7 +1,7 @@
 //! Meshes that a scene describes by shape and local size.
 //!
-//! A generator is one file: a struct whose fields are its keys, and a [`Domain`] that tells what is made of them; and one
-//! row of [`GENERATORS`].
+//! A generator is one file and one row of [`GENERATORS`]. The file has a struct whose fields are the keys, with what they
+//! mean, their defaults and their ranges, and a `Domain` that tells what is made of them.
 
 mod annulus;
 mod disc;
@@ -28,7 +28,7 @@ use rules::Check;
 use super::{Mesh, MeshError};
 
 pub use keys::{Filled, Key, Kind, Meaning, Value};
-pub use table::MeshScene;
+pub use table::{MeshScene, lengths};
 pub use track::Track;
 
 /// Every generator.

@@ -11,9 +11,9 @@ use super::{Domain, Named, Scale, Track};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// Closed stadium-shaped band of width `width` with two straight arms of length `arm` (along x₁) joined by half rings
-    /// whose centre line has radius `turn_radius`, a disc of radius `radius` in the middle of each arm, of the upper one
-    /// alone (`discs = 1`) or of none (`discs = 0`); tags `outer`, `inner`, `disc`.
+    /// Closed stadium-shaped band of width `width` with two straight arms of length `arm` (along x₁) joined by half
+    /// rings whose centre line has radius `turn_radius`, a disc of radius `radius` in the middle of each arm, of the
+    /// upper one alone (`discs = 1`) or of none (`discs = 0`); tags `outer`, `inner`, `disc`.
     Racetrack {
         /// Extent across the band.
         width: f64 => Meaning::Length;

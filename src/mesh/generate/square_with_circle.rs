@@ -12,8 +12,8 @@ use crate::mesh::{BoundaryEdge, Mesh, MeshError, Point};
 const MIDDLE: f64 = 0.55;
 
 keyed! {
-    /// The square with a circle of radius `radius` about `centre` in it, which edges follow: `4n` of them, about `14 n²`
-    /// cells; tags of the square.
+    /// The square with a circle of radius `radius` about `centre` in it, which edges follow: `4n` of them, about
+    /// `14 n²` cells; tags of the square.
     SquareWithCircle {
         /// Cells per side, and on a quarter of the circle.
         n: usize => Meaning::Count;
@@ -73,8 +73,8 @@ impl Domain for SquareWithCircle {
     }
 }
 
-/// `4n` edges on the circle, `n` on every side, in all about `14 n²` cells; every quadrilateral is cut along its shorter
-/// diagonal.
+/// `4n` edges on the circle, `n` on every side, in all about `14 n²` cells; every quadrilateral is cut along its
+/// shorter diagonal.
 ///
 /// # Errors
 /// What [`Mesh::build`] finds.

@@ -16,7 +16,8 @@ use crate::mesh::{Mesh, MeshError};
 /// Keys that are of the table itself.
 const OWN: [&str; 3] = ["shape", "file", "slits"];
 
-/// Keys of shapes that mean something beside a file: the place of the disc for measures and cuts, and the cells' degree.
+/// Keys of shapes that mean something beside a file: the place of the disc for measures and cuts, and the degree of
+/// curved cells.
 const BESIDE_FILE: [&str; 3] = ["radius", "centre", "curved"];
 
 /// The table `[mesh]`.
@@ -84,7 +85,8 @@ impl MeshScene {
         self.generator.map(|generator| (generator.read)(&self.values))
     }
 
-    /// The same scene with every default that applies to its shape written out; a scene that names a file stays as it is.
+    /// The same scene with every default that applies to its shape written out; a scene that names a file stays as it
+    /// is.
     pub fn defaults_filled(&self) -> MeshScene {
         let mut full = self.clone();
         if let (Some(generator), Some(domain)) = (self.generator, self.domain()) {
@@ -100,8 +102,8 @@ impl MeshScene {
     /// Generates the mesh. The same scene gives the same bits.
     ///
     /// # Errors
-    /// [`MeshError::BadKey`] names the key that is missing, does not apply to the shape, or has a value of which no mesh
-    /// can be made; the errors of [`Mesh::build`] and [`Mesh::bend`].
+    /// [`MeshError::BadKey`] names the key that is missing, does not apply to the shape, or has a value of which no
+    /// mesh can be made; the errors of [`Mesh::build`] and [`Mesh::bend`].
     pub fn build(&self) -> Result<Mesh, MeshError> {
         let Some(domain) = self.domain() else {
             let hint = format!("name one of {}", names());
@@ -222,19 +224,30 @@ impl MeshScene {
             None => BESIDE_FILE.to_vec(),
         };
         let others = keys().map(|key| key.name).chain(self.values.keys().map(String::as_str));
-        let mut names: Vec<&str> = Vec::new();
-        for name in own.into_iter().chain(others) {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        names.into_iter().filter_map(|name| Some((name, *self.values.get(name)?)))
+        unique(own.into_iter().chain(others)).into_iter().filter_map(|name| Some((name, *self.values.get(name)?)))
     }
 }
 
 /// Names of all shapes.
 fn names() -> String {
     GENERATORS.iter().map(|generator| generator.name).collect::<Vec<_>>().join(", ")
+}
+
+/// Keys that are sizes of domains.
+pub fn lengths() -> Vec<&'static str> {
+    let of_domain = |key: &&Key| matches!(key.meaning, Meaning::Length | Meaning::Interval);
+    unique(keys().filter(of_domain).map(|key| key.name))
+}
+
+/// Every name once, where it comes first.
+fn unique<'n>(all: impl Iterator<Item = &'n str>) -> Vec<&'n str> {
+    let mut names = Vec::new();
+    for name in all {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
 }
 
 /// Keys of all shapes; those that several have come several times.
@@ -326,12 +339,7 @@ impl Visitor<'_> for Name {
             "file" => Ok(Given::File),
             "slits" => Ok(Given::Slits),
             _ => keys().find(|key| key.name == name).map(Given::Key).ok_or_else(|| {
-                let mut known = OWN.to_vec();
-                for key in keys() {
-                    if !known.contains(&key.name) {
-                        known.push(key.name);
-                    }
-                }
+                let known = unique(OWN.into_iter().chain(keys().map(|key| key.name)));
                 E::custom(format!("unknown field `{name}`, expected one of {}", quoted(&known)))
             }),
         }

@@ -2,7 +2,8 @@
 
 use crate::mesh::Point;
 
-/// A closed centre line, counterclockwise: two straight arms along x₁ joined by half circles, or circles about one point.
+/// A closed centre line, counterclockwise: two straight arms along x₁ joined by half circles, or circles about one
+/// point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track {
     pub(super) centre: Point,
