@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 
-use monolayer::mesh::generate::MeshScene;
+use monolayer::mesh::generate::{GENERATORS, MeshScene};
 use monolayer::mesh::{Curve, Mesh, MeshError, Point};
 
 const REFERENCE: &str = "shape = 'strip-with-disc'\nlength = [-30.0, 50.0]\nwidth = 10.0\nh = 1.0\nh_disc = 0.13\n";
@@ -370,6 +370,34 @@ fn defaults_filled_names_what_applies_and_changes_nothing() {
     }
     let file = scene("file = 'a.msh'");
     assert_eq!(file, file.defaults_filled());
+}
+
+#[test]
+fn every_generator_is_in_the_docs_and_agrees_with_the_others_on_its_keys() {
+    let docs = include_str!("../../docs/scene.md");
+    let row = |name: &str| docs.contains(&format!("| `{name}` |"));
+    for generator in &GENERATORS {
+        assert!(row(generator.name), "docs/scene.md has no row of the shape {}", generator.name);
+        for key in generator.keys {
+            let (shape, name) = (generator.name, key.name);
+            assert!(row(name), "docs/scene.md has no row of the key {name} of {shape}");
+            assert!(!key.about.is_empty(), "{shape}: {name} says nothing of itself");
+            let same = GENERATORS.iter().filter_map(|other| other.key(name)).all(|other| other.kind == key.kind);
+            assert!(same, "{name} of {shape} takes other values elsewhere");
+        }
+    }
+}
+
+#[test]
+fn keys_of_one_shape_come_in_its_own_order() {
+    for generator in &GENERATORS {
+        let full = MeshScene::of(generator.name).defaults_filled();
+        let written: toml::Table = toml::to_string(&full).expect("TOML").parse().expect("a table");
+        let given = generator.keys.iter().map(|key| key.name).filter(|key| written.contains_key(*key));
+        let text = toml::to_string(&full).expect("TOML");
+        let lines: Vec<&str> = text.lines().skip(1).filter_map(|line| line.split(" = ").next()).collect();
+        assert_eq!(lines, given.collect::<Vec<_>>(), "{}", generator.name);
+    }
 }
 
 /// Scene, key that is blamed, words of the rule.

@@ -55,8 +55,8 @@ impl Racetrack {
 
     /// Where the discs lie, the upper one first.
     fn centres(&self) -> Vec<Point> {
-        let turn = self.turn_radius;
-        [turn, -turn].into_iter().take(self.discs).map(|y| Point::new(0.0, y)).collect()
+        let upper = Point::new(0.0, self.turn_radius);
+        [upper, -upper].into_iter().take(self.discs).collect()
     }
 
     fn size(&self) -> Size {

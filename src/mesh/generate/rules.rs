@@ -49,6 +49,11 @@ pub(super) fn of_each(all: &[(&Key, Value)]) -> Check {
         }
     }
     places(all)?;
+    edges(all)
+}
+
+/// Edges are long against the rounding of coordinates.
+fn edges(all: &[(&Key, Value)]) -> Check {
     let measured = |key: &Key| matches!(key.meaning, Meaning::Length | Meaning::Place | Meaning::Interval);
     let coordinates = all.iter().filter(|(key, _)| measured(key)).flat_map(|(_, value)| value.numbers());
     let largest = coordinates.fold(0.0, |m: f64, x| m.max(x.abs()));

@@ -3,6 +3,7 @@
 //! A table may have keys of another shape, or lack some, as keys are set one by one; [`MeshScene::build`] refuses both.
 
 use std::fmt;
+use std::sync::LazyLock;
 
 use serde::de::{self, DeserializeSeed, Deserializer, EnumAccess, MapAccess, VariantAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
@@ -125,33 +126,29 @@ impl MeshScene {
 
     /// Refuses keys that do not apply to the shape, a shape without a key that it needs, and values of another type.
     fn check_keys(&self, generator: &Generator) -> Check {
-        let of_files = [
-            self.file.as_ref().map(|file| ("file", format!("{file:?}"))),
-            self.slits.map(|slits| ("slits", slits.to_string())),
-        ];
-        let others = self.in_order().filter(|(name, _)| generator.key(name).is_none());
-        let others = others.map(|(name, value)| (name, value.to_string()));
-        if let Some((key, value)) = of_files.into_iter().flatten().chain(others).next() {
+        let foreign = |key: &str, value: String| {
             let (must, may): (Vec<&Key>, Vec<&Key>) = generator.keys.iter().partition(|key| key.must);
             let keys = must.iter().chain(&may).map(|key| key.name).collect::<Vec<_>>().join(", ");
             let rule = format!("the shape `{}` has no such key", generator.name);
-            return Err(bad(key, value, rule, format!("remove it; the keys are {keys}")));
+            Err(bad(key, value, rule, format!("remove it; the keys are {keys}")))
+        };
+        if let Some(file) = &self.file {
+            return foreign("file", format!("{file:?}"));
         }
-        for key in generator.keys {
-            match self.values.get(key.name) {
-                None if key.must => {
+        if let Some(slits) = self.slits {
+            return foreign("slits", slits.to_string());
+        }
+        for name in self.names_in_order() {
+            match (generator.key(name), self.values.get(name)) {
+                (None, Some(value)) => return foreign(name, value.to_string()),
+                (Some(key), None) if key.must => {
                     let rule = format!("the shape `{}` needs it", generator.name);
-                    return Err(bad(
-                        key.name,
-                        "(missing)",
-                        rule,
-                        format!("add `{} = …` to the table [mesh]", key.name),
-                    ));
+                    return Err(bad(name, "(missing)", rule, format!("add `{name} = …` to the table [mesh]")));
                 }
-                Some(value) if !key.kind.takes(*value) => {
-                    return Err(bad(key.name, value, key.kind.shown(), "give a value of this type"));
+                (Some(key), Some(value)) if !key.kind.takes(*value) => {
+                    return Err(bad(name, value, key.kind.shown(), "give a value of this type"));
                 }
-                Some(_) | None => {}
+                (Some(_) | None, None) | (Some(_), Some(_)) => {}
             }
         }
         Ok(())
@@ -217,14 +214,15 @@ impl MeshScene {
         coarse.check().is_ok().then_some(coarse)
     }
 
-    /// What is given: keys of the shape in their order, then others.
+    /// Keys of all shapes in their order, then names that are given and are no key.
+    fn names_in_order(&self) -> impl Iterator<Item = &str> {
+        let others = self.values.keys().map(String::as_str).filter(|name| KEYS.iter().all(|key| key.name != *name));
+        KEYS.iter().map(|key| key.name).chain(others)
+    }
+
+    /// What is given.
     fn in_order(&self) -> impl Iterator<Item = (&str, Value)> {
-        let own: Vec<&str> = match self.generator {
-            Some(generator) => generator.keys.iter().map(|key| key.name).collect(),
-            None => BESIDE_FILE.to_vec(),
-        };
-        let others = keys().map(|key| key.name).chain(self.values.keys().map(String::as_str));
-        unique(own.into_iter().chain(others)).into_iter().filter_map(|name| Some((name, *self.values.get(name)?)))
+        self.names_in_order().filter_map(|name| Some((name, *self.values.get(name)?)))
     }
 }
 
@@ -235,25 +233,28 @@ fn names() -> String {
 
 /// Keys that are sizes of domains.
 pub fn lengths() -> Vec<&'static str> {
-    let of_domain = |key: &&Key| matches!(key.meaning, Meaning::Length | Meaning::Interval);
-    unique(keys().filter(of_domain).map(|key| key.name))
+    let of_domain = |key: &&&Key| matches!(key.meaning, Meaning::Length | Meaning::Interval);
+    KEYS.iter().filter(of_domain).map(|key| key.name).collect()
 }
 
-/// Every name once, where it comes first.
-fn unique<'n>(all: impl Iterator<Item = &'n str>) -> Vec<&'n str> {
-    let mut names = Vec::new();
-    for name in all {
-        if !names.contains(&name) {
-            names.push(name);
+/// Keys of all shapes, in an order that is that of every shape.
+static KEYS: LazyLock<Vec<&'static Key>> = LazyLock::new(|| {
+    let mut lists: Vec<&[Key]> = GENERATORS.iter().map(|generator| generator.keys).collect();
+    let mut merged: Vec<&Key> = Vec::new();
+    loop {
+        lists.retain(|keys| !keys.is_empty());
+        // a key is next once no list has others before it
+        let first = |key: &Key| lists.iter().all(|keys| keys[1..].iter().all(|other| other.name != key.name));
+        let heads = || lists.iter().map(|keys| &keys[0]);
+        let Some(next) = heads().find(|key| first(key)).or_else(|| heads().next()) else { return merged };
+        if merged.iter().all(|key| key.name != next.name) {
+            merged.push(next);
+        }
+        for keys in lists.iter_mut().filter(|keys| keys[0].name == next.name) {
+            *keys = &keys[1..];
         }
     }
-    names
-}
-
-/// Keys of all shapes; those that several have come several times.
-fn keys() -> impl Iterator<Item = &'static Key> {
-    GENERATORS.iter().flat_map(|generator| generator.keys)
-}
+});
 
 impl Serialize for MeshScene {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -338,8 +339,8 @@ impl Visitor<'_> for Name {
             "shape" => Ok(Given::Shape),
             "file" => Ok(Given::File),
             "slits" => Ok(Given::Slits),
-            _ => keys().find(|key| key.name == name).map(Given::Key).ok_or_else(|| {
-                let known = unique(OWN.into_iter().chain(keys().map(|key| key.name)));
+            _ => KEYS.iter().find(|key| key.name == name).map(|key| Given::Key(key)).ok_or_else(|| {
+                let known: Vec<&str> = OWN.into_iter().chain(KEYS.iter().map(|key| key.name)).collect();
                 E::custom(format!("unknown field `{name}`, expected one of {}", quoted(&known)))
             }),
         }
