@@ -400,6 +400,25 @@ fn keys_of_one_shape_come_in_its_own_order() {
     }
 }
 
+#[test]
+fn an_l_is_a_square_without_a_quarter() {
+    for h in [0.4, 0.2, 0.05] {
+        let l = mesh(&format!("shape = 'l-shape'\nlength = [-1.0, 1.0]\nh = {h}"));
+        assert!((l.area() - 3.0).abs() < 1e-12, "h = {h}: {}", l.area());
+        assert_eq!((l.tags.as_slice(), euler(&l)), (&["wall".to_owned()][..], 1));
+        assert!(l.vertices.contains(&Point::zeros()), "h = {h}: no vertex in the corner");
+        assert!(!l.vertices.iter().any(|x| x.x > 0.0 && x.y > 0.0), "h = {h}: the quarter is there");
+        let walls: f64 = l.faces.iter().filter(|face| face.tag.is_some()).map(|face| length(&l, face)).sum();
+        assert!((walls - 8.0).abs() < 1e-12, "h = {h}: {walls}");
+        let quality = l.quality();
+        assert!(quality.worst_angle_degrees.value > 28.0, "h = {h}: {quality}");
+    }
+    let unit = scene("shape = 'l-shape'\nh = 0.05");
+    let (cells, expected) = (unit.build().expect("a mesh").cells.len() as f64, unit.expected().expect("a number"));
+    assert!((cells / expected - 1.0).abs() < 0.1, "{cells} cells, expected {expected}");
+    assert_eq!(unit.bounds(), Some([[0.0, 1.0]; 2]));
+}
+
 /// Scene, key that is blamed, words of the rule.
 const WRONG: &[(&str, &str, &str)] = &[
     ("n = 3", "shape", "generated from its shape"),
@@ -463,6 +482,10 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("shape='racetrack'\narm=5\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=0\nh_disc=0.1", "h_disc", "discs = 0"),
     ("shape='racetrack'\narm=0.3\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=0", "h", "arm = 0.3"),
     ("shape='disc'\nh=0.5\ndiscs=1", "discs", "no such key"),
+    ("shape='l-shape'\nlength=[0.0, 1.0]", "h", "needs it"),
+    ("shape='l-shape'\nh=0.6", "h", "half the length = 0.5"),
+    ("shape='l-shape'\nh=0.0005", "h", "5 million"),
+    ("shape='l-shape'\nh=0.1\nwidth=0.5", "width", "no such key"),
 ];
 
 #[test]

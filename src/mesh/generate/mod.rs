@@ -7,6 +7,7 @@ mod annulus;
 mod disc;
 mod front;
 mod keys;
+mod l_shape;
 mod mirror;
 mod outline;
 mod racetrack;
@@ -32,7 +33,7 @@ pub use table::{MeshScene, lengths};
 pub use track::Track;
 
 /// Every generator.
-pub static GENERATORS: [Generator; 7] = [
+pub static GENERATORS: [Generator; 8] = [
     Generator::of::<square::Square>(),
     Generator::of::<square_with_circle::SquareWithCircle>(),
     Generator::of::<strip::Strip>(),
@@ -40,6 +41,7 @@ pub static GENERATORS: [Generator; 7] = [
     Generator::of::<disc::Disc>(),
     Generator::of::<annulus::Annulus>(),
     Generator::of::<racetrack::Racetrack>(),
+    Generator::of::<l_shape::LShape>(),
 ];
 
 /// A kind of domain that can be meshed.
