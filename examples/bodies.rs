@@ -10,7 +10,7 @@ use std::time::Instant;
 use monolayer::body::flow::{Flow, Settings};
 use monolayer::body::{Body, Hold, Pose, Shape, Twist};
 use monolayer::form::{Linear, mass};
-use monolayer::mesh::generate::{MeshScene, Shape as Domain};
+use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::immersed::Carried;
@@ -39,14 +39,13 @@ fn cartesian(n: usize) -> Result<Arc<Mesh>, Failure> {
 
 /// The same with vertices moved at random by up to `distortion` cells.
 fn distorted(n: usize, distortion: f64, seed: u64) -> Result<Arc<Mesh>, Failure> {
-    let (shape, n, distortion, seed) = (Some(Domain::Square), Some(n), Some(distortion), Some(seed));
-    Ok(Arc::new(MeshScene { shape, n, distortion, seed, ..MeshScene::default() }.build()?))
+    let square = MeshScene::of("square").with("n", n).with("distortion", distortion).with("seed", seed);
+    Ok(Arc::new(square.build()?))
 }
 
 /// The unit square whose edges follow a circle about its middle.
 fn fitted(n: usize, radius: f64) -> Result<Arc<Mesh>, Failure> {
-    let shape = Some(Domain::SquareWithCircle);
-    Ok(Arc::new(MeshScene { shape, n: Some(n), radius: Some(radius), ..MeshScene::default() }.build()?))
+    Ok(Arc::new(MeshScene::of("square-with-circle").with("n", n).with("radius", radius).build()?))
 }
 
 /// The polygon that `4n` edges of the fitted mesh make of the circle.

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use monolayer::mesh::Point;
-use monolayer::mesh::generate::{MeshScene, Shape};
+use monolayer::mesh::generate::MeshScene;
 use monolayer::model::incompressible::{Degrees, Description, Incompressible};
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, Parameters, PolarityCondition, Sources, VelocityCondition};
@@ -13,13 +13,7 @@ use monolayer::space::project;
 use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, March, MarchSettings};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let ring = MeshScene {
-        shape: Some(Shape::Annulus),
-        radius: Some(2.0),
-        inner_radius: Some(1.0),
-        h: Some(0.3),
-        ..MeshScene::default()
-    };
+    let ring = MeshScene::of("annulus").with("radius", 2.0).with("inner_radius", 1.0).with("h", 0.3);
     let mesh = Arc::new(ring.build()?);
     let slip = Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann, density: None };
     let model = Incompressible::new(

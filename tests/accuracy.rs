@@ -196,7 +196,7 @@ fn presets_fill_in_what_is_left_out_and_nothing_else() {
         let preset = accuracy.preset();
         let filled = scene(&bare(accuracy.name(), "", ""));
         assert_eq!(filled.accuracy(), Some(accuracy));
-        assert_eq!((filled.mesh.n, filled.space.pressure), (Some(preset.n), preset.k));
+        assert_eq!((filled.mesh.get("n"), filled.space.pressure), (Some(preset.n), preset.k));
         assert_eq!(filled.coupling.tolerance, preset.tolerance);
         assert!((filled.time.control.step - preset.step).abs() < 1e-12);
         let mut keys: Vec<&str> = filled.preset.iter().map(|(key, _)| key.as_str()).collect();
@@ -204,7 +204,7 @@ fn presets_fill_in_what_is_left_out_and_nothing_else() {
         assert_eq!(keys, ["coupling.tolerance", "mesh.n", "space.k", "time.scheme", "time.step"]);
         // what is given wins
         let given = scene(&bare(accuracy.name(), "n = 5", "step = 0.3\nscheme = \"bdf4\""));
-        assert_eq!((given.mesh.n, given.time.order, given.time.control.step), (Some(5), 4, 0.3));
+        assert_eq!((given.mesh.get::<usize>("n"), given.time.order, given.time.control.step), (Some(5), 4, 0.3));
         assert_eq!(given.preset.len(), 2, "{:?}", given.preset);
     }
 }
@@ -232,10 +232,11 @@ fn presets_go_by_the_size_of_the_shape() {
     let bare = [("accuracy", "standard"), ("mesh.h", ""), ("mesh.h_disc", "")];
     let small = with("strip/strip.toml", &bare);
     let large = with("strip/strip.toml", &[&bare[..], &[("mesh.radius", "2.0"), ("mesh.width", "20.0")]].concat());
-    assert!((large.mesh.h.unwrap() / small.mesh.h.unwrap() - 2.0).abs() < 1e-9);
-    assert!((large.mesh.h_disc.unwrap() / small.mesh.h_disc.unwrap() - 2.0).abs() < 1e-9);
+    let length = |scene: &Scene, key: &str| scene.mesh.get::<f64>(key).unwrap();
+    assert!((length(&large, "h") / length(&small, "h") - 2.0).abs() < 1e-9);
+    assert!((length(&large, "h_disc") / length(&small, "h_disc") - 2.0).abs() < 1e-9);
     let disc = with("disc/disc.toml", &[("accuracy", "draft"), ("mesh.h", ""), ("mesh.radius", "3.0")]);
-    assert!((disc.mesh.h.unwrap() - 3.0 * Accuracy::Draft.preset().h).abs() < 1e-9);
+    assert!((length(&disc, "h") - 3.0 * Accuracy::Draft.preset().h).abs() < 1e-9);
 }
 
 #[test]

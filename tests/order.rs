@@ -100,7 +100,7 @@ fn what_a_study_leaves_repeats_it() {
     let resolved = std::fs::read_to_string(out.join("scene.toml")).unwrap();
     let scene = Scene::read(&out.join("scene.toml")).unwrap();
     assert_eq!(scene.resolved_toml(), resolved);
-    assert_eq!((scene.parameters.peclet, scene.mesh.n), (0.5, Some(2)));
+    assert_eq!((scene.parameters.peclet, scene.mesh.get("n")), (0.5, Some(2_usize)));
     // the study finds its scene from its new folder
     std::fs::create_dir(root.path().join("elsewhere")).unwrap();
     std::fs::rename(out.join("study.toml"), root.path().join("elsewhere/study.toml")).unwrap();

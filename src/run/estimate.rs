@@ -12,7 +12,7 @@ use super::setup::build_mesh;
 use super::summary::{Ending, Summary};
 use super::{Options, Record, RunError, run_recorded};
 use crate::measure::list;
-use crate::mesh::generate::{MeshScene, Shape};
+use crate::mesh::generate::MeshScene;
 use crate::output::progress::{Progress, Verbosity};
 use crate::output::{OutputError, say, write_whole};
 use crate::scene::{Scene, SceneError, SceneSource, measured};
@@ -257,16 +257,9 @@ fn measures(scene: &Scene) -> String {
 }
 
 fn set_mesh(source: &mut SceneSource, mesh: &MeshScene, ratio: f64) -> Result<(), SceneError> {
-    if matches!(mesh.shape, Some(Shape::Square | Shape::SquareWithCircle)) {
-        let n = mesh.n.unwrap_or(1) as f64 / ratio;
-        return source.set("mesh.n", &format!("{}", n.round().max(1.0)));
-    }
-    for (key, value) in [("mesh.h", mesh.h), ("mesh.h_disc", mesh.h_disc), ("mesh.grading", mesh.grading)] {
-        if let Some(value) = value {
-            source.set(key, &format!("{:?}", value * ratio))?;
-        }
-    }
-    Ok(())
+    mesh.longer_edges(ratio)
+        .into_iter()
+        .try_for_each(|(key, value)| source.set(&format!("mesh.{}", key.name), &value.to_string()))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use super::forecast;
 use super::setup::build_mesh;
-use crate::mesh::Point;
+use crate::mesh::{Point, generate};
 use crate::model::boundary::PolarityCondition;
 use crate::model::expression::Expression;
 use crate::model::terms::factor;
@@ -23,7 +23,7 @@ const LENGTHS: [f64; 2] = [1e-5, 1e5];
 const TOLERANCE: &str = "leave it out";
 
 /// Where 0 is allowed, small values do no harm.
-const NUMBERS: [Usual; 24] = [
+const OF_MODEL: [Usual; 10] = [
     ("model.friction", [0.0, 1e6], NEAR_ONE),
     ("model.beta", [0.0, 1.0 - 1e-6], "take such as 0.75, or give `friction`"),
     ("model.traction", [0.0, 1e6], NEAR_ONE),
@@ -34,12 +34,10 @@ const NUMBERS: [Usual; 24] = [
     ("model.elasticity", [0.0, 1e6], NEAR_ONE),
     ("model.density.penalty", [0.0, 1e6], NEAR_ONE),
     ("model.density.critical", [0.0, 1e3], "take a value below the density of the start"),
-    ("mesh.length", LENGTHS, LENGTH),
-    ("mesh.width", LENGTHS, LENGTH),
-    ("mesh.radius", LENGTHS, LENGTH),
-    ("mesh.inner_radius", LENGTHS, LENGTH),
-    ("mesh.arm", LENGTHS, LENGTH),
-    ("mesh.turn_radius", LENGTHS, LENGTH),
+];
+
+/// Numbers of other tables, beside lengths of the mesh.
+const OF_OTHERS: [Usual; 8] = [
     ("time.step", [1e-9, 1e6], "take about a tenth of the time in which the flow changes"),
     ("time.end", [1e-9, 1e9], "take some times the time in which the flow changes"),
     ("time.step_min", [0.0, 1e6], TOLERANCE),
@@ -117,9 +115,10 @@ fn worst(suspects: impl Iterator<Item = Suspect>) -> Option<String> {
 }
 
 fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
+    let rows = |rows: &'static [Usual]| rows.iter().map(|(key, usual, advice)| ((*key).to_owned(), *usual, *advice));
+    let lengths = generate::lengths().into_iter().map(|key| (format!("mesh.{key}"), LENGTHS, LENGTH));
     let factors = factor::all().map(|(factor, _)| (format!("model.{}", factor.key), [0.0, 1e6], NEAR_ONE));
-    let numbers = NUMBERS.iter().map(|(key, usual, advice)| ((*key).to_owned(), *usual, *advice));
-    numbers.chain(factors).filter_map(|(key, usual, advice)| {
+    rows(&OF_MODEL).chain(factors).chain(lengths).chain(rows(&OF_OTHERS)).filter_map(|(key, usual, advice)| {
         let key = key.as_str();
         let item = source.at(key)?;
         let number = |value: &toml_edit::Value| value.as_float().or(value.as_integer().map(|n| n as f64));

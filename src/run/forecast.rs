@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::setup::mesh_of;
 use crate::mesh::Mesh;
-use crate::mesh::generate::{MeshScene, Shape};
+use crate::mesh::generate::MeshScene;
 use crate::scene::SceneSource;
 
 /// Meshes of up to so many cells are counted themselves.
@@ -93,7 +93,7 @@ pub fn smaller(table: &MeshScene, ratio: f64, source: &SceneSource) -> Option<(M
 
 fn square(cells: f64, source: &SceneSource) -> Option<(MeshScene, Mesh)> {
     let n = (0.5 * cells).sqrt().round() as usize;
-    let table = MeshScene { shape: Some(Shape::Square), n: Some(n), ..MeshScene::default() };
+    let table = MeshScene::of("square").with("n", n);
     let mesh = mesh_of(&table, source).ok()?;
     Some((table, mesh))
 }

@@ -151,8 +151,8 @@ impl<'s> Gauges<'s> {
 
 /// The domain of a scene, as measures know it.
 fn domain<'s>(scene: &Scene, setup: &'s Setup) -> Domain<'s> {
-    let mut centre = scene.mesh.centre.unwrap_or([0.0, 0.0]);
-    let mut radius = scene.mesh.radius.unwrap_or(1.0);
+    let mut centre = scene.mesh.centre();
+    let mut radius = scene.mesh.radius();
     if let Some((middle, end)) = super::tissue::wake(scene) {
         (centre, radius) = (middle.into(), end - middle.x);
     }

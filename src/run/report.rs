@@ -259,7 +259,7 @@ fn written(scene: &Scene, count: &Count) -> f64 {
 /// polarity.
 pub(super) fn written_on(scene: &Scene, cells: f64, unknowns: [f64; 4]) -> f64 {
     let space = scene.space;
-    let degree = [space.velocity, space.pressure, space.density, space.polarity, scene.mesh.curved.unwrap_or(1)];
+    let degree = [space.velocity, space.pressure, space.density, space.polarity, scene.mesh.get("curved").unwrap_or(1)];
     let sizes = Sizes {
         cells,
         degree: degree.into_iter().max().unwrap_or(1),

@@ -13,7 +13,7 @@ use super::resolution;
 use crate::form::{Faces, Integrator};
 use crate::measure::list::Premise;
 use crate::measure::{Inlet, MeasureError, Strain};
-use crate::mesh::generate::{MeshScene, Shape};
+use crate::mesh::generate::MeshScene;
 use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Mesh, MeshError, NearMiss, Point, Slits, gmsh};
@@ -95,18 +95,18 @@ fn check_extent(mesh: Mesh, file: &str) -> Result<Mesh, MeshError> {
 /// # Errors
 /// As [`build_mesh`].
 pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError> {
+    let curved = table.get::<usize>("curved");
     let built = match &table.file {
         None => table.build(),
-        Some(_) if table.curved.is_some_and(|degree| !(1..=3).contains(&degree)) => Err(MeshError::BadKey {
+        Some(_) if curved.is_some_and(|degree| !(1..=3).contains(&degree)) => Err(MeshError::BadKey {
             key: "mesh.curved".into(),
-            value: table.curved.unwrap_or_default().to_string(),
+            value: curved.unwrap_or_default().to_string(),
             rule: "must be 1, 2 or 3".into(),
             hint: "leave it out to keep the geometry of the file".into(),
         }),
         Some(file) => {
             let slits = if table.slits == Some(true) { Slits::Kept } else { Slits::Refused };
-            gmsh::read_as(Path::new(file), gmsh::Reading { curved: table.curved, slits })
-                .and_then(|mesh| check_extent(mesh, file))
+            gmsh::read_as(Path::new(file), gmsh::Reading { curved, slits }).and_then(|mesh| check_extent(mesh, file))
         }
     };
     let few_tags = built.and_then(|mesh| match mesh.tags.len() {
@@ -255,7 +255,7 @@ impl Setup {
         let space = &self.model.polarity().space;
         match &scene.initial {
             Initial::AlignedAroundDisc => {
-                let length = ALIGNED_LENGTH * scene.mesh.radius.unwrap_or(1.0);
+                let length = ALIGNED_LENGTH * scene.mesh.radius();
                 start::aligned(self.model.loops(), space, self.model.conditions(), length)
                     .map_err(|e| RunError::Model { origin: origin(), error: Box::new(e) })
             }
@@ -453,14 +453,14 @@ fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
 pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let asked = measured(&scene.outputs).into_iter().find(|measure| measure.needs(Premise::Wake));
     let Some(measure) = asked.map(|measure| measure.name) else { return Ok(()) };
-    let behind = scene.mesh.centre.unwrap_or([0.0, 0.0])[0] + scene.mesh.radius.unwrap_or(1.0);
-    let single_disc = mesh.tag("disc").is_some() && scene.mesh.shape != Some(Shape::Racetrack);
+    let behind = scene.mesh.centre()[0] + scene.mesh.radius();
+    let single_disc = mesh.tag("disc").is_some() && scene.mesh.track().is_none();
     let wake = super::tissue::wake(scene);
     let carried = wake.is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end));
     if !(carried || single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { measure, behind }));
     }
-    let axis = wake.map_or(scene.mesh.centre.unwrap_or([0.0, 0.0])[1], |(middle, _)| middle.y);
+    let axis = wake.map_or(scene.mesh.centre()[1], |(middle, _)| middle.y);
     check_inflow(scene, mesh, measure, axis)
 }
 

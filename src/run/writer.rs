@@ -517,8 +517,8 @@ fn whole_axis(axis: Axis, scene: &Scene, setup: &Setup) -> Line {
     let vertices = &setup.mesh.vertices;
     let low = vertices.iter().fold(vertices[0], |m, x| m.inf(x));
     let high = vertices.iter().fold(vertices[0], |m, x| m.sup(x));
-    let centre = Point::from(scene.mesh.centre.unwrap_or([0.0, 0.0]));
-    let radius = scene.mesh.radius.unwrap_or(1.0);
+    let centre = Point::from(scene.mesh.centre());
+    let radius = scene.mesh.radius();
     let (from, to) = match axis.line() {
         AxisLine::Horizontal(y) => {
             let y = centre.y + radius * y;

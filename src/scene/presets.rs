@@ -6,6 +6,7 @@ use toml_edit::{Item, Table, TableLike};
 use super::error::SceneError;
 use super::source::SceneSource;
 use super::tables::SceneFile;
+use crate::mesh::generate::{MeshScene, Scale};
 
 /// How much accuracy is wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -200,10 +201,9 @@ fn table_of<'a>(source: &'a SceneSource, name: &str) -> Option<&'a dyn TableLike
 fn values(source: &SceneSource, preset: Preset) -> Vec<(&'static str, String)> {
     let empty = Table::new();
     let table = |name: &str| table_of(source, name).unwrap_or(&empty);
-    let (mesh, space, time, model) = (table("mesh"), table("space"), table("time"), table("model"));
+    let (space, time, model) = (table("space"), table("time"), table("model"));
     let number = |item: Option<&Item>| item.and_then(|i| i.as_float().or_else(|| i.as_integer().map(|n| n as f64)));
-    let size = |key: &str, usual: f64| number(mesh.get(key)).unwrap_or(usual);
-    let mut values = mesh_values(mesh.get("shape").and_then(Item::as_str), &preset, &size);
+    let mut values = source.mesh().map_or_else(Vec::new, |mesh| mesh_values(&mesh, &preset));
     if !space.contains_key("degree") {
         values.push(("space.k", preset.k.to_string()));
     }
@@ -219,22 +219,20 @@ fn values(source: &SceneSource, preset: Preset) -> Vec<(&'static str, String)> {
 }
 
 /// Lengths follow from the shape's own.
-fn mesh_values(shape: Option<&str>, p: &Preset, size: &dyn Fn(&str, f64) -> f64) -> Vec<(&'static str, String)> {
+fn mesh_values(mesh: &MeshScene, p: &Preset) -> Vec<(&'static str, String)> {
     let rounded = |x: f64| format!("{:?}", (x * 1e6).round() / 1e6);
-    let curved = ("mesh.curved", p.curved.to_string());
-    match shape {
-        Some("square") => vec![("mesh.n", p.n.to_string())],
-        Some("strip") => vec![("mesh.h", rounded(p.h_far * size("width", 1.0)))],
-        Some("strip-with-disc" | "racetrack") => vec![
-            ("mesh.h", rounded(p.h_far * size("width", 1.0))),
-            ("mesh.h_disc", rounded((p.h_disc * size("radius", 1.0)).min(size("h", f64::INFINITY)))),
-            ("mesh.grading", rounded(p.grading)),
-            curved,
-        ],
-        Some("disc") => vec![("mesh.h", rounded(p.h * size("radius", 1.0))), curved],
-        Some("annulus") => {
-            vec![("mesh.h", rounded(p.h * (size("radius", 1.0) - size("inner_radius", 0.0)))), curved]
-        }
-        Some(_) | None => Vec::new(),
-    }
+    let h = match mesh.scale() {
+        Scale::None => return Vec::new(),
+        Scale::Count => return vec![("mesh.n", p.n.to_string())],
+        Scale::Across(width) => p.h_far * width,
+        Scale::Inside(size) => p.h * size,
+    };
+    let most = mesh.get("h").unwrap_or(f64::INFINITY);
+    let others = [
+        ("mesh.h_disc", rounded((p.h_disc * mesh.radius()).min(most))),
+        ("mesh.grading", rounded(p.grading)),
+        ("mesh.curved", p.curved.to_string()),
+    ];
+    let others = others.into_iter().filter(|(key, _)| key.strip_prefix("mesh.").is_some_and(|key| mesh.has(key)));
+    std::iter::once(("mesh.h", rounded(h))).chain(others).collect()
 }

@@ -2,9 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use serde::de::value::{Error, StrDeserializer};
 use toml_edit::{Document, DocumentMut, Item};
 
 use super::edit;
@@ -15,7 +13,7 @@ use super::stokes::StokesFile;
 use super::tables::SceneFile;
 use super::translate;
 use super::{locate, path};
-use crate::mesh::generate::Shape;
+use crate::mesh::generate::MeshScene;
 use crate::model::names;
 
 /// What a scene is of.
@@ -298,13 +296,23 @@ impl SceneSource {
         unknown.map_or(found.clone(), |error| (found.0, error))
     }
 
+    /// The shape of the mesh and its numbers, as far as they can be read whatever is wrong elsewhere in the scene.
+    pub(super) fn mesh(&self) -> Option<MeshScene> {
+        let table = self.value("mesh")?.as_table_like()?;
+        let mut mesh = MeshScene::named(table.get("shape")?.as_str()?)?;
+        for (key, item) in table.iter() {
+            if let Some(number) = item.as_integer().and_then(|number| u64::try_from(number).ok()) {
+                mesh = mesh.with(key, number);
+            } else if let Some(number) = item.as_float() {
+                mesh = mesh.with(key, number);
+            }
+        }
+        Some(mesh)
+    }
+
     /// Refuses a tag that the shape of the mesh does not have, where the scene names a shape.
     pub(super) fn unknown_tag(&self, tag: &str) -> Option<SceneError> {
-        let mesh = self.value("mesh")?.as_table_like()?;
-        let shape = mesh.get("shape")?.as_str()?;
-        let discs = mesh.get("discs").and_then(Item::as_integer);
-        let shape = Shape::deserialize(StrDeserializer::<Error>::new(shape)).ok()?;
-        let known = shape.tags(discs == Some(0));
+        let known = self.mesh()?.tags();
         if known.contains(&tag) {
             return None;
         }

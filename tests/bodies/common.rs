@@ -5,7 +5,7 @@ use std::sync::Arc;
 use monolayer::body::flow::{Flow, Settings};
 use monolayer::body::{Body, Hold, Pose, Shape, Twist};
 use monolayer::form::Linear;
-use monolayer::mesh::generate::{MeshScene, Shape as Domain};
+use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::immersed::Carried;
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
@@ -15,8 +15,7 @@ pub const MIDDLE: Point = Point::new(0.5, 0.5);
 
 /// The unit square with `2n²` cells.
 pub fn square(n: usize) -> Arc<Mesh> {
-    let scene = MeshScene { shape: Some(Domain::Square), n: Some(n), ..MeshScene::default() };
-    Arc::new(scene.build().expect("a square"))
+    Arc::new(MeshScene::of("square").with("n", n).build().expect("a square"))
 }
 
 pub fn disc(radius: f64, position: Point) -> Body {

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use monolayer::mesh::generate::{MeshScene, Shape};
+use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{MeshError, Point};
 
 fn scene(n: usize, radius: f64) -> MeshScene {
-    MeshScene { shape: Some(Shape::SquareWithCircle), n: Some(n), radius: Some(radius), ..MeshScene::default() }
+    MeshScene::of("square-with-circle").with("n", n).with("radius", radius)
 }
 
 #[test]
@@ -29,8 +29,8 @@ fn edges_follow_the_circle() {
 #[test]
 fn circles_that_do_not_fit_are_refused() {
     let cases = [(scene(4, 0.6), "mesh.radius"), (scene(4, 1e-3), "mesh.radius"), (scene(0, 0.1), "mesh.n")];
-    let without = MeshScene { radius: None, ..scene(4, 0.1) };
-    let distorted = MeshScene { distortion: Some(0.1), ..scene(4, 0.1) };
+    let without = MeshScene::of("square-with-circle").with("n", 4_usize);
+    let distorted = scene(4, 0.1).with("distortion", 0.1);
     for (scene, key) in cases.into_iter().chain([(without, "mesh.radius"), (distorted, "mesh.distortion")]) {
         match scene.build() {
             Err(MeshError::BadKey { key: blamed, hint, .. }) => {

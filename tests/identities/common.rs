@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use monolayer::form::Integrator;
-use monolayer::mesh::generate::{MeshScene, Shape};
+use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::space::{Continuity, Field, Space};
 use rand::{RngExt, SeedableRng};
@@ -11,10 +11,6 @@ use rand_chacha::ChaCha8Rng;
 
 pub fn mesh(text: &str) -> Arc<Mesh> {
     let scene: MeshScene = toml::from_str(text).expect("the test's mesh table parses");
-    assert!(scene.shape.is_none_or(|s| matches!(
-        s,
-        Shape::Square | Shape::Strip | Shape::StripWithDisc | Shape::Disc | Shape::Annulus | Shape::Racetrack
-    )));
     Arc::new(scene.build().expect("the test's mesh is good"))
 }
 

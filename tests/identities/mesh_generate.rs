@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 
-use monolayer::mesh::generate::MeshScene;
+use monolayer::mesh::generate::{GENERATORS, MeshScene};
 use monolayer::mesh::{Curve, Mesh, MeshError, Point};
 
 const REFERENCE: &str = "shape = 'strip-with-disc'\nlength = [-30.0, 50.0]\nwidth = 10.0\nh = 1.0\nh_disc = 0.13\n";
@@ -177,8 +177,9 @@ fn angles_are_wide_and_edges_follow_the_size() {
         let (mesh, scene) = (mesh(&text), scene(&text).defaults_filled());
         let quality = mesh.quality();
         assert!(quality.worst_angle_degrees.value > 28.0, "{text}{quality}");
-        let turn = scene.turn_radius.unwrap_or(0.0);
-        let wanted = |x: Point| match (scene.h, scene.h_disc, scene.grading) {
+        let turn = scene.get("turn_radius").unwrap_or(0.0);
+        let [h, h_disc, grading] = ["h", "h_disc", "grading"].map(|key| scene.get::<f64>(key));
+        let wanted = |x: Point| match (h, h_disc, grading) {
             (Some(h), Some(h_disc), Some(grading)) => {
                 let distance = (Point::new(x.x, x.y.abs()) - Point::new(0.0, turn)).norm() - 1.0;
                 h.min(h_disc + grading * distance.max(0.0))
@@ -284,7 +285,7 @@ fn stretched_strips_are_valid_up_to_1000() {
         let reached = quality.worst_stretch.value / stretch;
         assert!((0.8..2.6).contains(&reached), "{text}: stretch {}", quality.worst_stretch);
         let scene = scene(text);
-        let [x0, x1] = scene.length.expect("a length");
+        let [x0, x1]: [f64; 2] = scene.get("length").expect("a length");
         let ends = mesh.vertices.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x.x), b.max(x.x)]);
         assert_eq!(ends, [x0, x1], "{text}");
     }
@@ -357,17 +358,65 @@ fn quality_of_a_known_mesh() {
 #[test]
 fn defaults_filled_names_what_applies_and_changes_nothing() {
     let full = scene(REFERENCE).defaults_filled();
-    let filled = (full.radius, full.centre, full.grading, full.stretch, full.symmetric, full.curved);
-    assert_eq!(filled, (Some(1.0), Some([0.0; 2]), Some(0.15), Some(1.0), Some(false), Some(3)));
-    assert_eq!((full.n, full.seed, full.distortion, full.inner_radius, full.arm), (None, None, None, None, None));
+    let numbers = ["radius", "grading", "stretch", "distortion", "inner_radius", "arm"].map(|key| full.get(key));
+    assert_eq!(numbers, [Some(1.0), Some(0.15), Some(1.0), None, None, None]);
+    assert_eq!(["curved", "n", "seed"].map(|key| full.get::<usize>(key)), [Some(3), None, None]);
+    assert_eq!((full.get("centre"), full.get("symmetric")), (Some([0.0; 2]), Some(false)));
     for (text, ..) in isotropic() {
         let full = scene(&text).defaults_filled();
         assert_eq!(full, full.defaults_filled(), "{text}");
         let written = toml::to_string(&full).expect("TOML");
         assert_eq!(bits(&mesh(&written)), bits(&mesh(&text)), "{text}");
     }
-    let file = MeshScene { file: Some("a.msh".to_owned()), ..toml::from_str("").expect("an empty table") };
+    let file = scene("file = 'a.msh'");
     assert_eq!(file, file.defaults_filled());
+}
+
+#[test]
+fn every_generator_is_in_the_docs_and_agrees_with_the_others_on_its_keys() {
+    let docs = include_str!("../../docs/scene.md");
+    let row = |name: &str| docs.contains(&format!("| `{name}` |"));
+    for generator in &GENERATORS {
+        assert!(row(generator.name), "docs/scene.md has no row of the shape {}", generator.name);
+        for key in generator.keys {
+            let (shape, name) = (generator.name, key.name);
+            assert!(row(name), "docs/scene.md has no row of the key {name} of {shape}");
+            assert!(!key.about.is_empty(), "{shape}: {name} says nothing of itself");
+            let same = GENERATORS.iter().filter_map(|other| other.key(name)).all(|other| other.kind == key.kind);
+            assert!(same, "{name} of {shape} takes other values elsewhere");
+        }
+    }
+}
+
+#[test]
+fn keys_of_one_shape_come_in_its_own_order() {
+    for generator in &GENERATORS {
+        let full = MeshScene::of(generator.name).defaults_filled();
+        let written: toml::Table = toml::to_string(&full).expect("TOML").parse().expect("a table");
+        let given = generator.keys.iter().map(|key| key.name).filter(|key| written.contains_key(*key));
+        let text = toml::to_string(&full).expect("TOML");
+        let lines: Vec<&str> = text.lines().skip(1).filter_map(|line| line.split(" = ").next()).collect();
+        assert_eq!(lines, given.collect::<Vec<_>>(), "{}", generator.name);
+    }
+}
+
+#[test]
+fn an_l_is_a_square_without_a_quarter() {
+    for h in [0.4, 0.2, 0.05] {
+        let l = mesh(&format!("shape = 'l-shape'\nlength = [-1.0, 1.0]\nh = {h}"));
+        assert!((l.area() - 3.0).abs() < 1e-12, "h = {h}: {}", l.area());
+        assert_eq!((l.tags.as_slice(), euler(&l)), (&["wall".to_owned()][..], 1));
+        assert!(l.vertices.contains(&Point::zeros()), "h = {h}: no vertex in the corner");
+        assert!(!l.vertices.iter().any(|x| x.x > 0.0 && x.y > 0.0), "h = {h}: the quarter is there");
+        let walls: f64 = l.faces.iter().filter(|face| face.tag.is_some()).map(|face| length(&l, face)).sum();
+        assert!((walls - 8.0).abs() < 1e-12, "h = {h}: {walls}");
+        let quality = l.quality();
+        assert!(quality.worst_angle_degrees.value > 28.0, "h = {h}: {quality}");
+    }
+    let unit = scene("shape = 'l-shape'\nh = 0.05");
+    let (cells, expected) = (unit.build().expect("a mesh").cells.len() as f64, unit.expected().expect("a number"));
+    assert!((cells / expected - 1.0).abs() < 0.1, "{cells} cells, expected {expected}");
+    assert_eq!(unit.bounds(), Some([[0.0, 1.0]; 2]));
 }
 
 /// Scene, key that is blamed, words of the rule.
@@ -433,6 +482,10 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("shape='racetrack'\narm=5\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=0\nh_disc=0.1", "h_disc", "discs = 0"),
     ("shape='racetrack'\narm=0.3\nturn_radius=5\nwidth=4\nh=0.5\ndiscs=0", "h", "arm = 0.3"),
     ("shape='disc'\nh=0.5\ndiscs=1", "discs", "no such key"),
+    ("shape='l-shape'\nlength=[0.0, 1.0]", "h", "needs it"),
+    ("shape='l-shape'\nh=0.6", "h", "half the length = 0.5"),
+    ("shape='l-shape'\nh=0.0005", "h", "5 million"),
+    ("shape='l-shape'\nh=0.1\nwidth=0.5", "width", "no such key"),
 ];
 
 #[test]

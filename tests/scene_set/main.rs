@@ -224,7 +224,7 @@ fn every_kind_of_value_can_be_set() {
     assert_eq!(changed.space.slip, SlipTreatment::Penalty { epsilon: 1e-8 });
     assert_eq!(changed.space.polarity, 2);
     assert_eq!(changed.coupling.kind, CouplingKind::Anderson { depth: 10 });
-    assert_eq!(changed.mesh.length, Some([-30.0, 20.0]));
+    assert_eq!(changed.mesh.get("length"), Some([-30.0, 20.0]));
     assert_eq!(changed.title.as_deref(), Some("another one"));
     assert!(matches!(changed.initial, Initial::Expressions(_)));
 }

@@ -1,160 +1,303 @@
-//! Which keys of `[mesh]` apply to which shape, and their defaults.
+//! The keys of `[mesh]`: what a generator says of each beside the field that it fills, and the values that are given.
 
-use super::{MeshScene, Shape};
-use crate::mesh::MeshError;
+use std::collections::BTreeMap;
+use std::fmt;
 
-/// Default of `grading`, chosen so that the reference strip (`h = 1`, `h_disc = 0.13`) has about 3000 cells.
-const GRADING: f64 = 0.15;
+use serde::{Deserialize, Deserializer, Serialize};
 
-/// Keys that mean nothing without a disc.
-pub(super) const OF_THE_DISC: [&str; 3] = ["radius", "h_disc", "grading"];
-
-/// A refusal of `mesh.<key>`.
-pub(super) fn bad(key: &str, value: impl ToString, rule: impl Into<String>, hint: impl Into<String>) -> MeshError {
-    let (rule, hint) = (rule.into(), hint.into());
-    MeshError::BadKey { key: format!("mesh.{key}"), value: value.to_string(), rule, hint }
+/// What is given under a key.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    Flag(bool),
+    Whole(u64),
+    Number(f64),
+    Pair([f64; 2]),
 }
 
-impl Shape {
-    /// The name in a scene.
-    pub fn name(self) -> &'static str {
+impl Value {
+    /// The numbers that it consists of.
+    pub(super) fn numbers(self) -> Vec<f64> {
         match self {
-            Shape::Square => "square",
-            Shape::SquareWithCircle => "square-with-circle",
-            Shape::Strip => "strip",
-            Shape::StripWithDisc => "strip-with-disc",
-            Shape::Disc => "disc",
-            Shape::Annulus => "annulus",
-            Shape::Racetrack => "racetrack",
+            Value::Flag(_) => Vec::new(),
+            Value::Whole(value) => vec![value as f64],
+            Value::Number(value) => vec![value],
+            Value::Pair(value) => value.to_vec(),
         }
-    }
-
-    /// Tags of the boundary; a racetrack may be without discs.
-    pub fn tags(self, without_discs: bool) -> &'static [&'static str] {
-        match self {
-            Shape::Square | Shape::SquareWithCircle => &["left", "right", "bottom", "top"],
-            Shape::Strip => &["inlet", "outlet", "walls"],
-            Shape::StripWithDisc => &["inlet", "outlet", "walls", "disc"],
-            Shape::Disc => &["wall"],
-            Shape::Annulus => &["inner", "outer"],
-            Shape::Racetrack if without_discs => &["outer", "inner"],
-            Shape::Racetrack => &["outer", "inner", "disc"],
-        }
-    }
-
-    /// Keys that must be given.
-    fn required(self) -> &'static [&'static str] {
-        match self {
-            Shape::Square => &["n"],
-            Shape::SquareWithCircle => &["n", "radius"],
-            Shape::Strip | Shape::StripWithDisc => &["length", "width", "h"],
-            Shape::Disc => &["h"],
-            Shape::Annulus => &["inner_radius", "h"],
-            Shape::Racetrack => &["arm", "turn_radius", "width", "h"],
-        }
-    }
-
-    /// Keys that may be given.
-    fn optional(self) -> &'static [&'static str] {
-        match self {
-            Shape::Square => &["length", "distortion", "seed"],
-            Shape::SquareWithCircle => &["length", "centre"],
-            Shape::Strip => &["stretch", "symmetric"],
-            Shape::StripWithDisc => &["radius", "centre", "h_disc", "grading", "stretch", "symmetric", "curved"],
-            Shape::Disc | Shape::Annulus => &["radius", "centre", "symmetric", "curved"],
-            Shape::Racetrack => &["discs", "radius", "h_disc", "grading", "symmetric", "curved"],
-        }
-    }
-
-    fn allows(self, key: &str) -> bool {
-        self.required().contains(&key) || self.optional().contains(&key)
     }
 }
 
-impl MeshScene {
-    /// The same scene with every default that applies to its shape written out; a scene that names a file stays as it is.
-    pub fn defaults_filled(&self) -> MeshScene {
-        let mut full = self.clone();
-        let Some(shape) = self.shape else { return full };
-        let fill = |slot: &mut Option<f64>, key: &str, value: f64| {
-            let no_disc = shape == Shape::Racetrack && self.discs == Some(0);
-            if shape.allows(key) && !(no_disc && OF_THE_DISC.contains(&key)) {
-                slot.get_or_insert(value);
+/// As in a scene.
+impl fmt::Display for Value {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Flag(value) => write!(out, "{value}"),
+            Value::Whole(value) => write!(out, "{value}"),
+            Value::Number(value) => write!(out, "{value:?}"),
+            Value::Pair(value) => write!(out, "{value:?}"),
+        }
+    }
+}
+
+/// Which values a key takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Flag,
+    Whole,
+    Number,
+    Pair,
+}
+
+impl Kind {
+    /// Reads a value; a deserializer's own error tells its place.
+    pub(super) fn read<'de, D: Deserializer<'de>>(self, from: D) -> Result<Value, D::Error> {
+        match self {
+            Kind::Flag => bool::deserialize(from).map(Value::Flag),
+            Kind::Whole => u64::deserialize(from).map(Value::Whole),
+            Kind::Number => f64::deserialize(from).map(Value::Number),
+            Kind::Pair => <[f64; 2]>::deserialize(from).map(Value::Pair),
+        }
+    }
+
+    /// Whether it takes this value.
+    pub(super) fn takes(self, value: Value) -> bool {
+        match value {
+            Value::Flag(_) => self == Kind::Flag,
+            Value::Whole(_) => matches!(self, Kind::Whole | Kind::Number),
+            Value::Number(_) => self == Kind::Number,
+            Value::Pair(_) => self == Kind::Pair,
+        }
+    }
+
+    /// What it takes, in the words of a rule.
+    pub(super) fn shown(self) -> &'static str {
+        match self {
+            Kind::Flag => "it must be true or false",
+            Kind::Whole => "it must be a whole number, not negative",
+            Kind::Number => "it must be a number",
+            Kind::Pair => "it must be two numbers",
+        }
+    }
+}
+
+/// What a value means, from which follow the rules on it alone and how it changes with the size of the cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Meaning {
+    /// Cells in a row, at least one.
+    Count,
+    /// The length of edges.
+    Edge,
+    /// How fast the length of edges grows, per unit of distance.
+    Growth,
+    /// A size of the domain.
+    Length,
+    /// A point of the plane.
+    Place,
+    /// Where the domain begins and where it ends.
+    Interval,
+    /// A number between two others.
+    Within { range: [f64; 2], rule: &'static str, hint: &'static str },
+    /// Any value of its type.
+    Free,
+}
+
+impl Meaning {
+    /// Isoparametric degrees of cells on circles.
+    pub(super) const CURVED: Meaning = Meaning::Within {
+        range: [1.0, 3.0],
+        rule: "it must be 1, 2 or 3",
+        hint: "3 is the default, 1 keeps straight cells",
+    };
+
+    /// The value on cells that are longer by `ratio`, where it has to do with them.
+    pub(super) fn coarser(self, value: Value, ratio: f64) -> Option<Value> {
+        match (self, value) {
+            (Meaning::Count, Value::Whole(n)) => Some(Value::Whole((n as f64 / ratio).round().max(1.0) as u64)),
+            (Meaning::Edge | Meaning::Growth, Value::Number(x)) => Some(Value::Number(x * ratio)),
+            (
+                Meaning::Count
+                | Meaning::Edge
+                | Meaning::Growth
+                | Meaning::Length
+                | Meaning::Place
+                | Meaning::Interval
+                | Meaning::Within { .. }
+                | Meaning::Free,
+                Value::Flag(_) | Value::Whole(_) | Value::Number(_) | Value::Pair(_),
+            ) => None,
+        }
+    }
+}
+
+/// A key of a generator.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    pub name: &'static str,
+    /// What it is, as its field says.
+    pub about: &'static str,
+    pub kind: Kind,
+    /// Whether it must be given.
+    pub must: bool,
+    pub meaning: Meaning,
+}
+
+/// Values under their keys.
+pub(super) type Values = BTreeMap<String, Value>;
+
+/// A field that a key fills.
+pub trait Filled: Sized {
+    const KIND: Kind;
+
+    /// From what is given; `None` where that is of another kind.
+    fn from_value(value: Value) -> Option<Self>;
+
+    /// As it would be given; `None` where the key does not apply.
+    fn value(&self) -> Option<Value>;
+}
+
+impl Filled for bool {
+    const KIND: Kind = Kind::Flag;
+
+    fn from_value(value: Value) -> Option<Self> {
+        if let Value::Flag(value) = value { Some(value) } else { None }
+    }
+
+    fn value(&self) -> Option<Value> {
+        Some(Value::Flag(*self))
+    }
+}
+
+impl Filled for u64 {
+    const KIND: Kind = Kind::Whole;
+
+    fn from_value(value: Value) -> Option<Self> {
+        if let Value::Whole(value) = value { Some(value) } else { None }
+    }
+
+    fn value(&self) -> Option<Value> {
+        Some(Value::Whole(*self))
+    }
+}
+
+impl Filled for usize {
+    const KIND: Kind = Kind::Whole;
+
+    fn from_value(value: Value) -> Option<Self> {
+        u64::from_value(value).and_then(|value| usize::try_from(value).ok())
+    }
+
+    fn value(&self) -> Option<Value> {
+        Some(Value::Whole(*self as u64))
+    }
+}
+
+impl Filled for f64 {
+    const KIND: Kind = Kind::Number;
+
+    fn from_value(value: Value) -> Option<Self> {
+        match value {
+            Value::Number(value) => Some(value),
+            Value::Whole(value) => Some(value as f64),
+            Value::Flag(_) | Value::Pair(_) => None,
+        }
+    }
+
+    fn value(&self) -> Option<Value> {
+        Some(Value::Number(*self))
+    }
+}
+
+impl Filled for [f64; 2] {
+    const KIND: Kind = Kind::Pair;
+
+    fn from_value(value: Value) -> Option<Self> {
+        if let Value::Pair(value) = value { Some(value) } else { None }
+    }
+
+    fn value(&self) -> Option<Value> {
+        Some(Value::Pair(*self))
+    }
+}
+
+impl<T: Filled> Filled for Option<T> {
+    const KIND: Kind = T::KIND;
+
+    fn from_value(value: Value) -> Option<Self> {
+        T::from_value(value).map(Some)
+    }
+
+    fn value(&self) -> Option<Value> {
+        self.as_ref().and_then(Filled::value)
+    }
+}
+
+macro_rules! from_filled {
+    ($($type:ty),*) => {
+        $(impl From<$type> for Value {
+            fn from(value: $type) -> Self {
+                value.value().expect("a value that is there")
             }
-        };
-        fill(&mut full.distortion, "distortion", 0.0);
-        fill(&mut full.radius, "radius", 1.0);
-        fill(&mut full.h_disc, "h_disc", self.h.unwrap_or(1.0));
-        fill(&mut full.grading, "grading", GRADING);
-        fill(&mut full.stretch, "stretch", 1.0);
-        if matches!(shape, Shape::Square | Shape::SquareWithCircle) {
-            full.length.get_or_insert([0.0, 1.0]);
-        }
-        if let (Shape::SquareWithCircle, Some([x0, x1])) = (shape, full.length) {
-            full.centre.get_or_insert([0.5 * (x0 + x1); 2]);
-        }
-        if shape.allows("discs") {
-            full.discs.get_or_insert(2);
-        }
-        if shape.allows("seed") {
-            full.seed.get_or_insert(0);
-        }
-        if shape.allows("centre") {
-            full.centre.get_or_insert([0.0, 0.0]);
-        }
-        if shape.allows("symmetric") {
-            full.symmetric.get_or_insert(false);
-        }
-        if shape.allows("curved") {
-            full.curved.get_or_insert(3);
-        }
-        full
-    }
+        })*
+    };
+}
 
-    /// Every optional key with its value as text, `None` where it is not given.
-    fn given(&self) -> [(&'static str, Option<String>); 19] {
-        fn text<T: std::fmt::Debug>(value: &Option<T>) -> Option<String> {
-            value.as_ref().map(|v| format!("{v:?}"))
-        }
-        [
-            ("file", text(&self.file)),
-            ("slits", text(&self.slits)),
-            ("n", text(&self.n)),
-            ("distortion", text(&self.distortion)),
-            ("seed", text(&self.seed)),
-            ("length", text(&self.length)),
-            ("width", text(&self.width)),
-            ("radius", text(&self.radius)),
-            ("inner_radius", text(&self.inner_radius)),
-            ("centre", text(&self.centre)),
-            ("arm", text(&self.arm)),
-            ("turn_radius", text(&self.turn_radius)),
-            ("discs", text(&self.discs)),
-            ("h", text(&self.h)),
-            ("h_disc", text(&self.h_disc)),
-            ("grading", text(&self.grading)),
-            ("stretch", text(&self.stretch)),
-            ("symmetric", text(&self.symmetric)),
-            ("curved", text(&self.curved)),
-        ]
-    }
+from_filled!(bool, u64, usize, f64, [f64; 2]);
 
-    /// Refuses keys that do not apply to the shape, and shapes without a key they need.
-    pub(super) fn check_keys(&self, shape: Shape) -> Result<(), MeshError> {
-        for (key, value) in self.given() {
-            match value {
-                Some(value) if !shape.allows(key) => {
-                    let keys = [shape.required(), shape.optional()].concat().join(", ");
-                    let rule = format!("the shape `{}` has no such key", shape.name());
-                    return Err(bad(key, value, rule, format!("remove it; the keys are {keys}")));
-                }
-                None if shape.required().contains(&key) => {
-                    let rule = format!("the shape `{}` needs it", shape.name());
-                    return Err(bad(key, "(missing)", rule, format!("add `{key} = …` to the table [mesh]")));
-                }
-                Some(_) | None => {}
+/// The keys of a generator, read and written as the fields of its struct.
+pub(super) trait Keyed {
+    const KEYS: &'static [Key];
+
+    /// What is given, and defaults; a key that must be given and is not stays at zero, for the check to refuse.
+    fn read(given: &Values) -> Self;
+}
+
+/// Writes back what has been read.
+pub trait Written {
+    /// Of every key in the order of the fields.
+    fn values(&self) -> Vec<Option<Value>>;
+}
+
+/// Declares the struct of a generator: `key: type => meaning;` must be given, `key: type = default => meaning;` may be,
+/// and its default may use the fields above it.
+macro_rules! keyed {
+    (
+        $(#[$about:meta])*
+        $name:ident { $($(#[doc = $doc:literal])+ $key:ident: $type:ty $(= $default:expr)? => $meaning:expr;)+ }
+    ) => {
+        $(#[$about])*
+        #[derive(Debug, Clone)]
+        pub(super) struct $name {
+            $($(#[doc = $doc])+ pub $key: $type,)+
+        }
+
+        impl $crate::mesh::generate::keys::Keyed for $name {
+            const KEYS: &'static [$crate::mesh::generate::keys::Key] = &[$($crate::mesh::generate::keys::Key {
+                name: stringify!($key),
+                about: concat!($($doc),+).trim_ascii(),
+                kind: <$type as $crate::mesh::generate::keys::Filled>::KIND,
+                must: $crate::mesh::generate::keys::keyed!(@must $($default)?),
+                meaning: $meaning,
+            }),+];
+
+            fn read(given: &$crate::mesh::generate::keys::Values) -> Self {
+                $(let $key: $type = given
+                    .get(stringify!($key))
+                    .and_then(|value| $crate::mesh::generate::keys::Filled::from_value(*value))
+                    .unwrap_or_else(|| $crate::mesh::generate::keys::keyed!(@default $($default)?));)+
+                Self { $($key),+ }
             }
         }
-        Ok(())
-    }
+
+        impl $crate::mesh::generate::keys::Written for $name {
+            fn values(&self) -> Vec<Option<$crate::mesh::generate::keys::Value>> {
+                vec![$($crate::mesh::generate::keys::Filled::value(&self.$key)),+]
+            }
+        }
+    };
+    (@must) => { true };
+    (@must $default:expr) => { false };
+    (@default) => { Default::default() };
+    (@default $default:expr) => { $default };
 }
+
+pub(super) use keyed;

@@ -3,19 +3,77 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::MeshScene;
+use super::keys::{Meaning, keyed};
+use super::rules::{Check, MOST_CELLS, bad};
+use super::{Domain, Named, Scale};
 use crate::mesh::{BoundaryEdge, Mesh, MeshError, Point};
+
+keyed! {
+    /// Structured unit-cell square, `2 n²` cells; tags `left`, `right`, `bottom`, `top`.
+    Square {
+        /// Cells per side.
+        n: usize => Meaning::Count;
+        /// Inner vertices are moved by this fraction of the cell size, seeded by `seed`.
+        distortion: f64 = 0.0 => DISTORTION;
+        /// Seed of what is random in the mesh.
+        seed: u64 = 0 => Meaning::Free;
+        /// The side, `[x₀, x₁]`.
+        length: [f64; 2] = [0.0, 1.0] => Meaning::Interval;
+    }
+}
+
+const DISTORTION: Meaning =
+    Meaning::Within { range: [0.0, 0.3], rule: "it must lie in 0 to 0.3", hint: "beyond 0.3 cells could turn over" };
+
+/// Sides of a square.
+pub(super) const SIDES: [&str; 4] = ["left", "right", "bottom", "top"];
+
+impl Named for Square {
+    const NAME: &'static str = "square";
+}
+
+impl Domain for Square {
+    fn tags(&self) -> &'static [&'static str] {
+        &SIDES
+    }
+
+    fn check(&self) -> Check {
+        if self.expected() > MOST_CELLS {
+            return Err(bad("n", self.n, "2 n² must not exceed 5 million cells", "choose a smaller n"));
+        }
+        Ok(())
+    }
+
+    fn build(&self) -> Result<Mesh, MeshError> {
+        build(self)
+    }
+
+    fn expected(&self) -> f64 {
+        2.0 * (self.n as f64).powi(2)
+    }
+
+    fn quickly_built(&self) -> f64 {
+        2e5
+    }
+
+    fn bounds(&self) -> [[f64; 2]; 2] {
+        [self.length; 2]
+    }
+
+    fn scale(&self) -> Scale {
+        Scale::Count
+    }
+}
 
 /// `2 n²` cells on `[x₀, x₁]²`, every square cut along the same diagonal; inner vertices moved by up to
 /// `distortion·(x₁ − x₀)/n` in each direction.
 ///
 /// # Errors
 /// What [`Mesh::build`] finds.
-pub(super) fn build(scene: &MeshScene) -> Result<Mesh, MeshError> {
-    let n = scene.n.unwrap_or(1);
-    let [x0, x1] = scene.length.unwrap_or([0.0, 1.0]);
-    let reach = scene.distortion.unwrap_or(0.0) * (x1 - x0) / n as f64;
-    let mut random = ChaCha8Rng::seed_from_u64(scene.seed.unwrap_or(0));
+fn build(square: &Square) -> Result<Mesh, MeshError> {
+    let (n, [x0, x1]) = (square.n, square.length);
+    let reach = square.distortion * (x1 - x0) / n as f64;
+    let mut random = ChaCha8Rng::seed_from_u64(square.seed);
     let line = |i: usize| if i == n { x1 } else { x0 + (x1 - x0) * (i as f64 / n as f64) };
     let at = |i: usize, j: usize| j * (n + 1) + i;
     let mut vertices = Vec::with_capacity((n + 1) * (n + 1));
@@ -45,6 +103,6 @@ pub(super) fn build(scene: &MeshScene) -> Result<Mesh, MeshError> {
         ]
     };
     let boundary: Vec<_> = (0..n).flat_map(sides).collect();
-    let tags = super::Shape::Square.tags(false).iter().map(|tag| (*tag).to_owned()).collect();
+    let tags = SIDES.iter().map(|tag| (*tag).to_owned()).collect();
     Mesh::build(vertices, cells, &boundary, tags, Vec::new())
 }

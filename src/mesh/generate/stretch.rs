@@ -1,6 +1,11 @@
 //! Stretched meshes are isotropic in a coordinate `X(x₁)`.
 
-use super::{MeshScene, Shape};
+use super::keys::Meaning;
+use super::size::Size;
+
+/// How much longer cells may be.
+pub(super) const STRETCH: Meaning =
+    Meaning::Within { range: [1.0, 1000.0], rule: "it must lie in 1 to 1000", hint: "1 gives isotropic cells" };
 
 /// Growth of the cell length per cell, where the stretch sets in.
 const GROWTH: f64 = 0.3;
@@ -19,18 +24,13 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// The map of a scene whose values have been checked.
-    pub fn new(scene: &MeshScene) -> Self {
-        let h = scene.h.unwrap_or(1.0);
-        let ends = scene.length.unwrap_or_default();
-        let factor = scene.stretch.unwrap_or(1.0);
-        let with_disc = scene.shape == Some(Shape::StripWithDisc);
-        let centre = if with_disc { scene.centre.unwrap_or_default()[0] } else { ends[0] };
+    /// The map of a strip with these ends; the same factor everywhere where it has no disc, which the size would name.
+    pub fn new(ends: [f64; 2], factor: f64, size: &Size) -> Self {
+        let h = size.h;
+        let Some(disc) = size.centres.first() else { return Self { centre: ends[0], ends, core: 0.0, h, factor } };
         // The size function must be constant where the map bends, and some room behind the disc must stay isotropic.
-        let radius = scene.radius.unwrap_or(1.0);
-        let graded = (h - scene.h_disc.unwrap_or(h)) / scene.grading.unwrap_or(1.0);
-        let core = if with_disc { radius + graded.max(radius) } else { 0.0 };
-        Self { centre, ends, core, h, factor }
+        let graded = (h - size.h_disc) / size.grading;
+        Self { centre: disc.x, ends, core: size.radius + graded.max(size.radius), h, factor }
     }
 
     /// No map at all.

@@ -140,7 +140,7 @@ const TRIED: f64 = 700.0;
 fn written(scene: &StokesScene, count: &Count) -> f64 {
     let sizes = disk::Sizes {
         cells: count.cells,
-        degree: scene.degrees[0].max(scene.mesh.curved.unwrap_or(1)),
+        degree: scene.degrees[0].max(scene.mesh.get("curved").unwrap_or(1)),
         bodies: scene.bodies.as_ref().map_or(0, |bodies| bodies.bodies.len()),
         checkpoint: 0.0,
         columns: measured(&scene.outputs).len(),

@@ -24,7 +24,7 @@ use super::{
     Time,
 };
 use crate::element::MAX_DEGREE;
-use crate::mesh::generate::{MeshScene, Shape};
+use crate::mesh::generate::MeshScene;
 use crate::model::boundary::NamedCondition;
 use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
@@ -186,7 +186,7 @@ impl Checker<'_> {
     fn mesh(&self, mesh: &mut MeshScene) -> Result<(), SceneError> {
         let rule = "exactly one of `shape` and `file` is needed";
         let hint = "add shape = \"strip-with-disc\" or file = \"name.msh\"";
-        match (&mesh.shape, &mesh.file) {
+        match (mesh.shape(), &mesh.file) {
             (Some(_), None) => {
                 *mesh = mesh.defaults_filled();
                 Ok(())
@@ -210,36 +210,19 @@ impl Checker<'_> {
         degree: usize,
         mut velocities: impl Iterator<Item = &'a NamedCondition>,
     ) {
-        let round = matches!(mesh.shape, Some(Shape::Disc | Shape::Annulus));
-        if round && mesh.curved.is_none() && velocities.all(|velocity| velocity.name == "slip") {
-            mesh.curved = Some(degree.min(3));
+        let round = mesh.track().is_some_and(|track| track.is_round());
+        if round && mesh.get::<usize>("curved").is_none() && velocities.all(|velocity| velocity.name == "slip") {
+            *mesh = std::mem::take(mesh).with("curved", degree.min(3));
         }
     }
 
     /// A mesh from a file takes `curved` and `slits`, and the place of the disc for measures and cuts; nothing else.
     fn keys_beside_a_file(&self, mesh: &MeshScene) -> Result<(), SceneError> {
-        let given = [
-            ("n", mesh.n.is_some()),
-            ("distortion", mesh.distortion.is_some()),
-            ("seed", mesh.seed.is_some()),
-            ("length", mesh.length.is_some()),
-            ("width", mesh.width.is_some()),
-            ("inner_radius", mesh.inner_radius.is_some()),
-            ("arm", mesh.arm.is_some()),
-            ("turn_radius", mesh.turn_radius.is_some()),
-            ("discs", mesh.discs.is_some()),
-            ("h", mesh.h.is_some()),
-            ("h_disc", mesh.h_disc.is_some()),
-            ("grading", mesh.grading.is_some()),
-            ("stretch", mesh.stretch.is_some()),
-            ("symmetric", mesh.symmetric.is_some()),
-        ];
-        if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
+        if let Some(key) = mesh.wrong_beside_file() {
             let hint = "beside `file`, only `curved`, `slits`, `radius` and `centre` (of the disc) have a meaning";
             return Err(self.error(&format!("mesh.{key}"), "(given)", "does not apply to a mesh from a file", hint));
         }
-        mesh.radius
-            .map_or(Ok(1.0), |r| self.positive("mesh.radius", r, "the radius of the disc, for measures and cuts"))?;
+        self.positive("mesh.radius", mesh.radius(), "the radius of the disc, for measures and cuts")?;
         Ok(())
     }
 

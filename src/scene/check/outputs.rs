@@ -7,7 +7,7 @@ use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::measure::Measure;
 use crate::measure::list::{ALL, Of, Premise, Which};
 use crate::mesh::Point;
-use crate::mesh::generate::MeshScene;
+use crate::mesh::generate::{GENERATORS, MeshScene};
 use crate::model::{ModelKind, Parameters};
 use crate::scene::error::SceneError;
 use crate::scene::maps::{MapRequest, MapTable};
@@ -25,6 +25,13 @@ pub(super) struct Scope<'a> {
     pub bodies: bool,
 }
 
+/// Why a domain has no way around.
+fn rule_of_tracks() -> String {
+    let round: Vec<&str> = GENERATORS.iter().filter(|shape| shape.has_track()).map(|shape| shape.name).collect();
+    let (last, others) = round.split_last().map_or(("", &[][..]), |(last, others)| (*last, others));
+    format!("only the shapes {} and {last} have a way around", others.join(", "))
+}
+
 impl Checker<'_> {
     pub(super) fn outputs(&self, tables: &[OutputTable], scope: Scope) -> Result<Vec<Output>, SceneError> {
         let numbered = tables.iter().enumerate();
@@ -38,15 +45,15 @@ impl Checker<'_> {
     /// What goes around needs a domain that one can go around in.
     pub(super) fn on_a_track(&self, mesh: &MeshScene, initial: &Initial, outputs: &[Output]) -> Result<(), SceneError> {
         let closed = mesh.track().is_some();
-        let rule = "only the shapes disc, annulus and racetrack have a way around";
+        let rule = rule_of_tracks();
         let circulates = *initial == Initial::Circulating;
         let hint = "take one of these shapes, or give two formulas";
-        self.require(closed || !circulates, "initial.polarity", "\"circulating\"", rule, hint)?;
+        self.require(closed || !circulates, "initial.polarity", "\"circulating\"", &rule, hint)?;
         for (at, output) in outputs.iter().enumerate() {
             let goes_around = output.what.measures().iter().filter(|measure| measure.needs(Premise::Track));
             for measure in goes_around {
                 let (key, shown) = (format!("output.{at}.measures"), format!("\"{}\"", measure.name));
-                self.require(closed, &key, shown, rule, "take one of these shapes, or remove it")?;
+                self.require(closed, &key, shown, &rule, "take one of these shapes, or remove it")?;
             }
         }
         Ok(())

@@ -42,8 +42,8 @@ impl RunVelocity {
         let space = Arc::new(Space::new(&mesh, Continuity::Continuous, left.scene.space.velocity, 2));
         let (scene, saved) = left.on(&mesh, |saved| saved.velocity.len() == space.dof_count())?;
         let velocity = Field::new(&space, saved.velocity);
-        let centre = Point::from(scene.mesh.centre.unwrap_or([0.0, 0.0]));
-        let radius = scene.mesh.radius.unwrap_or(1.0);
+        let centre = Point::from(scene.mesh.centre());
+        let radius = scene.mesh.radius();
         Ok(Self { locator: Locator::new(&mesh), scene, mesh, velocity, time: saved.t, centre, radius })
     }
 

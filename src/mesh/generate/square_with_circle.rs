@@ -1,20 +1,85 @@
 //! The square with a circle in it that edges follow: a disc of blocks inside, a ring of blocks outside.
 
-use super::MeshScene;
-use crate::mesh::{BoundaryEdge, Mesh, MeshError, Point};
 use std::collections::HashMap;
+
+use super::keys::{Meaning, keyed};
+use super::rules::{Check, MOST_CELLS, bad};
+use super::square::SIDES;
+use super::{Domain, Named, Scale};
+use crate::mesh::{BoundaryEdge, Mesh, MeshError, Point};
 
 /// Share of the radius at which the corners of the block in the middle of the disc lie.
 const MIDDLE: f64 = 0.55;
 
-/// `4n` edges on the circle, `n` on every side, in all about `14 n²` cells; every quadrilateral is cut along its shorter diagonal.
+keyed! {
+    /// The square with a circle of radius `radius` about `centre` in it, which edges follow: `4n` of them, about
+    /// `14 n²` cells; tags of the square.
+    SquareWithCircle {
+        /// Cells per side, and on a quarter of the circle.
+        n: usize => Meaning::Count;
+        /// The side, `[x₀, x₁]`.
+        length: [f64; 2] = [0.0, 1.0] => Meaning::Interval;
+        /// Radius of the circle.
+        radius: f64 => Meaning::Length;
+        /// Centre of the circle.
+        centre: [f64; 2] = [0.5 * (length[0] + length[1]); 2] => Meaning::Place;
+    }
+}
+
+impl Named for SquareWithCircle {
+    const NAME: &'static str = "square-with-circle";
+}
+
+impl Domain for SquareWithCircle {
+    fn tags(&self) -> &'static [&'static str] {
+        &SIDES
+    }
+
+    fn check(&self) -> Check {
+        if self.expected() > MOST_CELLS {
+            return Err(bad("n", self.n, "14 n² must not exceed 5 million cells", "choose a smaller n"));
+        }
+        let ([x0, x1], [cx, cy], radius) = (self.length, self.centre, self.radius);
+        let gap = [cx - x0, x1 - cx, cy - x0, x1 - cy].into_iter().fold(f64::INFINITY, f64::min) - radius;
+        if gap < 0.01 * (x1 - x0) {
+            let rule = format!("the circle must keep a hundredth of the side from the sides (gap {gap:.4})");
+            return Err(bad("radius", format!("{radius:?}"), rule, "shrink or move the circle"));
+        }
+        if radius < 0.01 * (x1 - x0) {
+            let rule = "it must be at least a hundredth of the side, or the cells about the circle are too thin";
+            return Err(bad("radius", format!("{radius:?}"), rule, "enlarge the circle"));
+        }
+        Ok(())
+    }
+
+    fn build(&self) -> Result<Mesh, MeshError> {
+        build(self)
+    }
+
+    fn expected(&self) -> f64 {
+        14.0 * (self.n as f64).powi(2)
+    }
+
+    fn quickly_built(&self) -> f64 {
+        2e5
+    }
+
+    fn bounds(&self) -> [[f64; 2]; 2] {
+        [self.length; 2]
+    }
+
+    fn scale(&self) -> Scale {
+        Scale::None
+    }
+}
+
+/// `4n` edges on the circle, `n` on every side, in all about `14 n²` cells; every quadrilateral is cut along its
+/// shorter diagonal.
 ///
 /// # Errors
 /// What [`Mesh::build`] finds.
-pub(super) fn build(scene: &MeshScene) -> Result<Mesh, MeshError> {
-    let n = scene.n.unwrap_or(1);
-    let [x0, x1] = scene.length.unwrap_or([0.0, 1.0]);
-    let (radius, [cx, cy]) = (scene.radius.unwrap_or(0.0), scene.centre.unwrap_or([0.5 * (x0 + x1); 2]));
+fn build(square: &SquareWithCircle) -> Result<Mesh, MeshError> {
+    let (n, [x0, x1], radius, [cx, cy]) = (square.n, square.length, square.radius, square.centre);
     let centre = Point::new(cx, cy);
     let corners = [Point::new(x0, x0), Point::new(x1, x0), Point::new(x1, x1), Point::new(x0, x1)];
     let mut draft = Draft { side: x1 - x0, vertices: Vec::new(), cells: Vec::new(), known: HashMap::new() };
@@ -127,7 +192,7 @@ impl Draft {
                 BoundaryEdge { vertices: [a, b], tag, curve: None }
             })
             .collect();
-        let tags = super::Shape::Square.tags(false).iter().map(|tag| (*tag).to_owned()).collect();
+        let tags = SIDES.iter().map(|tag| (*tag).to_owned()).collect();
         Mesh::build(self.vertices, self.cells, &boundary, tags, Vec::new())
     }
 }
