@@ -350,6 +350,10 @@ fn branch(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exi
     if cli.verbosity() > Verbosity::Quiet {
         say::tell(&format!("{diagram}\nresults in {}", out.display()));
     }
+    if let Some(why) = &diagram.broken {
+        say::note(&format!("error: {why}; the branches so far are in {}", out.display()));
+        return Ok(ExitCode::FAILURE);
+    }
     Ok(if diagram.interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 

@@ -32,7 +32,7 @@ pub enum Slits {
     Kept,
 }
 
-/// Boundary faces of different parts that nearly touch.
+/// Boundary faces that nearly touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearMiss {
     /// Pairs of them.
@@ -146,13 +146,10 @@ impl Mesh {
         }
     }
 
-    /// Whether different parts come closer to each other than a hundredth of their boundary faces, but do not touch:
-    /// mostly nodes that should have been one.
+    /// Whether boundary faces come closer to each other than a hundredth of their length, but do not touch: mostly nodes
+    /// that should have been one. Faces of one part count where they look at each other and have no vertex in common.
     pub fn near_miss(&self) -> Option<NearMiss> {
         let parts = self.parts();
-        if parts.count < 2 {
-            return None;
-        }
         let boundary = (0..self.faces.len()).filter(|&f| self.faces[f].plus.is_none());
         let pieces: Vec<Piece> = boundary.flat_map(|face| self.pieces(face)).collect();
         let tree = RTree::bulk_load(pieces.clone());
@@ -163,7 +160,7 @@ impl Mesh {
             let margin = CLOSE * own;
             let (low, high) = (one[0].inf(&one[1]).add_scalar(-margin), one[0].sup(&one[1]).add_scalar(margin));
             for other in tree.locate_in_envelope_intersecting(AABB::from_corners(low.into(), high.into())) {
-                if other.data <= piece.data || part(other) == part(piece) {
+                if other.data <= piece.data || (part(other) == part(piece) && !self.is_seam(piece.data, other.data)) {
                     continue;
                 }
                 let length = own.min(self.face_length(other.data));
@@ -181,6 +178,14 @@ impl Mesh {
         pairs.sort_unstable();
         pairs.dedup();
         nearest.map(|found| NearMiss { count: pairs.len(), ..found })
+    }
+
+    /// Whether two boundary faces of one part look at each other, as the sides of a cut do.
+    fn is_seam(&self, one: usize, two: usize) -> bool {
+        let [a, b] = [one, two].map(|face| self.face_vertices(&self.faces[face]));
+        let [along, back] = [a, b].map(|[from, to]| (self.vertices[to] - self.vertices[from]).normalize());
+        // the tissue lies on the same side of every boundary face in its own direction
+        along.dot(&back) < -0.9 && a.iter().all(|vertex| !b.contains(vertex))
     }
 
     fn face_length(&self, face: usize) -> f64 {

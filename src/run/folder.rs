@@ -68,7 +68,7 @@ impl Resumed {
     }
 
     /// Takes away what was written for later steps, and the summary, which is not about what follows. `pictures` are
-    /// the names of the run's maps.
+    /// the names of the run's maps. A file under such a name that does not begin as those of a run stays.
     ///
     /// # Errors
     /// Files that cannot be removed.
@@ -170,10 +170,27 @@ fn numbered(name: &str) -> Option<(&str, usize)> {
 /// Removes files of a folder by their names.
 fn remove_from(folder: &Path, is_over: &dyn Fn(&str) -> bool) -> Result<(), OutputError> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
-    for path in entries.filter(|entry| is_over(&entry.file_name().to_string_lossy())).map(|entry| entry.path()) {
+    let named = entries.filter(|entry| is_over(&entry.file_name().to_string_lossy())).map(|entry| entry.path());
+    for path in named.filter(|path| begins_as_ours(path)) {
         std::fs::remove_file(&path).map_err(|e| OutputError::io(&path, &e))?;
     }
     Ok(())
+}
+
+/// Whether a file begins as those that runs write under such names; one that was cut off may be empty.
+fn begins_as_ours(path: &Path) -> bool {
+    use std::io::Read;
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let beginnings: &[&[u8]] = match name.trim_end_matches(".part").rsplit('.').next() {
+        Some("vtu" | "vtp") => &[b"<?xml"],
+        Some("svg") => &[b"<svg", b"<?xml"],
+        Some("png") => &[b"\x89PNG"],
+        Some("csv") => &[b"s,x1,x2,", b"theta,x1,x2,", b"time,", b"step,", b"index,"],
+        Some(_) | None => return true,
+    };
+    let mut first = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(16).read_to_end(&mut first));
+    read.is_ok() && (first.is_empty() || name.ends_with(".part") || beginnings.iter().any(|b| first.starts_with(b)))
 }
 
 #[cfg(test)]

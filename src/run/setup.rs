@@ -425,8 +425,8 @@ pub fn mesh_remarks(mesh: &Mesh) -> Vec<String> {
     if let Some(NearMiss { count, at, distance, length }) = mesh.near_miss() {
         let pairs = if count == 1 { "a pair".to_owned() } else { format!("{count} pairs") };
         remarks.push(format!(
-            "{pairs} of boundary edges of different parts nearly touch: near ({:.4}, {:.4}) two edges are {distance:.1e} \
-             apart, and the shorter one is {length:.1e} long; nothing passes from one part to the other there; hint: \
+            "{pairs} of boundary edges nearly touch: near ({:.4}, {:.4}) two edges are {distance:.1e} \
+             apart, and the shorter one is {length:.1e} long; nothing passes from one to the other; hint: \
              if they belong together, let them share their nodes (`Coherence` in Gmsh, with a larger \
              `Geometry.Tolerance`)",
             at.x, at.y

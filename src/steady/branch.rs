@@ -87,6 +87,10 @@ pub struct Followed {
     pub left: usize,
     /// Stopped from outside: the branches are those so far.
     pub interrupted: bool,
+    /// Why another start begins no branch.
+    pub refused: Option<Stall>,
+    /// What ended all of it: the branches are those so far.
+    pub broken: Option<Stall>,
 }
 
 /// How branches are followed.
@@ -139,6 +143,8 @@ pub(super) struct Walk<'w, 's> {
     pub forks: Vec<Fork>,
     /// Branches that begin and are not followed.
     pub left: usize,
+    /// Why a later start begins no branch.
+    refused: Option<Stall>,
     seen: &'w mut Seen<'s>,
 }
 
@@ -164,20 +170,29 @@ pub fn follow(
     let metric = Metric { scale: size(&along.y).max(least), residual: settings.residual };
     drop(model);
     let (branches, forks) = (Vec::new(), Vec::new());
-    let mut walk = Walk { family, metric, settings, work, branches, curves: 0, forks, left: 0, seen };
-    let interrupted = match walk.all(starts) {
-        Ok(()) => false,
-        Err(Stall::Interrupted) => true,
+    let mut walk = Walk { family, metric, settings, work, branches, curves: 0, forks, left: 0, refused: None, seen };
+    let (interrupted, broken) = match walk.all(starts) {
+        Ok(()) => (false, None),
+        Err(Stall::Interrupted) => (true, None),
+        // what was followed must not be lost
+        Err(other) if walk.branches.iter().any(|branch| !branch.points.is_empty()) => (false, Some(other)),
         Err(other) => return Err(other),
     };
-    Ok(Followed { left: walk.left + walk.forks.len(), branches: walk.branches, interrupted })
+    let left = walk.left + walk.forks.len();
+    Ok(Followed { left, branches: walk.branches, interrupted, refused: walk.refused, broken })
 }
 
 impl Walk<'_, '_> {
     /// Both ways from every start, then from every fork.
     fn all(&mut self, starts: &[Place]) -> Result<(), Stall> {
-        for start in starts {
-            self.both_ways(start)?;
+        for (at, start) in starts.iter().enumerate() {
+            match self.both_ways(start) {
+                Err(stall) if at > 0 && !matches!(stall, Stall::Interrupted) => {
+                    self.curves = self.branches.last().map_or(0, |branch| branch.curve + 1);
+                    self.refused = Some(stall);
+                }
+                other => other?,
+            }
         }
         while !self.forks.is_empty() && self.may_begin() {
             let fork = self.forks.remove(0);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, de};
 
 use super::StudyError;
 use super::source::{Values, below, refuse, value_text};
-use crate::scene::SceneSource;
+use crate::scene::{SceneSource, renamed};
 
 /// Key of the scene that `seeds` sets.
 pub const SEED: &str = "initial.polarity.random.seed";
@@ -150,7 +150,10 @@ pub(super) fn axes(
             let rule = format!("with it there are {count} combinations, and at most {MOST} may be");
             return Err(refuse(source, &name, format!("{} values", axis.rows.len()), &rule, "shorten a list"));
         }
-        let twice = axis.keys.iter().find(|key| axes[..at].iter().any(|other| other.keys.contains(key)));
+        // by the names that keys have today
+        let now = |key: &String| renamed::path_now(key).0;
+        let varies = |key: &String| axes[..at].iter().any(|other| other.keys.iter().any(|one| now(one) == now(key)));
+        let twice = axis.keys.iter().find(|key| varies(key));
         if let Some(key) = twice {
             let hint = "take it out of one of `vary`, `together` and `seeds`";
             return Err(refuse(source, "together", format!("\"{key}\""), "the key varies already", hint));

@@ -36,6 +36,10 @@ pub struct Diagram {
     pub seconds: f64,
     /// Whether somebody stopped it.
     pub interrupted: bool,
+    /// Why the state to which the instability of the first one leads begins no branch.
+    pub refused: Option<String>,
+    /// What ended it before all was followed.
+    pub broken: Option<String>,
 }
 
 /// Names of what a study of branches leaves.
@@ -153,8 +157,9 @@ fn find_and_follow(
     let followed = outcome.map_err(|stall| no_direction(study, &stall))?;
     progress.finish();
     let seconds = begin.elapsed().as_secs_f64();
-    let Followed { branches, left, interrupted } = followed;
-    let diagram = Diagram { branches, measures, left, seconds, interrupted };
+    let Followed { branches, left, interrupted, refused, broken } = followed;
+    let [refused, broken] = [refused, broken].map(|stall| stall.map(|stall| no_direction(study, &stall).to_string()));
+    let diagram = Diagram { branches, measures, left, seconds, interrupted, refused, broken };
     diagram.write(study, out)?;
     Ok(diagram)
 }
@@ -375,6 +380,9 @@ impl std::fmt::Display for Diagram {
         if self.left > 0 {
             let others = plural(self.left, "branch that begins was", "branches that begin were");
             write!(out, "\nnote: {others} not followed: a larger `max_branches` allows it")?;
+        }
+        if let Some(why) = &self.refused {
+            write!(out, "\nnote: of the other steady state that was found at the start, {why}")?;
         }
         Ok(())
     }

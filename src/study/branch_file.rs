@@ -225,8 +225,10 @@ fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
     }
     let ordered = 0.0 < file.step && file.step <= file.max_step && file.max_step <= 1.0;
     if !ordered {
-        let (value, rule) = (format!("{:?}", file.step), "must be above 0 and at most `max_step`, which is at most 1");
-        return Err(refuse(source, "step", value, rule, "a share of the range; 0.05 is usual"));
+        let key = if source.has("step") { "step" } else { "max_step" };
+        let value = format!("{:?}", if source.has("step") { file.step } else { file.max_step });
+        let rule = "`step` (default 0.05) must be above 0 and at most `max_step` (default 0.2), which is at most 1";
+        return Err(refuse(source, key, value, rule, "shares of the range; give both"));
     }
     for (key, value, least) in [("max_points", file.max_points, 2), ("max_branches", file.max_branches, 1)] {
         if value < least {

@@ -194,7 +194,7 @@ const ELASTIC_STRESS: Term<Vector> = Term {
     formula: Formula::Both("κ²B c_h(p,p,w)", "κ²B c_h(p,p,w;ρ)"),
     tag: "[7.11a]",
     side: Side::Right,
-    on: |m| (m.elastic_force == ElasticForce::Stress).then(|| Switch::By("elasticity", m.elasticity)),
+    on: |m| (m.elastic_force == ElasticForce::Stress).then_some(Switch::By("elasticity", m.elasticity)),
     weak: Weak::Functional(Functional {
         value: |at| slope(at.parameters) * elastic::ericksen(at.velocity(), at.p, at.rho),
         by_density: |at| slope(at.parameters) * elastic::ericksen_by_density(at.velocity(), at.p, at.density().1),
@@ -223,7 +223,7 @@ const ELASTIC_FORCE: Term<Vector> = Term {
     formula: Formula::Incompressible("X(w), energy-consistent"),
     tag: "[7.18]",
     side: Side::Right,
-    on: |m| (m.elastic_force == ElasticForce::Energy).then(|| Switch::By("elasticity", m.elasticity)),
+    on: |m| (m.elastic_force == ElasticForce::Energy).then_some(Switch::By("elasticity", m.elasticity)),
     weak: Weak::Functional(Functional {
         value: |at| at.parameters.elasticity * (power_of(at).force() - natural_traction(at)),
         by_polarity: |at| at.parameters.elasticity * (power_of(at).by_polarity() - natural_traction_tangent(at)),

@@ -24,6 +24,9 @@ pub(super) enum Around {
 /// Names and values that formulas may use.
 pub(super) type Symbols<'a> = &'a [(&'static str, f64)];
 
+/// Beyond it, a body's friction leaves no digits to the flow.
+const LARGEST_FRICTION: f64 = 1e12;
+
 impl Checker<'_> {
     /// The bodies of a scene, with every default filled in the tables; `None` where nothing is said.
     pub(super) fn bodies(
@@ -338,9 +341,9 @@ impl Checker<'_> {
         match around {
             Around::Flow => {
                 let friction = *given.get_or_insert(0.0);
-                let holds = friction.is_finite() && friction >= 0.0;
+                let holds = (0.0..=LARGEST_FRICTION).contains(&friction);
                 let hint = "friction of the body with the substrate, per area; 0 is none";
-                self.require(holds, key, shown(friction), "must be finite and not negative", hint)?;
+                self.require(holds, key, shown(friction), "must lie between 0 and 1e12", hint)?;
                 Ok(friction)
             }
             Around::Nothing { .. } => {
