@@ -260,3 +260,16 @@ fn a_start_among_states_that_are_all_steady_says_so() {
     }
     assert!(!error.contains("time step"), "a branch has no time step: {error}");
 }
+
+/// The state without polarity has a branch; where its instability leads, states are not apart from each other.
+#[test]
+fn a_branch_stays_when_another_start_has_none() {
+    let root = with_study(&STUDY.replace("model.alignment", "model.coherence").replace("[-1.0, 1.0]", "[0.5, 1.5]"));
+    let free = ["--set", "source.polarity=[\"0\", \"0\"]", "--set", "initial.polarity=[\"0\", \"0\"]"];
+    let output = program(root.path(), &[&["branch", "tiny.toml", "--out", "out"], &free[..]].concat());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &error_of(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("note: of the other steady state") && said.contains("singular derivative"), "{said}");
+    let table = std::fs::read_to_string(root.path().join("out/branches.csv")).unwrap();
+    assert!(table.lines().count() > 4, "{table}");
+}

@@ -447,6 +447,10 @@ fn wrong_ranges_pairs_names_and_plots_are_explained() {
         &["as many values as `model.alignment`, 1"],
     );
     with("together = [{ \"model.peclet\" = [0.1] }]", &["the key varies already"]);
+    // `slip` is what `alignment` was called
+    let both = STUDY.replace("model.peclet\" = [0.5, 2.0]", "model.slip\" = [0.5, 2.0]");
+    let both = both.replace("model.coherence\" = [1.0, 0.01]", "model.alignment\" = [1.0]");
+    refused_in(&with_study(&both), &["study", "tiny.toml"], &["the key varies already"]);
     with("seeds = []", &["`seeds` = []", "one seed or more"]);
     with("seeds = -1", &["`seeds`", "must not be negative"]);
     with("measures = [\"overshot\"]", &["`measures.0` = \"overshot\"", "no run measures it"]);

@@ -1,6 +1,6 @@
 //! Notes of bodies that are smaller than the cells of a flow, and of gaps between them that are.
 
-use crate::body::{Body, Pose};
+use crate::body::{Body, Pose, turned};
 use crate::contact::{Contact, Partner};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
@@ -9,18 +9,25 @@ use crate::mesh::{Mesh, Point};
 /// is much smaller has that of about a cell.
 const LEAST: f64 = 1.0;
 
+/// Points of an outline that are looked at, and the share of the way from the centre at which they are: what touches a
+/// wall does not reach over it.
+const OUTLINE: usize = 16;
+const INNER: f64 = 0.95;
+
 /// Which bodies of a flow have been told to be unresolved.
 #[derive(Debug)]
 pub(super) struct Resolution {
     locator: Locator,
     told: Vec<bool>,
+    /// Which bodies reach over the boundary, and are known to.
+    over: Vec<bool>,
     gap_told: bool,
 }
 
 impl Resolution {
     /// Nothing has been told.
     pub fn new(mesh: &Mesh, bodies: usize) -> Self {
-        Self { locator: Locator::new(mesh), told: vec![false; bodies], gap_told: false }
+        Self { locator: Locator::new(mesh), told: vec![false; bodies], over: vec![false; bodies], gap_told: false }
     }
 
     /// A note for the bodies that are not resolved where they are and have not been told yet.
@@ -49,6 +56,29 @@ impl Resolution {
              cell: take smaller cells where it is",
             bodies[at].name,
             bodies[at].shape.inradius()
+        ))
+    }
+
+    /// A note for the bodies that have come to reach over the boundary of the domain, which alone holds nothing back.
+    pub fn of_boundary(&mut self, mesh: &Mesh, bodies: &[Body], poses: &[Pose]) -> Option<String> {
+        let over = |body: &Body, pose: &Pose| {
+            let mut points = body.shape.outline(OUTLINE).into_iter();
+            points.any(|x| {
+                let x = pose.position + turned(x * INNER, pose.angle);
+                self.locator.locate(mesh, x).is_none()
+            })
+        };
+        let new = |at: &usize| !self.over[*at] && over(&bodies[*at], &poses[*at]);
+        let found: Vec<usize> = (0..bodies.len()).filter(new).collect();
+        found.iter().for_each(|at| self.over[*at] = true);
+        let first = found.first()?;
+        let others =
+            if found.len() > 1 { format!(" ({} more bodies likewise)", found.len() - 1) } else { String::new() };
+        Some(format!(
+            "`{}` reaches over the boundary of the domain{others}, near ({:.3e}, {:.3e}): the flow in the last gap is \
+             not resolved and holds it back too little; a [[wall]] with the tag keeps bodies inside, or smaller cells and \
+             steps",
+            bodies[*first].name, poses[*first].position.x, poses[*first].position.y
         ))
     }
 

@@ -214,6 +214,7 @@ fn swimmers(
     let mut resolution = Resolution::new(mesh, bodies.bodies.len());
     // the run has told of those that are small at its start
     resolution.of_bodies(mesh, &bodies.bodies, march.poses());
+    resolution.of_boundary(mesh, &bodies.bodies, march.poses());
     let easel = Easel::new(Caption::of(scene));
     Ok(Swimmers { resolution, march, contact, grid: None, contacts, easel })
 }
@@ -332,8 +333,10 @@ impl Mover for Swimmers {
         let StepReport { t, dt, iterations, rejected, .. } = report;
         let model = self.march.model();
         let (mesh, bodies) = (&model.loops.mesh, model.bodies.as_ref().expect("a tissue with bodies").bodies());
-        let notes = self.resolution.of_bodies(mesh, bodies, self.march.poses());
-        let notes = notes.into_iter().chain(self.resolution.of_gaps(mesh, bodies, &self.contacts)).collect();
+        let mut notes: Vec<String> = Vec::new();
+        notes.extend(self.resolution.of_bodies(mesh, bodies, self.march.poses()));
+        notes.extend(self.resolution.of_boundary(mesh, bodies, self.march.poses()));
+        notes.extend(self.resolution.of_gaps(mesh, bodies, &self.contacts));
         Ok(Stride { t, dt, iterations, rejected, notes })
     }
 

@@ -187,3 +187,17 @@ fn bodies_smaller_than_a_cell_are_told() {
     let left = run(&stokes(8, REST, sizes, 1e-9, 2e-9)).ended();
     assert!(left.summary.said.iter().any(|note| note.contains("`rod` is not resolved")), "{:?}", left.summary.said);
 }
+
+#[test]
+fn a_body_that_is_pushed_over_a_wall_is_told() {
+    let pushed = |force: &str| {
+        let body = disc("pushed", 0.2, 0.5, 0.5, &format!("force = [\"{force}\", \"0\"]"));
+        let left = run(&stokes(4, REST, &body, 0.001, 0.05)).ended();
+        let told = left.summary.said.iter().any(|note| note.contains("`pushed` reaches over the boundary"));
+        (left.last("pushed").x, told)
+    };
+    let (x, told) = pushed("1e3");
+    assert!(x > 0.85 && told, "{x}, told: {told}");
+    let (x, told) = pushed("1");
+    assert!(x < 0.75 && !told, "{x}, told: {told}");
+}

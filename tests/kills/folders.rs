@@ -293,3 +293,24 @@ fn a_terminal_that_goes_away_ends_a_run_cleanly_unless_it_was_told_to_stay() {
         assert_eq!(summary["status"], if code == 0 { "finished" } else { "interrupted" });
     }
 }
+
+/// Files under names of steps that are not there yet, with somebody's own words, survive a resumption.
+#[test]
+fn resuming_removes_what_runs_write_alone() {
+    let temporary = with(&[]);
+    let first = ran(temporary.path(), &["run", "square.toml", "-q", "--set", "time.max_steps=1", "--out", "k"]);
+    assert!(first.status.success(), "{}", said(&first));
+    let own = ["fields/step-000900.vtu", "cuts/mine-step-000900.csv", "bodies/step-000900.vtp"];
+    for name in own {
+        let path = temporary.path().join("k").join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, "somebody's own words").unwrap();
+    }
+    let second =
+        ran(temporary.path(), &["run", "square.toml", "-q", "--set", "time.max_steps=2", "--out", "k", "--resume"]);
+    assert!(second.status.success(), "{}", said(&second));
+    for name in own {
+        let kept = std::fs::read_to_string(temporary.path().join("k").join(name));
+        assert_eq!(kept.unwrap_or_default(), "somebody's own words", "{name}");
+    }
+}

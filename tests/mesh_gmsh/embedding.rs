@@ -193,6 +193,32 @@ fn parts_that_nearly_touch_are_told() {
     assert_eq!(build(&wedge, &cells).unwrap().near_miss(), None);
 }
 
+/// The upper half of the middle line of a square is not joined.
+#[test]
+fn a_seam_inside_of_a_part_is_told() {
+    for (gap, near) in [(1e-6, true), (1e-4, true), (1e-3, true), (0.1, false)] {
+        let (left, right) = (0.5 - 0.5 * gap, 0.5 + 0.5 * gap);
+        let vertices = [
+            [0.0, 0.0],
+            [0.5, 0.0],
+            [1.0, 0.0],
+            [0.0, 0.5],
+            [0.5, 0.5],
+            [1.0, 0.5],
+            [0.0, 1.0],
+            [left, 1.0],
+            [right, 1.0],
+            [1.0, 1.0],
+            [left, 0.75],
+            [right, 0.75],
+        ];
+        let upper = [[3, 4, 10], [3, 10, 6], [6, 10, 7], [4, 5, 11], [5, 9, 11], [11, 9, 8]];
+        let lower = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]];
+        let mesh = build(&vertices, &[&upper[..], &lower[..]].concat()).unwrap();
+        assert_eq!(mesh.near_miss().is_some(), near, "gap {gap}");
+    }
+}
+
 /// A crack inside of one part: four squares about a point, of which two do not share the nodes between them.
 #[test]
 fn a_slit_inside_of_a_part_is_refused() {

@@ -127,6 +127,7 @@ impl Stepper {
         let mut resolution = Resolution::new(mesh, flow.guide.bodies.len());
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, &flow.guide.bodies, &flow.motion.poses);
+        resolution.of_boundary(mesh, &flow.guide.bodies, &flow.motion.poses);
         Ok(Self { resolution, flow, solver, parameters, sources, time, stiffness, carried, good, grid: None, easel })
     }
 
@@ -209,6 +210,7 @@ impl Mover for Stepper {
         let mut notes: Vec<String> = why.iter().map(|why| shortened(t, dt, why)).collect();
         let (mesh, bodies) = (&self.flow.loops.mesh, &self.flow.guide.bodies);
         notes.extend(self.resolution.of_bodies(mesh, bodies, &self.flow.motion.poses));
+        notes.extend(self.resolution.of_boundary(mesh, bodies, &self.flow.motion.poses));
         notes.extend(self.resolution.of_gaps(mesh, bodies, &self.good.contacts));
         Ok(Stride { t, dt, iterations, rejected, notes })
     }
