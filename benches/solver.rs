@@ -1,6 +1,7 @@
 //! What a time step is made of, on the strip with a disc: assembly, factorisations, solves, and whole steps.
 //!
-//! On a coarse mesh, or with `MONOLAYER_BENCH=full` on that of the study. The number after the name is that of the cells.
+//! On a coarse mesh, or with `MONOLAYER_BENCH=full` on that of the study. The number after the name is that of the
+//! cells.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -83,7 +84,8 @@ impl Bench {
     }
 }
 
-/// Few samples: one of them may take a second. Each benchmark of the group is given some seconds, or what ten samples take.
+/// Few samples: one of them may take a second. Each benchmark of the group is given some seconds, or what ten samples
+/// take.
 fn group<'c>(criterion: &'c mut Criterion, name: &str, seconds: u64) -> BenchmarkGroup<'c, WallTime> {
     let mut group = criterion.benchmark_group(name);
     group.sample_size(10).sampling_mode(SamplingMode::Flat);

@@ -1,8 +1,10 @@
-//! Rigid bodies by penalty in a Stokes flow: `cargo run --release --example bodies -- shear|offset|settling|epsilon|factors`.
+//! Rigid bodies by penalty in a Stokes flow:
+//! `cargo run --release --example bodies -- shear|offset|settling|epsilon|factors`.
 //!
-//! `shear`: spin of a disc in a shear flow, exactly 1/2. `offset`: spin of a disc beside the middle of a flow that is no shear. `settling`: errors and orders
-//! in the cell size of a disc that falls in a box, on meshes whose edges follow it and on meshes that it cuts. `epsilon`: orders in the penalty. `factors`:
-//! what a moved body costs with factors made anew as a whole and in part.
+//! `shear`: spin of a disc in a shear flow, exactly 1/2. `offset`: spin of a disc beside the middle of a flow that is
+//! no shear. `settling`: errors and orders in the cell size of a disc that falls in a box, on meshes whose edges follow
+//! it and on meshes that it cuts. `epsilon`: orders in the penalty. `factors`: what a moved body costs with factors
+//! made anew as a whole and in part.
 
 use std::sync::Arc;
 use std::time::Instant;

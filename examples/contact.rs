@@ -1,8 +1,9 @@
 //! How fast contact is solved: `cargo run --release --example contact [COUNT…]`.
 //!
-//! Discs of radius 0.015 to 0.025 fall past fixed discs of radius 0.05 to the bottom of a box 2 wide and 6 high, until the pile rests. Then the
-//! next step of the resting pile is made by every method, to the same tolerance. At last a particle over a plane is pressed and pulled in gluey
-//! contact. More than 1000 discs get a box as many times as wide. Seconds are those of the processor, where the system tells them.
+//! Discs of radius 0.015 to 0.025 fall past fixed discs of radius 0.05 to the bottom of a box 2 wide and 6 high, until
+//! the pile rests. Then the next step of the resting pile is made by every method, to the same tolerance. At last a
+//! particle over a plane is pressed and pulled in gluey contact. More than 1000 discs get a box as many times as wide.
+//! Seconds are those of the processor, where the system tells them.
 
 use std::io::Write;
 use std::time::Instant;

@@ -134,7 +134,8 @@ fn fields(row: &Row) -> [ErrorField; 3] {
 struct Kept {
     /// The smallest density at the points at which one is evaluated.
     lowest: f64,
-    /// The largest difference between the mass and what is counted of it, relative to that mass or, where there is none, itself.
+    /// The largest difference between the mass and what is counted of it, relative to that mass or, where there is
+    /// none, itself.
     defect: f64,
     /// Most cells limited in a step.
     limited: f64,

@@ -1,8 +1,9 @@
-//! How fast the compressible sheet becomes the incompressible one as its penalty c_0 grows: `cargo run --release --example limit`.
+//! How fast the compressible sheet becomes the incompressible one as its penalty c_0 grows:
+//! `cargo run --release --example limit`.
 //!
-//! Both sheets have the same mesh and the same spaces of velocity and polarity, so that their difference is a field of those spaces.
-//! The columns named `last` compare with the largest c_0 instead, which leaves out how differently two discretisations keep
-//! div v = 0.
+//! Both sheets have the same mesh and the same spaces of velocity and polarity, so that their difference is a field of
+//! those spaces. The columns named `last` compare with the largest c_0 instead, which leaves out how differently two
+//! discretisations keep div v = 0.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

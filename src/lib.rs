@@ -8,10 +8,12 @@
 //! p□ = ∂_t p + (v·∇)p − W(v)·p − a D(v)·p                                       objective derivative
 //! D(v) = sym ∇v,  W(v) = skw ∇v,  (∇v)_ij = ∂_j v_i
 //! ```
-//! The compressible sheet [5.49] has a density: `∂_t ρ + div(ρv) = f_ρ` in place of `div v = 0`, and a pressure that follows from ρ.
+//! The compressible sheet [5.49] has a density: `∂_t ρ + div(ρv) = f_ρ` in place of `div v = 0`, and a pressure that
+//! follows from ρ.
 //!
-//! `v` and `Π` are continuous (Taylor–Hood), `p` and `ρ` are discontinuous; time is discretised by BDF, for ρ by A-BDF. The page `docs/model.md`
-//! gives every formula with the tag that the code cites; numbers in square brackets are those of Shourick's thesis (2024).
+//! `v` and `Π` are continuous (Taylor–Hood), `p` and `ρ` are discontinuous; time is discretised by BDF, for ρ by A-BDF.
+//! The page `docs/model.md` gives every formula with the tag that the code cites; numbers in square brackets are those
+//! of Shourick's thesis (2024).
 
 pub mod body;
 pub mod contact;

@@ -93,7 +93,8 @@ enum Command {
         study: PathBuf,
         #[command(flatten)]
         sets: Sets,
-        /// Folder of the results; finished settings of the same study are kept [default: out/NAME, numbered if it is taken].
+        /// Folder of the results; finished settings of the same study are kept [default: out/NAME, numbered if it is
+        /// taken].
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// Time each setting so often and take the median.

@@ -1,18 +1,11 @@
 //! The code and the model page cite the same formulas.
 
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+mod sources;
 
-fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, out);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            out.push(path);
-        }
-    }
-}
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use sources::sources;
 
 /// Tags such as `[7.6d]`, `[9.1.2]` or `[B.54]`.
 fn tags(text: &str) -> BTreeSet<String> {
@@ -33,8 +26,7 @@ fn tags(text: &str) -> BTreeSet<String> {
 fn every_tag_in_the_code_is_on_the_model_page() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = tags(&std::fs::read_to_string(root.join("docs/model.md")).unwrap());
-    let mut files = Vec::new();
-    sources(&root.join("src"), &mut files);
+    let files = sources(&root.join("src"));
     let mut cited = BTreeSet::new();
     for file in &files {
         // tags stand in comments; code has floats and ranges in brackets

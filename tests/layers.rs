@@ -1,8 +1,12 @@
-//! The floors of the house: a folder of `src/` imports only from floors below it. What still looks upwards is listed; the
-//! list may only become shorter.
+//! The floors of the house: a folder of `src/` imports only from floors below it. What still looks upwards is listed;
+//! the list may only become shorter.
+
+mod sources;
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use sources::sources;
 
 /// From the ground up.
 const FLOORS: [&[&str]; 12] = [
@@ -24,17 +28,6 @@ const FLOORS: [&[&str]; 12] = [
 /// and marks of files are read by meshes.
 const LEFT: [(&str, &str); 4] = [("body", "form"), ("body", "model"), ("body", "time"), ("mesh", "output")];
 
-fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, out);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            out.push(path);
-        }
-    }
-}
-
 /// Folders that a file names, in code and not in comments, without its tests.
 fn imports(text: &str) -> BTreeSet<String> {
     let code = text.split("#[cfg(test)]").next().unwrap();
@@ -52,8 +45,7 @@ fn imports(text: &str) -> BTreeSet<String> {
 fn folders_import_from_the_floors_below_them() {
     let floor = |name: &str| FLOORS.iter().position(|names| names.contains(&name));
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = Vec::new();
-    sources(&root, &mut files);
+    let files = sources(&root);
     let mut upwards = BTreeSet::new();
     for file in &files {
         let inside = file.strip_prefix(&root).unwrap();

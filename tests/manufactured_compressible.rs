@@ -1,4 +1,5 @@
-//! The sources that follow from exact fields with a density, against the equations with differences in place of derivatives.
+//! The sources that follow from exact fields with a density, against the equations with differences in place of
+//! derivatives.
 
 use std::f64::consts::PI;
 
@@ -38,7 +39,8 @@ fn waves() -> Case {
     }
 }
 
-/// With exponents 0, 1 and 2 the stress has at most degree 8 in each coordinate, up to which the differences below are exact.
+/// With exponents 0, 1 and 2 the stress has at most degree 8 in each coordinate, up to which the differences below are
+/// exact.
 fn polynomials() -> Case {
     Case {
         exact: exact(["x^2 - 2*x*y*t + y", "x*y + y^2*t"], "2 + x*y*t - x/2", ["x*y - t", "t^2*y + x/2 - 1"]),

@@ -118,7 +118,8 @@ fn decoded(text: &str) -> Vec<u8> {
 
 #[test]
 fn arrays_of_several_blocks_are_whole() {
-    // 2 n² cells of 6 nodes of 8 bytes: for n = 32 the scalar has 3 blocks of 32 KiB exactly, for n = 33 a part is left.
+    // 2 n² cells of 6 nodes of 8 bytes: for n = 32 the scalar has 3 blocks of 32 KiB exactly, for n = 33 a part is
+    // left.
     let folder = tempfile::tempdir().unwrap();
     for (n, rest) in [(32, 0), (33, 6240)] {
         let grid = Grid::new(&hand::square(n, [1.0; 2]), 2);

@@ -159,7 +159,8 @@ fn twelve_curves_look_different() {
     assert_eq!(distinct.len(), 12);
 }
 
-// A pitchfork at λ = 1: rest stable before it and unstable after, a flow that ends in a Hopf point at λ = 4, and 30 points.
+// A pitchfork at λ = 1: rest stable before it and unstable after, a flow that ends in a Hopf point at λ = 4, and 30
+// points.
 fn branches(x: Axis) -> Plot {
     let part = |name: &str, line, colour, from: f64, to: f64, y: &dyn Fn(f64) -> f64| {
         let points = (0..=50).map(|k| from + (to - from) * f64::from(k) / 50.0).map(|l| (l, y(l))).collect();

@@ -308,7 +308,8 @@ fn choices_for_orders_of_convergence() {
 
 const SHEET: &str = include_str!("data/compressible.toml");
 
-/// The compressible scene with `from` replaced by `to` is refused on the line of the change, or on that of the table around.
+/// The compressible scene with `from` replaced by `to` is refused on the line of the change, or on that of the table
+/// around.
 #[track_caller]
 fn wrong_sheet(from: &str, to: &str, parts: &[&str]) {
     let at = SHEET.find(from).unwrap_or_else(|| panic!("the compressible scene has no `{from}`"));

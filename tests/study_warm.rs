@@ -1,7 +1,7 @@
 //! Warm starts along a branch of states that is known: `u³ − u − κ²Δu = 0` on the disc with `u = s` on its rim.
 //!
-//! For s = 1 it is `u = 1`. With falling s the state keeps `u ≈ 1` inside with a layer at the rim, until it ceases to exist
-//! before s reaches −1 by far; below that only `u ≈ −1` is left inside.
+//! For s = 1 it is `u = 1`. With falling s the state keeps `u ≈ 1` inside with a layer at the rim, until it ceases to
+//! exist before s reaches −1 by far; below that only `u ≈ −1` is left inside.
 
 use std::path::Path;
 use std::process::Command;

@@ -39,8 +39,8 @@ const THICKER: &str =
     "make it thicker: what is thinner than the gaps around it, or than a cell of a mesh, changes nothing";
 
 impl Shape {
-    /// The shape if it is one: sizes positive and finite, polygons convex, made counterclockwise and moved so that the centre of area is
-    /// the origin.
+    /// The shape if it is one: sizes positive and finite, polygons convex, made counterclockwise and moved so that the
+    /// centre of area is the origin.
     ///
     /// # Errors
     /// What is wrong, with a hint.
@@ -106,7 +106,8 @@ impl Shape {
 
     /// Signed distance of a point in the body's frame from the boundary, negative inside, and its gradient.
     ///
-    /// The gradient is the unit normal of the boundary at the nearest point; where several are nearest, that of one of them.
+    /// The gradient is the unit normal of the boundary at the nearest point; where several are nearest, that of one of
+    /// them.
     pub fn signed_distance(&self, x: Point) -> (f64, Point) {
         match self {
             Shape::Disc { radius } => from_round(x, *radius, Point::new(1.0, 0.0)),
@@ -188,8 +189,9 @@ fn from_ellipse(x: Point, [a, b]: [f64; 2]) -> (f64, Point) {
 
 /// The point of the ellipse nearest to a point of the first quadrant, `a ≥ b`.
 ///
-/// It is `(a²y₀/(τ+a²), b²y₁/(τ+b²))` with the largest root τ of `(ay₀/(τ+a²))² + (by₁/(τ+b²))² = 1`. In `u = τ/b² + 1` the left side is convex
-/// and falls, so that Newton's method from the left of the root never passes it; u keeps its relative accuracy next to the long axis.
+/// It is `(a²y₀/(τ+a²), b²y₁/(τ+b²))` with the largest root τ of `(ay₀/(τ+a²))² + (by₁/(τ+b²))² = 1`. In `u = τ/b² + 1`
+/// the left side is convex and falls, so that Newton's method from the left of the root never passes it; u keeps its
+/// relative accuracy next to the long axis.
 fn nearest_on_ellipse(y: Point, a: f64, b: f64) -> Point {
     let (ratio, apart) = ((a / b) * (a / b), (a - b) * (a + b) / (b * b));
     let z = Point::new(y.x / a, y.y / b);

@@ -1,4 +1,5 @@
-//! A Stokes flow that carries rigid bodies: solve the flow for the bodies' places, let the caller correct how they move, move them.
+//! A Stokes flow that carries rigid bodies: solve the flow for the bodies' places, let the caller correct how they
+//! move, move them.
 
 use std::sync::Arc;
 
@@ -91,7 +92,8 @@ impl Flow {
         self.guide.rules(&self.motion.poses, self.t)
     }
 
-    /// The twists by which the bodies would move in a step `dt`: `x ← x + Δt W`. Contact may correct them before [`Flow::advance`].
+    /// The twists by which the bodies would move in a step `dt`: `x ← x + Δt W`. Contact may correct them before
+    /// [`Flow::advance`].
     ///
     /// # Errors
     /// A path that is not finite.

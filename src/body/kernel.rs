@@ -1,10 +1,11 @@
 //! The velocities on which the penalty vanishes: rigid motions of bodies, as unknowns of their own.
 //!
-//! The penalty grows without bounds, like 1/ε, in the cells that a body fills; in those that it cuts it is bounded and does no harm. Cells that a body fills
-//! and that hang together by edges are a patch: the penalty vanishes for nodal fields that are rigid on it. A body without such cells has no patch; one
-//! whose cells meet in a vertex alone has several, which that vertex joins like a hinge. Where patches share nodes the motions agree there; where
-//! conditions prescribe a velocity, they follow it. With these fields as unknowns in exchange for as many nodal ones (the hosts), 1/ε multiplies
-//! what is small of order ε alone, and rounding of 1/ε never meets the balance of forces.
+//! The penalty grows without bounds, like 1/ε, in the cells that a body fills; in those that it cuts it is bounded and
+//! does no harm. Cells that a body fills and that hang together by edges are a patch: the penalty vanishes for nodal
+//! fields that are rigid on it. A body without such cells has no patch; one whose cells meet in a vertex alone has
+//! several, which that vertex joins like a hinge. Where patches share nodes the motions agree there; where conditions
+//! prescribe a velocity, they follow it. With these fields as unknowns in exchange for as many nodal ones (the hosts),
+//! 1/ε multiplies what is small of order ε alone, and rounding of 1/ε never meets the balance of forces.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -157,7 +158,8 @@ impl Kernel {
         field.into_iter().filter(|(_, value)| *value != 0.0).collect()
     }
 
-    /// Free unknowns on which the fields are independent, by elimination with the largest pivots, from cells that the bodies fill well.
+    /// Free unknowns on which the fields are independent, by elimination with the largest pivots, from cells that the
+    /// bodies fill well.
     fn hosts_of(&self, immersion: &Immersion, frames: &Frames, patches: &[usize], fields: &[Sparse]) -> Vec<usize> {
         let mut candidates = BTreeSet::new();
         for patch in patches.iter().map(|&patch| &self.patches[patch]) {
@@ -176,7 +178,8 @@ impl Kernel {
         eliminate(rows, fields.len())
     }
 
-    /// A field that is rigid on the patches and follows the prescribed velocities `v_D` of nodes there, by free unknown.
+    /// A field that is rigid on the patches and follows the prescribed velocities `v_D` of nodes there, by free
+    /// unknown.
     ///
     /// # Errors
     /// Prescribed velocities that no rigid motion has.

@@ -1,7 +1,8 @@
 //! Rigid bodies: what they are, how they move, and how a flow carries them.
 //!
-//! A body B has the velocity `V + ω (x−x_B)^⊥`, `y^⊥ = (−y₂, y₁)`. In a flow it is a region of viscosity larger by 1/ε: `(2/ε) ∫_B D(v):D(w)` is
-//! added to the viscous form [L1.13], and velocity and spin are means of the flow over B. Tags `[L…]` are equations of Lefebvre's thesis (2007).
+//! A body B has the velocity `V + ω (x−x_B)^⊥`, `y^⊥ = (−y₂, y₁)`. In a flow it is a region of viscosity larger by 1/ε:
+//! `(2/ε) ∫_B D(v):D(w)` is added to the viscous form [L1.13], and velocity and spin are means of the flow over B. Tags
+//! `[L…]` are equations of Lefebvre's thesis (2007).
 
 pub mod cut;
 pub mod distance;

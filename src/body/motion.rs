@@ -8,7 +8,8 @@ use crate::time::bdf::derivative_weights;
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Motion {
     pub poses: Vec<Pose>,
-    /// 1: `x ← x + Δt V`. 2: the BDF of order 2 on any steps, with V extrapolated: `Σ_i d_i x_i = V* = V_n + (Δt/Δt_{n−1})(V_n − V_{n−1})`.
+    /// 1: `x ← x + Δt V`. 2: the BDF of order 2 on any steps, with V extrapolated:
+    /// `Σ_i d_i x_i = V* = V_n + (Δt/Δt_{n−1})(V_n − V_{n−1})`.
     pub order: usize,
     /// The last step: its size, the twists at its beginning, and those by which the bodies moved.
     last: Option<(f64, Vec<Twist>, Vec<Twist>)>,
@@ -24,8 +25,8 @@ impl Motion {
         Self { poses, order, last: None }
     }
 
-    /// The twists W with which a step ends at `x + Δt W`, for bodies that have the twists `now`. They are what contact corrects. The first step of all
-    /// is of first order.
+    /// The twists W with which a step ends at `x + Δt W`, for bodies that have the twists `now`. They are what contact
+    /// corrects. The first step of all is of first order.
     pub fn predicted(&self, dt: f64, now: &[Twist]) -> Vec<Twist> {
         match &self.last {
             Some((before, twists, moved)) if self.order == 2 && dt > 0.0 => {

@@ -11,7 +11,8 @@ use crate::mesh::Point;
 pub enum Piece {
     /// `x(t) = from + t (to − from)`, `0 ≤ t ≤ 1`.
     Segment { from: Point, to: Point },
-    /// `x(t) = centre + cos t axes₀ + sin t axes₁`, `from ≤ t ≤ to`: an arc of an ellipse, of which the axes are conjugate half diameters.
+    /// `x(t) = centre + cos t axes₀ + sin t axes₁`, `from ≤ t ≤ to`: an arc of an ellipse, of which the axes are
+    /// conjugate half diameters.
     Arc { centre: Point, axes: [Point; 2], from: f64, to: f64 },
 }
 
@@ -110,7 +111,8 @@ impl Shape {
         }
     }
 
-    /// About `n` points along the boundary in the body's frame, counterclockwise, the first not repeated; a polygon has its vertices.
+    /// About `n` points along the boundary in the body's frame, counterclockwise, the first not repeated; a polygon has
+    /// its vertices.
     ///
     /// At least 8 points per full turn of a round shape; the ends of a capsule's straight sides are among them.
     pub fn outline(&self, n: usize) -> Vec<Point> {

@@ -1,17 +1,20 @@
-//! What bodies add to the momentum balance, cell by cell: `(2/ε) ∫_B D(v):D(w)` [L1.13], their friction, and the means that tell how they move.
+//! What bodies add to the momentum balance, cell by cell: `(2/ε) ∫_B D(v):D(w)` [L1.13], their friction, and the means
+//! that tell how they move.
 //!
-//! On a cell K that a body cuts, a polynomial without strain in the body has none in the rest of the cell either: the full penalty would let the body grow by
-//! up to a cell. So ε is larger there,
+//! On a cell K that a body cuts, a polynomial without strain in the body has none in the rest of the cell either: the
+//! full penalty would let the body grow by up to a cell. So ε is larger there,
 //!
 //! ```text
 //! Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w),   ε_K = ε + 1 − θ_K,   θ_K = |K∩B|/|K|
 //! ```
-//! At the surface of a rigid body the strain is that of fluid in layers along it, whose viscosities add up like resistances in series: the harmonic mean
-//! over the cell, `1/(1−θ+θε/(1+ε)) = 1 + θ/(ε+1−θ)`, is what ε_K gives a constant strain. A cell that is all body has `ε_K = ε`.
+//! At the surface of a rigid body the strain is that of fluid in layers along it, whose viscosities add up like
+//! resistances in series: the harmonic mean over the cell, `1/(1−θ+θε/(1+ε)) = 1 + θ/(ε+1−θ)`, is what ε_K gives a
+//! constant strain. A cell that is all body has `ε_K = ε`.
 //!
-//! A disc that falls in a box (`cargo run --release --example bodies -- settling`), ε = 1e-8, squares of 2n² triangles that the disc cuts, n = 10, 20, 40, 80:
-//! least-squares orders 1.37 in L², 0.44 in H¹, and 1.3 of the speed, beside 1.44 and 0.44 of the L² projection of the exact flow; with `ε_K = ε`
-//! 0.54, 0.22 and 0.51. On meshes whose edges follow the disc up to slivers, 2.85 and 1.68 (n = 6 to 12).
+//! A disc that falls in a box (`cargo run --release --example bodies -- settling`), ε = 1e-8, squares of 2n² triangles
+//! that the disc cuts, n = 10, 20, 40, 80: least-squares orders 1.37 in L², 0.44 in H¹, and 1.3 of the speed, beside
+//! 1.44 and 0.44 of the L² projection of the exact flow; with `ε_K = ε` 0.54, 0.22 and 0.51. On meshes whose edges
+//! follow the disc up to slivers, 2.85 and 1.68 (n = 6 to 12).
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -23,8 +26,8 @@ use crate::form::{Integrator, mass, stokes};
 use crate::mesh::Point;
 use crate::space::Space;
 
-/// A part of a cell or of a body that is smaller than this, relative to the smaller of both, adds no viscosity: its corner is within rounding of the
-/// body's outline.
+/// A part of a cell or of a body that is smaller than this, relative to the smaller of both, adds no viscosity: its
+/// corner is within rounding of the body's outline.
 const SLIVER: f64 = 1e-10;
 /// Cells with a larger share of fluid are so soft that the penalty may act on the rigid motions there.
 const SOFT: f64 = 1e-3;
@@ -58,7 +61,8 @@ pub enum BodyError {
 /// What a body and a cell have in common.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// `∫ 2 D(v):D(w)` over the part, to be multiplied by [`Part::strength`]; `None` where the part is too small to count.
+    /// `∫ 2 D(v):D(w)` over the part, to be multiplied by [`Part::strength`]; `None` where the part is too small to
+    /// count.
     pub viscosity: Option<Vec<f64>>,
     /// `∫ v·w` over the part.
     pub mass: Vec<f64>,
@@ -76,9 +80,10 @@ impl Part {
     }
 }
 
-/// Means over a body: `twist = G⁻¹ Rᵀ M v`, R the three rigid motions, M the mass over the body, `G = RᵀMR`. For a body that lies inside the mesh these are
-/// `V = (1/|B|) ∫_B v` and `ω = ∫_B (x−x_B)^⊥·v / ∫_B |x−x_B|²` by the quadrature in use; of a body that leaves it, the rigid motion nearest to the flow in
-/// the part that is left. A rigid flow has exactly its own twist.
+/// Means over a body: `twist = G⁻¹ Rᵀ M v`, R the three rigid motions, M the mass over the body, `G = RᵀMR`. For a body
+/// that lies inside the mesh these are `V = (1/|B|) ∫_B v` and `ω = ∫_B (x−x_B)^⊥·v / ∫_B |x−x_B|²` by the quadrature
+/// in use; of a body that leaves it, the rigid motion nearest to the flow in the part that is left. A rigid flow has
+/// exactly its own twist.
 #[derive(Debug, Clone)]
 pub struct Means {
     /// Velocity dofs and their row of `G⁻¹ Rᵀ M`.

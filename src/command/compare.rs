@@ -21,7 +21,8 @@ pub struct CompareArgs {
     /// Folder of the run to compare with, in place of the file's `run`.
     #[arg(long, value_name = "DIR", conflicts_with = "synthesize")]
     run: Option<PathBuf>,
-    /// Folder of the results [default: out/NAME, numbered if it is taken]; with --synthesize the table [default: tracks.csv].
+    /// Folder of the results [default: out/NAME, numbered if it is taken]; with --synthesize the table [default:
+    /// tracks.csv].
     #[arg(long, value_name = "DIR|FILE")]
     out: Option<PathBuf>,
     /// Make a table of measured velocities from the run in this folder.

@@ -10,12 +10,12 @@ pub struct Args {
     /// Folders that runs, studies or comparisons have left; several runs go into one picture.
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Curves to draw, separated by commas: sections, energy, lissajous, residual, overshoot, asymmetry, budget, step, iterations,
-    /// bodies, measures (all others), study [default: all that the folders have].
+    /// Curves to draw, separated by commas: sections, energy, lissajous, residual, overshoot, asymmetry, budget, step,
+    /// iterations, bodies, measures (all others), study [default: all that the folders have].
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     what: Vec<String>,
-    /// Quantities along sections: velocity_1, velocity_2, speed, pressure, polarity_1, polarity_2, polarity, density, or a
-    /// column of the tables [default: velocity_1, pressure, polarity_1, density].
+    /// Quantities along sections: velocity_1, velocity_2, speed, pressure, polarity_1, polarity_2, polarity, density,
+    /// or a column of the tables [default: velocity_1, pressure, polarity_1, density].
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     quantity: Vec<String>,
     /// Cuts, such as axis-3 [default: all].
@@ -30,7 +30,8 @@ pub struct Args {
     /// Folder of the pictures [default: plots in the folder of a single one, else out/plots].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Name of a run in the legend; may be repeated, in the order of the folders [default: what differs between the scenes].
+    /// Name of a run in the legend; may be repeated, in the order of the folders [default: what differs between the
+    /// scenes].
     #[arg(long, value_name = "NAME")]
     label: Vec<String>,
 }

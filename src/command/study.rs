@@ -19,7 +19,8 @@ pub struct StudyArgs {
     study: Option<PathBuf>,
     #[command(flatten)]
     sets: Sets,
-    /// Folder of the results; one that holds a part of this study is completed [default: out/NAME, numbered if it is taken].
+    /// Folder of the results; one that holds a part of this study is completed [default: out/NAME, numbered if it is
+    /// taken].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Runs at a time, as far as memory allows [default: as many as there are cores].

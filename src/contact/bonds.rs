@@ -47,7 +47,8 @@ impl Bonds {
         &self.list[start..end]
     }
 
-    /// The bonds of a pair for the places where it touches now. A corner that has taken over from another one takes over its γ as well.
+    /// The bonds of a pair for the places where it touches now. A corner that has taken over from another one takes
+    /// over its γ as well.
     pub fn shared(&self, body: usize, partner: Partner, slots: &[u32]) -> Vec<Bond> {
         let mut bonds = vec![Bond::default(); slots.len()];
         for (key, bond) in self.of_pair(body, partner) {

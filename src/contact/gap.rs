@@ -1,7 +1,8 @@
 //! Gaps between shapes: signed distance, the nearest points, and the direction in which the gap opens.
 //!
-//! Every shape is a core and a radius about it: a point (disc), a segment (capsule), a polygon, or an ellipse. Between cores without an ellipse
-//! the gap is closed form; with one it is the maximum over directions n of `min_b n·b − max_a n·a`, which is found by bisection to rounding.
+//! Every shape is a core and a radius about it: a point (disc), a segment (capsule), a polygon, or an ellipse. Between
+//! cores without an ellipse the gap is closed form; with one it is the maximum over directions n of
+//! `min_b n·b − max_a n·a`, which is found by bisection to rounding.
 
 use super::smooth;
 use crate::body::{Pose, Shape, Twist, turned};
@@ -191,7 +192,8 @@ const FACING: f64 = -0.9;
 /// Slot of the first corner of the second shape; those of the first shape start at 1.
 const SECOND: u32 = 1 << 16;
 
-/// Touches of cores with corners: corner to corner, or the corners of either core that face the separating side and its opposite.
+/// Touches of cores with corners: corner to corner, or the corners of either core that face the separating side and its
+/// opposite.
 fn corners(first: &Placed, second: &Placed, reach: f64, out: &mut Vec<Touch>) {
     let (p, q) = (first.corners(), second.corners());
     let single = p.len() == 1 || q.len() == 1;

@@ -1,10 +1,11 @@
 //! Contact of rigid bodies with each other and with walls: inelastic, or gluey by the lubrication of a vanishing film.
 
 //!
-//! The gap `D` of a pair is the signed distance of its shapes and `G` its gradient with position and angle. From predicted velocities V* a step
-//! takes `W = argmin ½|W − V*|²_M` over `D + Δt G·W ≥ η` \[L3\], then `x ← x + Δt W`. In gluey contact the multiplier λ may be negative down to
-//! `γ/(R Δt)`: a bond holds until it has been pulled as much as it was pressed, and what a pull has in excess parts the pair within the same
-//! step. So one convex projection treats any number of bonds that break at once.
+//! The gap `D` of a pair is the signed distance of its shapes and `G` its gradient with position and angle. From
+//! predicted velocities V* a step takes `W = argmin ½|W − V*|²_M` over `D + Δt G·W ≥ η` \[L3\], then `x ← x + Δt W`. In
+//! gluey contact the multiplier λ may be negative down to `γ/(R Δt)`: a bond holds until it has been pulled as much as
+//! it was pressed, and what a pull has in excess parts the pair within the same step. So one convex projection treats
+//! any number of bonds that break at once.
 
 mod bonds;
 mod error;
@@ -45,8 +46,8 @@ pub enum Wall {
 pub enum Law {
     /// `G·V ≥ 0` where they touch.
     Inelastic,
-    /// They stay together until they have been pulled as much as they were pressed [L4, L5]; `γ ≥ γ_min`, the threshold of roughness, `−∞` for
-    /// smooth bodies.
+    /// They stay together until they have been pulled as much as they were pressed [L4, L5]; `γ ≥ γ_min`, the threshold
+    /// of roughness, `−∞` for smooth bodies.
     Gluey { gamma_min: f64 },
 }
 

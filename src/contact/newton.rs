@@ -3,11 +3,12 @@
 //! ```text
 //! u ← argmin ½|u − u*|²_M + Σ max(0, μ − σ w)²/(2σ),   μ ← max(0, μ − σ w)
 //! ```
-//! The inner function is strictly convex and piecewise quadratic, so that Newton's method with an exact search along the line ends after finitely
-//! many steps, whatever the rows: redundant ones, and more of them than unknowns, do no harm. Whole steps change many rows at once where the search
-//! along the line adds them one by one; so they are tried first, and the search is what is left when they go in circles. The matrix `M + Σ σ bbᵀ`
-//! over the active rows is sparse and positive definite. At last the active rows alone are solved by refinement, which takes away what a finite σ
-//! and the rounding of a large one leave.
+//! The inner function is strictly convex and piecewise quadratic, so that Newton's method with an exact search along
+//! the line ends after finitely many steps, whatever the rows: redundant ones, and more of them than unknowns, do no
+//! harm. Whole steps change many rows at once where the search along the line adds them one by one; so they are tried
+//! first, and the search is what is left when they go in circles. The matrix `M + Σ σ bbᵀ` over the active rows is
+//! sparse and positive definite. At last the active rows alone are solved by refinement, which takes away what a finite
+//! σ and the rounding of a large one leave.
 
 use super::projection::{Problem, Projection, Unsolved};
 use crate::solve::sparse::{Cholesky, Symmetric};
@@ -23,7 +24,8 @@ const INNER: usize = 100;
 const WHOLE: usize = 20;
 const POLISH: usize = 20;
 
-/// A row with a bound `b > −∞` is shifted by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least 0.
+/// A row with a bound `b > −∞` is shifted by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least
+/// 0.
 struct Shifted<'a> {
     problem: &'a Problem,
     target: Vec<f64>,
@@ -226,7 +228,8 @@ impl<'a> Workspace<'a> {
         if curvature > 0.0 { (-slope / curvature).max(0.0) } else { 1.0 }
     }
 
-    /// Solves the active rows as equations by refinement; the projection when it keeps all rules. What is gained stays when it does not.
+    /// Solves the active rows as equations by refinement; the projection when it keeps all rules. What is gained stays
+    /// when it does not.
     fn polish(&mut self, u: &mut Vec<f64>, mu: &mut Vec<f64>) -> Option<Projection> {
         let active: Vec<bool> = (0..mu.len()).map(|c| !self.shifted.one_sided[c] || mu[c] > 0.0).collect();
         let mut last = f64::INFINITY;
@@ -283,7 +286,8 @@ impl<'a> Workspace<'a> {
         }
     }
 
-    /// Takes the velocity that the multipliers give, which keeps momentum to rounding, where it keeps the rules as well.
+    /// Takes the velocity that the multipliers give, which keeps momentum to rounding, where it keeps the rules as
+    /// well.
     fn finish(&self, u: &[f64], mu: &[f64]) -> Projection {
         let (problem, multipliers) = (self.shifted.problem, self.with_bounds(mu));
         let exact = problem.answer(&multipliers);

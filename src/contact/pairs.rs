@@ -1,4 +1,5 @@
-//! Which bodies and walls can meet: a tree of bounding boxes, whatever their sizes, in a time about proportional to their number.
+//! Which bodies and walls can meet: a tree of bounding boxes, whatever their sizes, in a time about proportional to
+//! their number.
 
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};

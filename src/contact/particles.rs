@@ -4,9 +4,9 @@
 //! m V' = F − γ_d m V + Σ λ G       inertial: drag γ_d ≥ 0, implicit Euler for the drag
 //! γ_d m V = F + Σ λ G              overdamped: γ_d > 0
 //! ```
-//! and the same for spin, moment of inertia and torque. A step takes the forces at its beginning, projects the velocities that they give, and moves
-//! with the projected ones. Inertial bodies whose forces vary with their place, and that nothing touches in a step, follow
-//! them within the step instead.
+//! and the same for spin, moment of inertia and torque. A step takes the forces at its beginning, projects the
+//! velocities that they give, and moves with the projected ones. Inertial bodies whose forces vary with their place,
+//! and that nothing touches in a step, follow them within the step instead.
 
 use serde::{Deserialize, Serialize};
 
@@ -41,7 +41,8 @@ pub enum Motion {
     Path,
 }
 
-/// What acts on bodies from outside; bodies are numbered as in [`Particles`]. Values that are not finite end a step with an error.
+/// What acts on bodies from outside; bodies are numbered as in [`Particles`]. Values that are not finite end a step
+/// with an error.
 pub trait Drive {
     /// Total force and torque about the centre: `(F_x, F_y, τ)`.
     fn load(&self, body: usize, t: f64, pose: &Pose, twist: &Twist) -> [f64; 3];
@@ -204,12 +205,14 @@ impl Particles {
     /// One step, with the forces at its beginning.
     ///
     /// # Errors
-    /// Empty steps; forces that are not finite; bodies that cannot move without overlap. The state is that before the step.
+    /// Empty steps; forces that are not finite; bodies that cannot move without overlap. The state is that before the
+    /// step.
     pub fn step(&mut self, dt: f64, drive: &dyn Drive) -> Result<StepReport, ContactError> {
         self.step_along(&Stiffness::default(), dt, drive)
     }
 
-    /// One step. Bodies with inertia whose forces vary with their place follow them within the step, where contact lets them.
+    /// One step. Bodies with inertia whose forces vary with their place follow them within the step, where contact lets
+    /// them.
     ///
     /// # Errors
     /// As [`Particles::step`].
@@ -401,7 +404,8 @@ impl Plan {
     }
 }
 
-/// Takes the swings from bodies that contact acts on: these take the forces at the beginning, as contact does. Whether there was one.
+/// Takes the swings from bodies that contact acts on: these take the forces at the beginning, as contact does. Whether
+/// there was one.
 fn give_up(swings: &mut [Option<Swing>], contacts: &[Contact]) -> bool {
     let mut found = false;
     for contact in contacts.iter().filter(|contact| contact.force != 0.0) {

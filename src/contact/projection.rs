@@ -19,7 +19,8 @@ pub struct Row {
     pub entries: Vec<(usize, f64)>,
     /// `c`
     pub offset: f64,
-    /// Least value of the multiplier: 0 for `w ≥ 0`, −∞ for `w = 0`, and in between for a bond that holds so much and no more.
+    /// Least value of the multiplier: 0 for `w ≥ 0`, −∞ for `w = 0`, and in between for a bond that holds so much and
+    /// no more.
     pub bound: f64,
     /// What `w` may miss.
     pub slack: f64,
@@ -106,7 +107,8 @@ impl Problem {
         u
     }
 
-    /// The row that breaks its rule most, with by how many of its slacks: `w ≥ 0` where `μ` is at its bound, `w = 0` elsewhere.
+    /// The row that breaks its rule most, with by how many of its slacks: `w ≥ 0` where `μ` is at its bound, `w = 0`
+    /// elsewhere.
     pub fn worst(&self, u: &[f64], multipliers: &[f64]) -> (usize, f64) {
         let mut worst = (0, 0.0);
         for (index, (row, mu)) in self.rows.iter().zip(multipliers).enumerate() {
@@ -120,7 +122,8 @@ impl Problem {
         worst
     }
 
-    /// `max |M (u − u*) − Bᵀμ|` relative to the sums of the terms, of which none counts as less than a momentum of the fastest unknown.
+    /// `max |M (u − u*) − Bᵀμ|` relative to the sums of the terms, of which none counts as less than a momentum of the
+    /// fastest unknown.
     pub fn imbalance(&self, u: &[f64], multipliers: &[f64]) -> f64 {
         let fastest = u.iter().chain(&self.target).fold(0.0, |most: f64, u| most.max(u.abs()));
         let mut residual: Vec<f64> = (0..u.len()).map(|k| self.metric[k] * (u[k] - self.target[k])).collect();
@@ -154,8 +157,8 @@ impl Problem {
         }
     }
 
-    /// Newton's method; a warm start may mislead: then once more from nothing, with another penalty; where a heavy body presses light ones, with one
-    /// that the heavy one feels; and at last without factors.
+    /// Newton's method; a warm start may mislead: then once more from nothing, with another penalty; where a heavy body
+    /// presses light ones, with one that the heavy one feels; and at last without factors.
     fn newton(&self, warm: &[f64]) -> Result<Projection, Unsolved> {
         let mut spent = 0;
         let mut or_spend = |tried: Result<Projection, Unsolved>| match tried {

@@ -54,7 +54,8 @@ pub(super) fn maxima(slope: impl Fn(f64) -> f64, mut found: impl FnMut(f64)) {
     }
 }
 
-/// The touch of two convex shapes by `D = max_n (min_b n·b − max_a n·a)`; the derivative with the angle of n is `n^⊥·(b − a)`.
+/// The touch of two convex shapes by `D = max_n (min_b n·b − max_a n·a)`; the derivative with the angle of n is
+/// `n^⊥·(b − a)`.
 pub(super) fn touch(first: &Placed, second: &Placed) -> Touch {
     let between = |n: Point| (first.support(n), second.support(-n));
     let slope = |angle: f64| {

@@ -36,8 +36,8 @@ pub struct Mover<'a> {
 impl<'a> Mover<'a> {
     /// A body without inertia in a fluid with friction `C_F`, that would have the motion `predicted` for the time `dt`.
     ///
-    /// The projection weighs such bodies by resistances: `4π + C_F|B|` against translation and `4πr²` against rotation, r the
-    /// largest radius. The forces of contact are then forces in the units of the fluid.
+    /// The projection weighs such bodies by resistances: `4π + C_F|B|` against translation and `4πr²` against rotation,
+    /// r the largest radius. The forces of contact are then forces in the units of the fluid.
     pub fn in_fluid(body: &'a Body, pose: Pose, predicted: Twist, dt: f64, friction: f64) -> Self {
         let four_pi = 4.0 * std::f64::consts::PI;
         let mass = four_pi + friction * body.shape.area();
@@ -72,7 +72,8 @@ pub struct Settings {
     /// What a gap may miss, relative to the radius of the smaller body; rounding of the positions comes on top.
     pub tolerance: f64,
     pub method: Method,
-    /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes. More is refused.
+    /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes. More
+    /// is refused.
     pub overlap: f64,
 }
 
@@ -120,7 +121,8 @@ pub struct Effort {
     /// Linear solves, or steps of Uzawa's method.
     pub iterations: usize,
     pub factorisations: usize,
-    /// Projections: more than one when bodies turn, or roll inside of a wall, so far that the straight prediction of a gap is not enough.
+    /// Projections: more than one when bodies turn, or roll inside of a wall, so far that the straight prediction of a
+    /// gap is not enough.
     pub rounds: usize,
 }
 

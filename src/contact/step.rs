@@ -292,8 +292,8 @@ impl<'a> Step<'a> {
         Some(Projection { velocity: velocity.clone(), multipliers: warm.to_vec(), ..Projection::default() })
     }
 
-    /// Compares the rows with the gaps at the end of the step, and moves those that a gap misses: the direction of their force stays. The
-    /// worst miss, when there is one.
+    /// Compares the rows with the gaps at the end of the step, and moves those that a gap misses: the direction of
+    /// their force stays. The worst miss, when there is one.
     fn follow(&mut self, pairs: &[(usize, Partner)]) -> Option<(usize, Partner, f64)> {
         let twists = self.twists();
         let poses = self.poses(&twists);

@@ -3,7 +3,8 @@
 //! ```text
 //! X' = V      m V' = F(t, X) − γ_d m V
 //! ```
-//! so that many periods of a stiff spring keep their phase. A step that took the force at its beginning would be late by half of itself.
+//! so that many periods of a stiff spring keep their phase. A step that took the force at its beginning would be late
+//! by half of itself.
 
 use super::particles::{Drive, Motion, Particle};
 use crate::body::{Pose, Twist, perpendicular, turned};

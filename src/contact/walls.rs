@@ -87,8 +87,8 @@ impl Walls {
         }
     }
 
-    /// Drops touches of the end of a segment that the segment beside it takes over: those whose normal lies outside of the normals that a
-    /// body can meet at the corner. Between two segments in line none is left.
+    /// Drops touches of the end of a segment that the segment beside it takes over: those whose normal lies outside of
+    /// the normals that a body can meet at the corner. Between two segments in line none is left.
     fn drop_joints(&self, index: usize, ends: [Point; 2], start: usize, out: &mut Vec<Touch>) {
         let along = (ends[1] - ends[0]).normalize();
         let slack = 1e-9;
@@ -112,7 +112,8 @@ impl Walls {
     }
 }
 
-/// `R = (1/r + 1/r')²` between a body of radius r and a wall of radius r': infinite of flat ones, negative of hollow ones.
+/// `R = (1/r + 1/r')²` between a body of radius r and a wall of radius r': infinite of flat ones, negative of hollow
+/// ones.
 pub(super) fn resistance(radius: f64, wall: &Wall) -> f64 {
     match wall {
         Wall::Segment(_) => 1.0 / (radius * radius),

@@ -1,7 +1,8 @@
 //! Lagrange bases of degree 1 to 5 on equispaced nodes.
 //!
 //! Nodes are numbered as VTK's Lagrange triangle numbers them: the three vertices, then the inner nodes of the edges
-//! 0→1, 1→2, 2→0 in that direction, then the inner nodes, which form a triangle of degree `q − 3` numbered the same way.
+//! 0→1, 1→2, 2→0 in that direction, then the inner nodes, which form a triangle of degree `q − 3` numbered the same
+//! way.
 
 use std::sync::OnceLock;
 
@@ -42,7 +43,8 @@ pub fn nodes(q: usize) -> Vec<Vector2<f64>> {
     node_indices(q).into_iter().map(|[_, j, k]| Vector2::new(j as f64 * step, k as f64 * step)).collect()
 }
 
-/// Local numbers of the nodes on local face `f` (opposite vertex `f`), from vertex `f+1` to vertex `f+2`, ends included.
+/// Local numbers of the nodes on local face `f` (opposite vertex `f`), from vertex `f+1` to vertex `f+2`, ends
+/// included.
 pub fn face_nodes(q: usize, f: usize) -> Vec<usize> {
     let (a, b) = ((f + 1) % 3, (f + 2) % 3);
     let first = 3 + a * (q - 1);

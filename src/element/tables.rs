@@ -77,8 +77,8 @@ pub fn cell(degree: usize) -> &'static Tables {
     TABLES[degree].get_or_init(|| Tables::new(quadrature::triangle(degree).points.clone()))
 }
 
-/// The bases at the points of [`quadrature::interval`] on local face `face`; `reversed` runs from vertex `f+2` to `f+1`,
-/// as the plus side of a face sees the points of the minus side.
+/// The bases at the points of [`quadrature::interval`] on local face `face`; `reversed` runs from vertex `f+2` to
+/// `f+1`, as the plus side of a face sees the points of the minus side.
 pub fn face(degree: usize, face: usize, reversed: bool) -> &'static Tables {
     static TABLES: [OnceLock<[[Tables; 2]; 3]>; MAX_INTERVAL_DEGREE + 1] =
         [const { OnceLock::new() }; MAX_INTERVAL_DEGREE + 1];

@@ -70,8 +70,8 @@ impl<'a, U: Jet, V: Jet> Bilinear<'a, U, V> {
         !self.face_terms.is_empty()
     }
 
-    /// `∫_Ω integrand(φ, χ)`, of polynomial degree `degree`. `at` computes what depends on the point alone and returns the
-    /// integrand, which must be linear in both arguments.
+    /// `∫_Ω integrand(φ, χ)`, of polynomial degree `degree`. `at` computes what depends on the point alone and returns
+    /// the integrand, which must be linear in both arguments.
     pub fn cells<F, G>(degree: usize, at: F) -> Self
     where
         F: Fn(&CellPoint) -> G + Sync + 'a,

@@ -7,8 +7,8 @@ use crate::space::{Field, Space};
 
 /// `c_0 ρ^(γ+1) − ½Bρ_min|p|² + S_a'ρ|p|²`, the pressure `ρΠ` and the isotropic active stress   [5.50], [7.34]
 ///
-/// Terms whose parameter is zero are not evaluated. The quadrature is exact where γ is an integer, as long as the rules allow
-/// (degree 30 at most with the test function); other powers are integrated as the next integer one.
+/// Terms whose parameter is zero are not evaluated. The quadrature is exact where γ is an integer, as long as the rules
+/// allow (degree 30 at most with the test function); other powers are integrated as the next integer one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compression {
     /// `c_0`, the density penalty.
@@ -39,8 +39,8 @@ impl Compression {
 
     /// `(c_0/γ) ρ^(γ+1)`, or `c_0 ρ ln ρ` for γ = 0: the energy `e(ρ)` of crowding.
     ///
-    /// Either one has the pressure `ρe′ − e = c_0 ρ^(γ+1)`; this is `(c_0/γ)(ρ^(γ+1) − ρ)` in the limit γ → 0, where the term
-    /// linear in ρ, which has no pressure, is what keeps the limit finite.
+    /// Either one has the pressure `ρe′ − e = c_0 ρ^(γ+1)`; this is `(c_0/γ)(ρ^(γ+1) − ρ)` in the limit γ → 0, where
+    /// the term linear in ρ, which has no pressure, is what keeps the limit finite.
     pub fn potential(&self, rho: f64) -> f64 {
         if self.penalty == 0.0 || rho == 0.0 {
             return 0.0;
@@ -88,7 +88,8 @@ impl Compression {
         })
     }
 
-    /// Derivative of [`Compression::force`] along ρ: `−∫ δρ [c_0 (γ+1) ρ^γ + S_a'|p|²] div w`, trial δρ, test w   [7.34]
+    /// Derivative of [`Compression::force`] along ρ: `−∫ δρ [c_0 (γ+1) ρ^γ + S_a'|p|²] div w`, trial δρ, test w  
+    /// [7.34]
     pub fn by_density<'a>(self, velocity: &Space, rho: &'a Field, p: &'a Field) -> Bilinear<'a, Scalar, Vector> {
         Bilinear::cells(self.degree(velocity, &rho.space, &p.space), move |x| {
             let slope = self.stress_by_density(rho.scalar(&x.site), p.vector(&x.site).norm_squared());

@@ -94,10 +94,11 @@ pub fn energy_over_b(
     well + kappa * kappa * (slope + face)
 }
 
-/// The polarity's part of the free energy of the compressible sheet: κ, and its Dirichlet faces with data of degree `degree`   [5.39]
+/// The polarity's part of the free energy of the compressible sheet: κ, and its Dirichlet faces with data of degree
+/// `degree`   [5.39]
 ///
-/// `∫ (ρ ¼(|p|²−1)² + ½ρ_min|p|² + ½κ²ρ|∇_hp|²) + κ² Σ_Si∪SD ∫ η (½Cϖ|[p]|² − {∂_np}·[p])`, with `[p] = p − g` on Dirichlet faces.
-/// It is linear in the weights ρ, η and ρ_min: others give its derivative along ρ.
+/// `∫ (ρ ¼(|p|²−1)² + ½ρ_min|p|² + ½κ²ρ|∇_hp|²) + κ² Σ_Si∪SD ∫ η (½Cϖ|[p]|² − {∂_np}·[p])`, with `[p] = p − g` on
+/// Dirichlet faces. It is linear in the weights ρ, η and ρ_min: others give its derivative along ρ.
 #[derive(Debug, Clone, Copy)]
 pub struct PolarEnergy<'a, G> {
     pub loops: &'a Integrator,
@@ -109,8 +110,8 @@ pub struct PolarEnergy<'a, G> {
 }
 
 impl<G: Fn(&FacePoint) -> Point + Sync> PolarEnergy<'_, G> {
-    /// With weights of degree `r`: in the cells, on the faces, and of `½|p|²`. Every term has the quadrature of its form in `L_h`, that of
-    /// `l_swip` for what the data multiply.
+    /// With weights of degree `r`: in the cells, on the faces, and of `½|p|²`. Every term has the quadrature of its
+    /// form in `L_h`, that of `l_swip` for what the data multiply.
     fn weighed(
         &self,
         r: usize,

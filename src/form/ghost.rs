@@ -1,14 +1,15 @@
 //! Ghost penalty: what holds the functions of a cell that keeps only a sliver of the domain.
 //!
-//! A cell K that a body cuts belongs to the discretisation by its part `K∖B` alone, and nothing in that part's integrals bounds a polynomial on the
-//! rest of K. Across a face S of such a cell, with both polynomials continued to the whole patch `ω_S = K− ∪ K+`,
+//! A cell K that a body cuts belongs to the discretisation by its part `K∖B` alone, and nothing in that part's
+//! integrals bounds a polynomial on the rest of K. Across a face S of such a cell, with both polynomials continued to
+//! the whole patch `ω_S = K− ∪ K+`,
 //!
 //! ```text
 //! g_S(φ,χ) = h_S⁻² ∫_ω_S (φ− − φ+)(χ− − χ+),   h_S = (|K−| + |K+|)/|S|
 //! ```
-//! vanishes for what is one polynomial on the patch, so it costs no order. It is the direct variant of the penalty on the jumps of all normal
-//! derivatives, `Σ_j h^{2j−1} ∫_S [∂_n^j φ][∂_n^j χ]` (Gürkan & Massing 2019; Preuß 2018): both vanish for the same functions and scale alike, and
-//! this one needs no derivatives.
+//! vanishes for what is one polynomial on the patch, so it costs no order. It is the direct variant of the penalty on
+//! the jumps of all normal derivatives, `Σ_j h^{2j−1} ∫_S [∂_n^j φ][∂_n^j χ]` (Gürkan & Massing 2019; Preuß 2018): both
+//! vanish for the same functions and scale alike, and this one needs no derivatives.
 
 use nalgebra::{DMatrix, DVector};
 

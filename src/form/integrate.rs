@@ -84,8 +84,9 @@ pub struct FacePoint<'t> {
 
 /// The integration loops on one mesh, or on a part of it.
 ///
-/// On a part outside or inside of bodies ([`Integrator::outside`], [`Integrator::inside`]) cells and faces visit the points of their cut, those
-/// that lie elsewhere none; every form and every method then means the integral over the part. `ϖ_S` stays that of whole cells.
+/// On a part outside or inside of bodies ([`Integrator::outside`], [`Integrator::inside`]) cells and faces visit the
+/// points of their cut, those that lie elsewhere none; every form and every method then means the integral over the
+/// part. `ϖ_S` stays that of whole cells.
 #[derive(Debug, Clone)]
 pub struct Integrator {
     pub mesh: Arc<Mesh>,

@@ -114,8 +114,8 @@ pub fn energy_density(p: &Field, site: &crate::space::field::Site, kappa: f64) -
     0.25 * well * well + 0.5 * kappa * kappa * p.vector_gradient(site).norm_squared()
 }
 
-/// `∫ (Ψ/B)(w·n) − κ² ∫ (∂_np)·(w·∇p)`, test w: what X shifts the traction by. The first part lives on `open` faces, where
-/// `w·n` is free; the second on `dirichlet`, because `∂_np = 0` elsewhere.
+/// `∫ (Ψ/B)(w·n) − κ² ∫ (∂_np)·(w·∇p)`, test w: what X shifts the traction by. The first part lives on `open` faces,
+/// where `w·n` is free; the second on `dirichlet`, because `∂_np = 0` elsewhere.
 pub fn natural_traction<'a>(
     velocity: &Space,
     p: &'a Field,

@@ -7,7 +7,8 @@ use super::{Bilinear, Linear};
 use crate::mesh::Point;
 use crate::space::{Field, Space};
 
-/// `a_swip(φ,χ;ρ) = ∫ ρ∇_hφ·∇_hχ + Σ ∫ C ϖ η [φ][χ] − Σ ∫ η ({∂_nφ}[χ] + [φ]{∂_nχ})`, faces interior and Dirichlet   [6.24]
+/// `a_swip(φ,χ;ρ) = ∫ ρ∇_hφ·∇_hχ + Σ ∫ C ϖ η [φ][χ] − Σ ∫ η ({∂_nφ}[χ] + [φ]{∂_nχ})`, faces interior and Dirichlet  
+/// [6.24]
 ///
 /// η is not a polynomial; the faces are integrated as if it had the degree of ρ, which it has where ρ is continuous.
 pub fn a_swip<'a>(space: &Space, dirichlet: Faces, rho: Density<'a>) -> Bilinear<'a, Scalar, Scalar> {

@@ -27,7 +27,8 @@ pub fn a_mass<'a>(space: &Space, flow: &'a Field, open: Faces) -> Bilinear<'a, S
     })
 }
 
-/// `l_mass(z;v) = ∫_Γ (v·n)⊖ g z`, Γ = `open`: what flows in with the density `g`, integrated as a member of `space`   [7.32]
+/// `l_mass(z;v) = ∫_Γ (v·n)⊖ g z`, Γ = `open`: what flows in with the density `g`, integrated as a member of `space`  
+/// [7.32]
 pub fn l_mass<'a>(
     space: &Space,
     flow: &'a Field,

@@ -7,10 +7,11 @@ use super::{Bilinear, Linear};
 use crate::mesh::Point;
 use crate::space::{Field, Space};
 
-/// A flow, the density that it carries along, and the flow whose direction decides on every face which side is upstream.
+/// A flow, the density that it carries along, and the flow whose direction decides on every face which side is
+/// upstream.
 ///
-/// Usually they are the same, and `s (v·n) = |v·n|` for `s = sgn(v·n)`. The energy-consistent force freezes the directions for
-/// the length of a step, so that it is linear in v.
+/// Usually they are the same, and `s (v·n) = |v·n|` for `s = sgn(v·n)`. The energy-consistent force freezes the
+/// directions for the length of a step, so that it is linear in v.
 #[derive(Debug, Clone, Copy)]
 pub struct Carrier<'a> {
     pub flow: &'a Field,

@@ -1,5 +1,5 @@
-//! One thread's part of the assembly of a bilinear form. Integrands that share their quadrature are summed at its points,
-//! so that a form of many terms costs little more than one of a single term.
+//! One thread's part of the assembly of a bilinear form. Integrands that share their quadrature are summed at its
+//! points, so that a form of many terms costs little more than one of a single term.
 
 use super::bilinear::{Bilinear, CellTerm, FaceTerm, Stencil};
 use super::integrate::Integrator;
@@ -82,8 +82,8 @@ impl<'s> Worker<'s> {
         self.own.add_to(out);
     }
 
-    /// Rows of the test functions on `side` (0 minus, 1 plus) of a face: the block of trial functions on the same side is
-    /// added to `own`, that of the other side to `other`.
+    /// Rows of the test functions on `side` (0 minus, 1 plus) of a face: the block of trial functions on the same side
+    /// is added to `own`, that of the other side to `other`.
     pub fn add_face_row<U: Jet, V: Jet>(
         &mut self,
         loops: &Integrator,

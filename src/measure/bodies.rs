@@ -52,8 +52,8 @@ pub fn wall_force(contacts: &[Contact]) -> Point {
     on_wall.map(|contact| contact.force * contact.normal).fold(Point::zeros(), |sum, f| sum + f)
 }
 
-/// The force and torque of all contacts on every body, `Σ λG`: `−λn` on the first body of a pair and `λn` on the second, in the point
-/// where they are nearest.
+/// The force and torque of all contacts on every body, `Σ λG`: `−λn` on the first body of a pair and `λn` on the
+/// second, in the point where they are nearest.
 ///
 /// # Panics
 /// When a contact names a body that there is not.

@@ -9,7 +9,8 @@ use crate::time::{Kind, March, Sheet};
 
 /// `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
 ///
-/// In a compressible sheet `2∫ρ[|D(v)|² + (div v)²]`, `∫|L_h|²/(Pe B ρ)` and `S_a δ(ρp,p,v) + S_a' ∫ρ|p|² div v` take their places.
+/// In a compressible sheet `2∫ρ[|D(v)|² + (div v)²]`, `∫|L_h|²/(Pe B ρ)` and `S_a δ(ρp,p,v) + S_a' ∫ρ|p|² div v` take
+/// their places.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Budget {
     /// `dF_h/dt = (L_h|∂_t p)`
@@ -100,8 +101,8 @@ impl Budget {
         budget
     }
 
-    /// What the terms leave: power through the boundary and of sources, and the error of a discretisation that does not keep the
-    /// law.
+    /// What the terms leave: power through the boundary and of sources, and the error of a discretisation that does not
+    /// keep the law.
     pub fn defect(&self) -> f64 {
         self.rate + self.friction + self.viscosity + self.relaxation - self.traction - self.active_stress
     }

@@ -50,9 +50,9 @@ pub struct Boundary {
 
 /// Finds where the angle of p winds.
 ///
-/// p is averaged at the nodes of degree 5, over the cells that meet there, and its turns between neighbouring nodes (the shorter
-/// way round) are added along the sides of the small triangles between the nodes. As every side is passed in both directions,
-/// `Σ charges = winding of the outer boundary − Σ windings of the holes`, exactly.
+/// p is averaged at the nodes of degree 5, over the cells that meet there, and its turns between neighbouring nodes
+/// (the shorter way round) are added along the sides of the small triangles between the nodes. As every side is passed
+/// in both directions, `Σ charges = winding of the outer boundary − Σ windings of the holes`, exactly.
 #[derive(Debug)]
 pub struct Defects {
     space: Arc<Space>,

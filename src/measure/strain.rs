@@ -56,7 +56,8 @@ struct System {
 }
 
 impl Strain {
-    /// Prepares the equation; tissue comes in through `open` faces only: on a curved wall the discrete `v·n` is not exactly zero.
+    /// Prepares the equation; tissue comes in through `open` faces only: on a curved wall the discrete `v·n` is not
+    /// exactly zero.
     ///
     /// # Errors
     /// A structure that contradicts itself.
@@ -194,8 +195,9 @@ impl Strain {
         Tensor { components: [0, 1, 2].map(|c| Field::new(&self.space, of(c))) }
     }
 
-    /// `2 We λ`, λ the largest real part of an eigenvalue of ∇v, where it is largest among the points that the flow leaves more slowly
-    /// than it stretches, `|v| ≤ λ h`, h the size of the cell: stagnation points. From 1 on the stationary strain has no bound there.
+    /// `2 We λ`, λ the largest real part of an eigenvalue of ∇v, where it is largest among the points that the flow
+    /// leaves more slowly than it stretches, `|v| ≤ λ h`, h the size of the cell: stagnation points. From 1 on the
+    /// stationary strain has no bound there.
     pub fn growth(&self, loops: &Integrator, v: &Field) -> Option<Extreme> {
         let mut most: Option<Extreme> = None;
         for cell in 0..loops.mesh.cells.len() {
@@ -281,7 +283,8 @@ impl Tensor {
         self.extreme(|mean, radius| mean + radius)
     }
 
-    /// Smallest eigenvalue of `I + ε` at any node, and where. `A = I + ε` obeys `A▽ = (I − A)/We`, and stays positive definite.
+    /// Smallest eigenvalue of `I + ε` at any node, and where. `A = I + ε` obeys `A▽ = (I − A)/We`, and stays positive
+    /// definite.
     pub fn least_stretch(&self) -> Extreme {
         let least = self.extreme(|mean, radius| radius - mean);
         Extreme { value: 1.0 - least.value, x: least.x }

@@ -17,7 +17,8 @@ impl Curve {
         }
     }
 
-    /// The point that divides the arc from `a` to `b` (both on the curve, the shorter way round) in the ratio `s : 1−s`.
+    /// The point that divides the arc from `a` to `b` (both on the curve, the shorter way round) in the ratio
+    /// `s : 1−s`.
     pub fn between(&self, a: Point, b: Point, s: f64) -> Point {
         match *self {
             Curve::Circle { centre, radius } => {

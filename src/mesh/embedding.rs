@@ -146,8 +146,9 @@ impl Mesh {
         }
     }
 
-    /// Whether boundary faces come closer to each other than a hundredth of their length, but do not touch: mostly nodes
-    /// that should have been one. Faces of one part count where they look at each other and have no vertex in common.
+    /// Whether boundary faces come closer to each other than a hundredth of their length, but do not touch: mostly
+    /// nodes that should have been one. Faces of one part count where they look at each other and have no vertex in
+    /// common.
     pub fn near_miss(&self) -> Option<NearMiss> {
         let parts = self.parts();
         let boundary = (0..self.faces.len()).filter(|&f| self.faces[f].plus.is_none());

@@ -73,8 +73,8 @@ impl Mesh {
 
     /// Bends the cells on curved boundary faces: isoparametric of degree `degree` (1 leaves them straight).
     ///
-    /// Nodes of a curved face divide its arc evenly; those of straight faces stay; the inner node of degree 3 is moved by
-    /// a quarter of the sum of the displacements of the face nodes, which reproduces quadratic displacements.
+    /// Nodes of a curved face divide its arc evenly; those of straight faces stay; the inner node of degree 3 is moved
+    /// by a quarter of the sum of the displacements of the face nodes, which reproduces quadratic displacements.
     ///
     /// # Errors
     /// A cell whose Jacobian is not positive at the nodes or quadrature points.

@@ -105,9 +105,9 @@ impl Locator {
 
     /// The cell that contains `x` and the reference point `ξ` that it maps to `x`; `None` outside of the mesh.
     ///
-    /// A point within 1e-9 of the longest edge of a cell belongs to it, so points on shared faces and on the boundary are
-    /// found; a point of the exact circle may lie beyond a bent cell by more than that ([`Self::locate_near`]). Of several
-    /// cells it is the one with the lowest index.
+    /// A point within 1e-9 of the longest edge of a cell belongs to it, so points on shared faces and on the boundary
+    /// are found; a point of the exact circle may lie beyond a bent cell by more than that ([`Self::locate_near`]). Of
+    /// several cells it is the one with the lowest index.
     pub fn locate(&self, mesh: &Mesh, x: Point) -> Option<(usize, Point)> {
         let mut best: Option<(usize, Point)> = None;
         self.visit(x, TOLERANCE, |cell| {
@@ -121,8 +121,8 @@ impl Locator {
         best
     }
 
-    /// Like [`Self::locate`], and if no cell contains `x`, the cell that `x` misses by least, provided that no barycentric
-    /// coordinate of `ξ` is below `-slack`. `ξ` then lies outside of the reference triangle by that much.
+    /// Like [`Self::locate`], and if no cell contains `x`, the cell that `x` misses by least, provided that no
+    /// barycentric coordinate of `ξ` is below `-slack`. `ξ` then lies outside of the reference triangle by that much.
     pub fn locate_near(&self, mesh: &Mesh, x: Point, slack: f64) -> Option<(usize, Point)> {
         self.locate(mesh, x).or_else(|| {
             let mut best: Option<(f64, usize, Point)> = None;

@@ -1,8 +1,8 @@
 //! Conforming meshes of straight or curved triangles, with named boundary tags.
 //!
 //! Vertices of a cell run counterclockwise; local face `f` lies opposite local vertex `f` and runs from vertex `f+1` to
-//! vertex `f+2` (mod 3). A face has a side `minus` and, unless it lies on the boundary, a side `plus`; its normal points
-//! from minus to plus, or outwards. Lengths are in the scene's unit (dimensionless).
+//! vertex `f+2` (mod 3). A face has a side `minus` and, unless it lies on the boundary, a side `plus`; its normal
+//! points from minus to plus, or outwards. Lengths are in the scene's unit (dimensionless).
 
 pub mod curve;
 pub mod embedding;

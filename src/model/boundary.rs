@@ -109,8 +109,8 @@ const POLARITY: [&str; 2] = ["neumann", "dirichlet"];
 const POLARITY_HINT: &str = "the choices are \"neumann\", { dirichlet = [p_1, p_2] }";
 
 impl BoundaryScene {
-    /// The conditions, with `parameters` bound in the formulas. A `dirichlet` without values takes those of the exact fields,
-    /// and so does a compressible sheet without `density`.
+    /// The conditions, with `parameters` bound in the formulas. A `dirichlet` without values takes those of the exact
+    /// fields, and so does a compressible sheet without `density`.
     ///
     /// # Errors
     /// An unknown condition, values where none belong or none where they are needed, a bad formula.

@@ -1,13 +1,14 @@
 //! Velocity conditions at nodes: every node has an orthonormal frame whose directions are free or prescribed.
 //!
-//! Slip prescribes the direction of the exact normal, `no-tangential` the tangent, Dirichlet both. The unknowns of a node
-//! are its components along the free directions, so that `v = T û + v_D` and the reduced matrix `Tᵀ K T` stays symmetric.
+//! Slip prescribes the direction of the exact normal, `no-tangential` the tangent, Dirichlet both. The unknowns of a
+//! node are its components along the free directions, so that `v = T û + v_D` and the reduced matrix `Tᵀ K T` stays
+//! symmetric.
 //!
-//! On curved walls `w·n` is not zero between the nodes, and the consistency error is `∫ (n·σ·n)(w·n)`. To lowest order `w·n`
-//! on an edge is a polynomial of degree q+1 that vanishes where the condition is imposed. At Gauss–Lobatto points its
-//! integral is zero; at evenly spaced ones it is not from `q = 3` on, and the pressure would be of order one near the wall.
-//! So for `q ≥ 3` the unknowns inside a curved edge are components at its Lobatto points, from which the nodes take their
-//! values by interpolation along the edge.
+//! On curved walls `w·n` is not zero between the nodes, and the consistency error is `∫ (n·σ·n)(w·n)`. To lowest order
+//! `w·n` on an edge is a polynomial of degree q+1 that vanishes where the condition is imposed. At Gauss–Lobatto points
+//! its integral is zero; at evenly spaced ones it is not from `q = 3` on, and the pressure would be of order one near
+//! the wall. So for `q ≥ 3` the unknowns inside a curved edge are components at its Lobatto points, from which the
+//! nodes take their values by interpolation along the edge.
 
 mod joints;
 
@@ -191,7 +192,8 @@ impl Frames {
     /// Whether the conditions at some nodes leave no rigid motion of them free.
     fn hold_rigid_motions(&self, nodes: &[usize], positions: &[Point], centre: Point) -> bool {
         let size = nodes.iter().map(|&node| (positions[node] - centre).norm()).fold(0.0, f64::max);
-        // G = Σ over nodes of Rᵀ(1 − T Tᵀ)R, R the three motions at the node: zero along a motion that meets no constraint
+        // G = Σ over nodes of Rᵀ(1 − T Tᵀ)R, R the three motions at the node: zero along a motion that meets no
+        // constraint
         let mut gram = Matrix3::zeros();
         for &node in nodes {
             let y = (positions[node] - centre) / size;
@@ -230,7 +232,8 @@ fn spread(mut nodal: Vec<Nodal>, bent: &[Vec<usize>], degree: usize) -> (Vec<Nod
     (nodal, inside)
 }
 
-/// What the boundary faces ask of each node, and the nodes of the curved edges whose inner unknowns lie at Lobatto points.
+/// What the boundary faces ask of each node, and the nodes of the curved edges whose inner unknowns lie at Lobatto
+/// points.
 fn collect(
     space: &Space,
     conditions: &[Conditions],
@@ -294,7 +297,8 @@ fn constraint(pieces: Vec<Piece>, conditions: &[Conditions], walls: WallPoints) 
     }
 }
 
-/// Unit normal at the share `s` of the way along a boundary face: of the exact curve where there is one, else of the face.
+/// Unit normal at the share `s` of the way along a boundary face: of the exact curve where there is one, else of the
+/// face.
 fn node_normal(mesh: &Mesh, face: &Face, s: f64) -> Point {
     let map = mesh.map(face.minus.cell);
     let (x, jacobian) = map.at(basis::face_point(face.minus.face, s));
@@ -320,8 +324,9 @@ fn mean_normal(space: &Space, face: &Face, local: usize) -> Point {
     sum.normalize()
 }
 
-/// The one direction that is prescribed, or `None` at a corner, where two independent ones fix the node, and without any.
-/// The mean of directions is weighed by the lengths of their faces: what leaves through one enters through the other.
+/// The one direction that is prescribed, or `None` at a corner, where two independent ones fix the node, and without
+/// any. The mean of directions is weighed by the lengths of their faces: what leaves through one enters through the
+/// other.
 fn single(directions: &[Point]) -> Option<Point> {
     let first = directions.first()?.normalize();
     let mut sum = Point::zeros();

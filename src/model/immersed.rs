@@ -1,15 +1,17 @@
-//! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of [`crate::body::penalty`] and the bodies' own friction on top of a
-//! generalised Stokes problem [L1.13].
+//! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of [`crate::body::penalty`] and
+//! the bodies' own friction on top of a generalised Stokes problem [L1.13].
 //!
-//! With the [`Kernel`] of the penalty as unknowns c in exchange for the nodal unknowns of its hosts, and constraints on twists with multipliers λ,
+//! With the [`Kernel`] of the penalty as unknowns c in exchange for the nodal unknowns of its hosts, and constraints on
+//! twists with multipliers λ,
 //!
 //! ```text
 //! A    KQ     −ℓᵀ     x     f
 //! QᵀK  QᵀKQ   −QᵀLᵀ   c  =  Qᵀf        v = v_D + lift + x + Qc
 //! ℓ    LQ      0      λ     target
 //! ```
-//! K is the matrix without the penalty where the kernel is rigid, and A with all of it and without the hosts. A is sparse and factorised along an elimination tree of the mesh, so that a move
-//! changes few fronts; the rest is eliminated block by block. λ are the forces and torques that hold the bodies.
+//! K is the matrix without the penalty where the kernel is rigid, and A with all of it and without the hosts. A is
+//! sparse and factorised along an elimination tree of the mesh, so that a move changes few fronts; the rest is
+//! eliminated block by block. λ are the forces and torques that hold the bodies.
 
 mod balance;
 mod border;
@@ -282,7 +284,8 @@ impl Immersed {
         Ok(Carried { v, pi, twists, holding })
     }
 
-    /// Adds to the blocks of the balance, cell after cell, the bodies' own friction in place of the fluid's and a penalty of at most `1/SOFT`.
+    /// Adds to the blocks of the balance, cell after cell, the bodies' own friction in place of the fluid's and a
+    /// penalty of at most `1/SOFT`.
     pub(super) fn add_soft_blocks(&self, blocks: &mut [f64]) {
         const SOFT: f64 = 1e-4;
         let size = self.immersion.velocity.cell_dof_count().pow(2);
@@ -297,7 +300,8 @@ impl Immersed {
         }
     }
 
-    /// What the bodies add to `K v`: their own friction in place of the fluid's, and the penalty of the difference to the nearest rigid motion.
+    /// What the bodies add to `K v`: their own friction in place of the fluid's, and the penalty of the difference to
+    /// the nearest rigid motion.
     pub(super) fn add_residual(&self, v: &[f64], out: &mut [f64]) {
         let space = &*self.immersion.velocity;
         for (body, parts) in self.immersion.parts.iter().enumerate() {

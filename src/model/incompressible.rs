@@ -73,8 +73,8 @@ pub struct Incompressible {
     pub polarity: Polarity,
     /// `|Ω|`
     pub area: f64,
-    /// Where the energy-consistent force needs its boundary terms: faces where `w·n` is free, and those of them or of slip where
-    /// the polarity is prescribed.
+    /// Where the energy-consistent force needs its boundary terms: faces where `w·n` is free, and those of them or of
+    /// slip where the polarity is prescribed.
     pub natural_faces: [Faces; 2],
     /// That of the coupled matrix, once somebody has asked for it.
     structure: Found,
@@ -95,8 +95,8 @@ impl Incompressible {
         Self::assemble(loops, None, Arc::new(momentum), &space, parameters, conditions, sources)
     }
 
-    /// The same tissue with other parameters, and conditions and sources that may depend on them: keeps the mesh, the spaces and, where
-    /// friction and conditions stay, the Stokes factors.
+    /// The same tissue with other parameters, and conditions and sources that may depend on them: keeps the mesh, the
+    /// spaces and, where friction and conditions stay, the Stokes factors.
     ///
     /// # Errors
     /// As [`Incompressible::new`].
@@ -156,7 +156,8 @@ impl Incompressible {
         Self::assemble(loops, Some(floating), Arc::new(momentum), &space, parameters, conditions, sources)
     }
 
-    /// Moves the bodies: keeps the mesh, the spaces, the structure of the coupled matrix, and of the flow's factors what lies away from the bodies.
+    /// Moves the bodies: keeps the mesh, the spaces, the structure of the coupled matrix, and of the flow's factors
+    /// what lies away from the bodies.
     ///
     /// # Errors
     /// As [`Momentum::place_bodies`].
@@ -311,7 +312,8 @@ impl Incompressible {
         self.polarity.given(t).with_natural(self.natural_faces)
     }
 
-    /// `F(w)`, the terms of the momentum balance that are not linear in the flow, but for what is given from outside   [7.11a]
+    /// `F(w)`, the terms of the momentum balance that are not linear in the flow, but for what is given from outside  
+    /// [7.11a]
     ///
     /// `molecular` is `L_h/B`, and `sides` is the flow that picks the upwind sides of the energy-consistent force X.
     pub fn inner_force(&self, p: &Field, molecular: Option<&Field>, sides: &Field, t: f64) -> Vec<f64> {
@@ -409,14 +411,16 @@ impl Incompressible {
         Ok(Residuals { velocity, volume: pressure / root, polarity: polarity / root })
     }
 
-    /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional   [7.11c]
+    /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional  
+    /// [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
         let molecular = self.polarity.molecular_functional(self.tissue(), &state.p, t);
         let source = self.polarity_source(&self.sources.at_time(t), t);
         self.polarity_residual_of(Carrier::from(&state.v), &state.p, &molecular, &source, t)
     }
 
-    /// As [`Incompressible::polarity_residual`] with `(1/B)(L_h|q)` and `(f_p|q)` at hand, and directions of its own for upwinding.
+    /// As [`Incompressible::polarity_residual`] with `(1/B)(L_h|q)` and `(f_p|q)` at hand, and directions of its own
+    /// for upwinding.
     pub fn polarity_residual_of(
         &self,
         carrier: Carrier,
@@ -440,8 +444,8 @@ impl Incompressible {
         out
     }
 
-    /// The flow with the directions that decide what is upstream during a step: its own, or, with the energy-consistent force,
-    /// those of the flow before the step.
+    /// The flow with the directions that decide what is upstream during a step: its own, or, with the energy-consistent
+    /// force, those of the flow before the step.
     pub fn carrier<'a>(&self, flow: &'a Field, before: &'a Field) -> Carrier<'a> {
         match self.parameters.elastic_force {
             ElasticForce::Stress => Carrier::from(flow),

@@ -1,5 +1,5 @@
-//! The whole coupled matrix of one step, factorised: velocity, pressure and polarity, with the molecular field eliminated
-//! cell by cell.
+//! The whole coupled matrix of one step, factorised: velocity, pressure and polarity, with the molecular field
+//! eliminated cell by cell.
 //!
 //! ```text
 //! [ K    G    −F′   ]        rows: momentum, volume, polarity
@@ -72,8 +72,8 @@ pub struct Lagged {
 }
 
 impl Structure {
-    /// Nested dissection of the mesh: the polarity of a cell and the velocities of a node stay together, pressures come after
-    /// the velocities around them.
+    /// Nested dissection of the mesh: the polarity of a cell and the velocities of a node stay together, pressures come
+    /// after the velocities around them.
     ///
     /// # Errors
     /// A structure that contradicts itself.
@@ -173,7 +173,8 @@ pub(super) fn add_velocity_block(block: &[f64], places: &[Vec<(usize, f64)>], co
 pub struct Layout<'m> {
     pub velocity: &'m Space,
     pub pressure: Option<&'m Space>,
-    /// Discontinuous fields that the flow carries: density and polarity, one after the other in a cell and among all unknowns.
+    /// Discontinuous fields that the flow carries: density and polarity, one after the other in a cell and among all
+    /// unknowns.
     pub carried: [Option<&'m Space>; 2],
     pub frames: &'m Frames,
     /// The parts in which the pressure has a multiplier of its mean.
@@ -225,8 +226,9 @@ impl Layout<'_> {
             .flat_map(move |space| (0..space.n).map(move |i| (free + space.dof(cell, 0, i)) as u32))
     }
 
-    /// Rows and columns of a cell's element: its free velocities, pressures and carried fields; columns also the carried fields of
-    /// its neighbours. Returns, for every velocity dof of the cell, its places among the rows with coefficients.
+    /// Rows and columns of a cell's element: its free velocities, pressures and carried fields; columns also the
+    /// carried fields of its neighbours. Returns, for every velocity dof of the cell, its places among the rows with
+    /// coefficients.
     pub fn unknowns(&self, cell: usize, out: &mut Element) -> Vec<Vec<(usize, f64)>> {
         let velocity = self.velocity;
         let rows = &mut out.rows;

@@ -95,8 +95,8 @@ impl Limiter {
         &self.space
     }
 
-    /// The projection of a density that is not negative, limited: a mean below zero is that of rounding, or of points beyond the boundary
-    /// of the mesh that the density comes from, and becomes 0.
+    /// The projection of a density that is not negative, limited: a mean below zero is that of rounding, or of points
+    /// beyond the boundary of the mesh that the density comes from, and becomes 0.
     pub fn limit_start(&self, u: &Field) -> Field {
         self.limit_to(u, &self.means(u)).rho
     }
@@ -115,8 +115,8 @@ impl Limiter {
         lows.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Limits `u`; cells in which it is large enough keep their bits. A cell with mean 0 becomes 0, and so does one whose mean is
-    /// negative by no more than rounding against the largest.
+    /// Limits `u`; cells in which it is large enough keep their bits. A cell with mean 0 becomes 0, and so does one
+    /// whose mean is negative by no more than rounding against the largest.
     ///
     /// # Errors
     /// The first cell whose mean is negative or not finite.

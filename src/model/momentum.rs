@@ -125,7 +125,8 @@ impl Momentum {
     /// The same with rigid bodies in the flow.
     ///
     /// # Errors
-    /// As [`Momentum::new`]; bodies of which nothing lies inside the mesh, or that meet boundaries in a way that cannot be.
+    /// As [`Momentum::new`]; bodies of which nothing lies inside the mesh, or that meet boundaries in a way that cannot
+    /// be.
     pub fn with_bodies(
         loops: &Integrator,
         spaces: (&Arc<Space>, &Arc<Space>),
@@ -208,7 +209,8 @@ impl Momentum {
 
     /// Dense blocks of `2(D(v)|D(w)) + C_F(v|w)` and of `b(w,ξ)`, cell after cell, rows w.
     ///
-    /// Bodies add a penalty that is soft enough for factors without their rigid motions; those are no exact inverse then.
+    /// Bodies add a penalty that is soft enough for factors without their rigid motions; those are no exact inverse
+    /// then.
     pub fn element_blocks(&self, loops: &Integrator) -> (Vec<f64>, Vec<f64>) {
         let mut blocks = element_blocks(loops, (&self.velocity, &self.pressure), self.friction, self.penalty);
         if let Some(bodies) = self.bodies() {
@@ -251,8 +253,8 @@ impl Momentum {
         }
     }
 
-    /// Solves for the flow with the force `f` and prescribed nodal values, and for the bodies, with external loads about their centres and rules of
-    /// their motion.
+    /// Solves for the flow with the force `f` and prescribed nodal values, and for the bodies, with external loads
+    /// about their centres and rules of their motion.
     ///
     /// # Errors
     /// As [`Momentum::solve`]; rules that contradict the boundary or each other.
@@ -436,8 +438,9 @@ fn stiffness_form<'a>(velocity: &Space, friction: f64, penalty: Option<(Faces, f
     form
 }
 
-/// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags; of exact fields, where they give the boundary data, `n·σ` on
-/// boundaries with a natural condition and its tangential part on slip. In a compressible sheet ρσ takes the place of σ.
+/// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags; of exact fields, where they give the boundary
+/// data, `n·σ` on boundaries with a natural condition and its tangential part on slip. In a compressible sheet ρσ takes
+/// the place of σ.
 pub fn outer_force<'a>(
     velocity: &Space,
     parameters: &'a Parameters,
@@ -502,8 +505,8 @@ pub fn check_held(velocity: &Space, conditions: &[Conditions]) -> Result<(), Mom
     }
 }
 
-/// The power of two next to `|Ω|^-½`: with it as unit of pressure the matrix does not depend on the unit of length, and its factors are as
-/// exact in any.
+/// The power of two next to `|Ω|^-½`: with it as unit of pressure the matrix does not depend on the unit of length, and
+/// its factors are as exact in any.
 fn pressure_unit(area: f64) -> f64 {
     (-0.5 * area.log2()).round().exp2()
 }

@@ -313,7 +313,8 @@ impl ModelScene {
     }
 }
 
-/// Parameters beyond these powers of ten, or below their inverses, leave the range of numbers where they are multiplied.
+/// Parameters beyond these powers of ten, or below their inverses, leave the range of numbers where they are
+/// multiplied.
 const LARGEST: f64 = 1e40;
 /// Exponents above this make pressures of moderate densities as large.
 const LARGEST_EXPONENT: f64 = 50.0;

@@ -1,23 +1,25 @@
 //! The polarity around rigid bodies: unknowns that the tissue determines in part, or not at all.
 //!
-//! The tissue fills `Ω∖B`. Every form of the polarity is integrated over `Ω∖B` and over the parts of faces in it, which makes `∂p/∂n = 0` on ∂B
-//! natural. The space stays that of the whole mesh, so that bodies may move without changing it:
+//! The tissue fills `Ω∖B`. Every form of the polarity is integrated over `Ω∖B` and over the parts of faces in it, which
+//! makes `∂p/∂n = 0` on ∂B natural. The space stays that of the whole mesh, so that bodies may move without changing
+//! it:
 //!
 //! ```text
 //! K ∩ B = ∅         as without bodies
 //! K cut by ∂B       forms over K∖B  +  κ²γ Σ_S g_S(p,q) over the faces S of cut cells that have tissue on both sides
 //! K ⊂ B             δ a_swip(p,q) + γ Σ_S g_S(p,q) = 0 over the faces S to cut cells, S seen from K alone
 //! ```
-//! with the ghost penalty `g_S` of [`crate::form::ghost`]. Rows of the tissue never see a cell inside of a body: there p is a continuation of the
-//! tissue's polarity, smooth where it leaves ∂B, harmonic further in, and it only matters as the history of what a body uncovers.
+//! with the ghost penalty `g_S` of [`crate::form::ghost`]. Rows of the tissue never see a cell inside of a body: there
+//! p is a continuation of the tissue's polarity, smooth where it leaves ∂B, harmonic further in, and it only matters as
+//! the history of what a body uncovers.
 //!
 //! The mass in `Pe ∂_t p` and in the definition of `L_h` is that of `K∖B`, and α times that of `K ∩ B` in cut cells:
 //!
 //! ```text
 //! (p|q)_α = ∫_{Ω∖B} p·q + α Σ_{K cut} ∫_{K∩B} p·q
 //! ```
-//! It is block diagonal and regular for every cut. As both take the same mass, the semi-discrete energy law holds as without bodies, with
-//! `F_h + ½κ²Bγ Σ_S g_S(p,p)` for the free energy.
+//! It is block diagonal and regular for every cut. As both take the same mass, the semi-discrete energy law holds as
+//! without bodies, with `F_h + ½κ²Bγ Σ_S g_S(p,p)` for the free energy.
 
 use std::sync::Arc;
 

@@ -26,8 +26,8 @@ pub const FORMULA_DEGREE: usize = 6;
 /// A GMRES solve gives up after this many products.
 const KRYLOV_LIMIT: usize = 600;
 
-/// Where GMRES gave up, systems up to this size are factorised; larger ones would take minutes, and a smaller time step is the
-/// better cure.
+/// Where GMRES gave up, systems up to this size are factorised; larger ones would take minutes, and a smaller time step
+/// is the better cure.
 const DIRECT_LIMIT: usize = 30_000;
 
 /// What never changes in the polarity equation.
@@ -135,7 +135,8 @@ impl Polarity {
         Given::new(&self.space.mesh, &self.conditions, self.dirichlet, sloped, t)
     }
 
-    /// What the boundary gives to the terms whose matrix is constant, as a functional: `κ² l_swip(q)` at time `t`   [6.25]
+    /// What the boundary gives to the terms whose matrix is constant, as a functional: `κ² l_swip(q)` at time `t`  
+    /// [6.25]
     pub fn constant_data(&self, loops: &Integrator, t: f64) -> Vec<f64> {
         if let Some(known) = &self.steady_data {
             return known.clone();
@@ -163,7 +164,8 @@ impl Polarity {
         Field::new(&self.space, self.project(&self.molecular_functional(loops, p, t)))
     }
 
-    /// The function whose products with the polarity space are `f`: `M⁻¹ f`, in a cell that a body cuts as in [`super::passive`], and zero inside of bodies.
+    /// The function whose products with the polarity space are `f`: `M⁻¹ f`, in a cell that a body cuts as in
+    /// [`super::passive`], and zero inside of bodies.
     pub fn project(&self, f: &[f64]) -> Vec<f64> {
         match &self.around {
             None => self.mass_solve(f),
@@ -171,7 +173,8 @@ impl Polarity {
         }
     }
 
-    /// What multiplies `Pe ∂_t p`: `M y`, in a cell that a body cuts as in [`super::passive`], and zero inside of bodies.
+    /// What multiplies `Pe ∂_t p`: `M y`, in a cell that a body cuts as in [`super::passive`], and zero inside of
+    /// bodies.
     pub fn inertia_times(&self, y: &[f64]) -> Vec<f64> {
         times_each(self.inertia(), self.space.n, 2, y)
     }
@@ -213,8 +216,8 @@ impl Polarity {
         times_each(&self.mass, self.space.n, 2, x)
     }
 
-    /// The linear equation of one pass of the fixed point at `at.p`, the last iterate; `w = α₀/Δt`: the operator in `out`,
-    /// and what does not depend on the new polarity but for [`Polarity::constant_data`], on the left side:
+    /// The linear equation of one pass of the fixed point at `at.p`, the last iterate; `w = α₀/Δt`: the operator in
+    /// `out`, and what does not depend on the new polarity but for [`Polarity::constant_data`], on the left side:
     ///
     /// `w Pe (p|q) + Pe a_upw(p,q;v) − Pe [ω(p,q,v) + a δ(p,q,v)] + (|p*|²p|q) + κ² a_swip(p,q)` and
     /// `−(p*|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q`, and so on   [7.11c], [8.35]

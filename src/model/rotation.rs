@@ -54,8 +54,8 @@ fn rotation_of(mesh: &Mesh, velocity: &Space, centre: Point) -> Vec<f64> {
     turned
 }
 
-/// How fast a force that friction alone would balance at the speed 1 turns velocities whose slip is imposed by penalty. Nothing asks them to
-/// be free of divergence, so those of the flow turn no faster. `None` where it cannot be told.
+/// How fast a force that friction alone would balance at the speed 1 turns velocities whose slip is imposed by penalty.
+/// Nothing asks them to be free of divergence, so those of the flow turn no faster. `None` where it cannot be told.
 fn turning_by_penalty(
     mesh: &Arc<Mesh>,
     velocity: &Space,

@@ -57,7 +57,8 @@ impl State {
     }
 }
 
-/// Residuals of the stationary equations, each `(rᵀMr/|Ω|)^½`   [9.8], [9.9], [9.10]; that of the momentum balance by the force of
+/// Residuals of the stationary equations, each `(rᵀMr/|Ω|)^½`   [9.8], [9.9], [9.10]; that of the momentum balance by
+/// the force of
 /// [`Scales`](super::scales::Scales)
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Residuals {

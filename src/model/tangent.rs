@@ -4,8 +4,8 @@
 //! R_v = K v + G Π − F(p),   R_Π = Gᵀ v,   R_p = Pe ∂_t p + Pe [a_upw − ω − a δ](p;v) + (1/B) L_h(p) − inputs
 //! ```
 //! The molecular field `L_h = B M⁻¹ Λ(p)` is eliminated cell by cell, so that
-//! `F′ = F_p + F_L M⁻¹ Λ′` couples a cell's velocities to the polarity of its neighbours. With the velocity eliminated, too
-//! (the Stokes problem is linear and factorised), the polarity alone remains: `R_p′ = J_pp + D S⁻¹ F′`.
+//! `F′ = F_p + F_L M⁻¹ Λ′` couples a cell's velocities to the polarity of its neighbours. With the velocity eliminated,
+//! too (the Stokes problem is linear and factorised), the polarity alone remains: `R_p′ = J_pp + D S⁻¹ F′`.
 
 use super::incompressible::Incompressible;
 use super::momentum::MomentumError;

@@ -1,5 +1,5 @@
-//! Lists of the pictures that make a film: `frames.csv` for tables, and for each film a text file in the format of ffmpeg's
-//! `concat` demuxer.
+//! Lists of the pictures that make a film: `frames.csv` for tables, and for each film a text file in the format of
+//! ffmpeg's `concat` demuxer.
 //!
 //! ```text
 //! ffmpeg -f concat -i frames-NAME.txt -pix_fmt yuv420p NAME.mp4
@@ -129,7 +129,8 @@ impl Frames {
     }
 }
 
-/// Seconds that each frame stays: in proportion to the time until the next one; the last one stays as long as the median.
+/// Seconds that each frame stays: in proportion to the time until the next one; the last one stays as long as the
+/// median.
 pub fn durations(times: &[f64]) -> Vec<f64> {
     let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mut sorted = steps.clone();

@@ -30,7 +30,11 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
     }
 }
 
-fn is_marked(path: &Path) -> io::Result<bool> {
+/// Whether a file has the mark.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn is_marked(path: &Path) -> io::Result<bool> {
     let mut file = File::open(path)?;
     let mut ends = Vec::new();
     Read::by_ref(&mut file).take(NEAR).read_to_end(&mut ends)?;

@@ -67,8 +67,8 @@ impl OutputError {
     }
 }
 
-/// Writes a file under a temporary name (`<name>.part`) and renames it, so that at any moment there is the old file, the
-/// new file or none, but never half of one.
+/// Writes a file under a temporary name (`<name>.part`) and renames it, so that at any moment there is the old file,
+/// the new file or none, but never half of one.
 ///
 /// # Errors
 /// [`OutputError::Io`] when creating, writing or renaming fails; the temporary file is then removed.

@@ -39,8 +39,8 @@ pub struct Plot {
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// Curves and points, drawn (later ones above earlier ones) and listed in this order; 12 colours and markers, further
-    /// curves reuse the colours.
+    /// Curves and points, drawn (later ones above earlier ones) and listed in this order; 12 colours and markers,
+    /// further curves reuse the colours.
     pub series: Vec<Series>,
     /// Reference slopes; drawn only if both axes are [`Scale::Log`], otherwise the subtitle says they were left out.
     pub slopes: Vec<Slope>,
@@ -67,13 +67,13 @@ pub enum Scale {
 
 /// One curve: markers joined by straight lines; or points on their own.
 ///
-/// In a branch diagram, the stable and the unstable parts of a branch are two series of one name and one colour, with a solid
-/// and with a dashed line; folds, pitchforks and Hopf points are series without a line. A name without points only stands in
-/// the legend, and can say there what dashes mean.
+/// In a branch diagram, the stable and the unstable parts of a branch are two series of one name and one colour, with a
+/// solid and with a dashed line; folds, pitchforks and Hopf points are series without a line. A name without points
+/// only stands in the legend, and can say there what dashes mean.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
-    /// Name in the legend. Series of the same name and colour share an entry, which shows a solid line if one of them has it;
-    /// without a name there is no entry.
+    /// Name in the legend. Series of the same name and colour share an entry, which shows a solid line if one of them
+    /// has it; without a name there is no entry.
     pub name: String,
     /// Points (x, y) in the order in which they are joined.
     pub points: Vec<(f64, f64)>,
@@ -231,8 +231,8 @@ impl Plot {
     /// The endings are appended, so a dot in the name stays. The folder must exist.
     ///
     /// # Errors
-    /// Those of [`Plot::svg`] and [`Plot::png`], [`PlotError::Write`] if a file cannot be written, and [`PlotError::Foreign`] if
-    /// it is there and not one of this program.
+    /// Those of [`Plot::svg`] and [`Plot::png`], [`PlotError::Write`] if a file cannot be written, and
+    /// [`PlotError::Foreign`] if it is there and not one of this program.
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
         let font = text::Font::load()?;
         let scene = layout::arrange(self, &font);

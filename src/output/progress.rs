@@ -29,7 +29,8 @@ pub struct Status {
 }
 
 impl Status {
-    /// Beside a bar: what matters most comes first, and all of it fits into 80 columns as long as the numbers are usual ones.
+    /// Beside a bar: what matters most comes first, and all of it fits into 80 columns as long as the numbers are usual
+    /// ones.
     fn short(&self, left: &str) -> String {
         let residual = self.residual.map_or_else(String::new, |r| format!("  residual {r:.1e}"));
         format!("step {}  t {:.4} of {}  {left} left{residual}", self.step, self.t, self.end)

@@ -68,8 +68,8 @@ impl Series {
         self.write()
     }
 
-    /// Adds files that are shown together with what else the series has at this time, each as a part with its number. A file that
-    /// never changes may be added at every time.
+    /// Adds files that are shown together with what else the series has at this time, each as a part with its number. A
+    /// file that never changes may be added at every time.
     ///
     /// # Errors
     /// [`OutputError::Io`].

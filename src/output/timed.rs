@@ -66,7 +66,8 @@ impl TimedTable {
         Ok(Self { path: path.into(), columns: columns.len(), last, writer: csv::Writer::from_writer(file) })
     }
 
-    /// Appends the rows of one time: a name or two, then numbers. A time that the table ends with already is left as it is.
+    /// Appends the rows of one time: a name or two, then numbers. A time that the table ends with already is left as it
+    /// is.
     ///
     /// # Errors
     /// [`OutputError::Io`]

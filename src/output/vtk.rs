@@ -1,8 +1,8 @@
 //! Fields for ParaView and PyVista: VTK unstructured grids (`.vtu`).
 //!
 //! Every cell has its own nodes, so discontinuous fields stay discontinuous, and they are Lagrange triangles of the
-//! field's degree, so nothing is lost to a subdivision. The arrays are 64-bit, zlib-compressed and base64-encoded inside
-//! the XML, which keeps the file readable by any XML parser.
+//! field's degree, so nothing is lost to a subdivision. The arrays are 64-bit, zlib-compressed and base64-encoded
+//! inside the XML, which keeps the file readable by any XML parser.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -133,8 +133,8 @@ fn document(out: &mut dyn Write, grid: &Grid, time: f64, positions: &Field, fiel
     writeln!(out, "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
 }
 
-/// Scalars as they are; vectors get a third component 0, for VTK knows only vectors of space, and symmetric tensors (11, 12, 22) the
-/// order 11, 22, 33, 12, 23, 13.
+/// Scalars as they are; vectors get a third component 0, for VTK knows only vectors of space, and symmetric tensors
+/// (11, 12, 22) the order 11, 22, 33, 12, 23, 13.
 pub(super) fn field_array(out: &mut dyn Write, field: &Field) -> io::Result<()> {
     let (bytes, components): (Vec<u8>, usize) = match field.components {
         1 => (field.values.iter().flat_map(|v| v.to_le_bytes()).collect(), 1),

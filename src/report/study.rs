@@ -56,7 +56,8 @@ const COMPARED: [What; 8] = [
     What::Sections,
 ];
 
-/// Curves from the tables: measures over parameters where the folder has no pictures, and the curves of a few runs in common.
+/// Curves from the tables: measures over parameters where the folder has no pictures, and the curves of a few runs in
+/// common.
 fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> Drawn {
     let mut all = Drawn::default();
     if study.kind != Kind::Sweep {

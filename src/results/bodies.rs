@@ -33,7 +33,8 @@ pub struct Track {
 type Row = (f64, Vec<String>, Vec<f64>);
 
 impl Seen {
-    /// The bodies at the last time at which all of them are in the table, or at a given time of it; `None` where a run has left none.
+    /// The bodies at the last time at which all of them are in the table, or at a given time of it; `None` where a run
+    /// has left none.
     ///
     /// # Errors
     /// [`ResultsError::Broken`]: files that do not fit each other, or are no such tables.

@@ -183,12 +183,12 @@ impl Wish {
     }
 }
 
-/// Draws what the folders have, several runs in one picture. The runs of a study count as runs; a study of its own has the
-/// curves of its table beside.
+/// Draws what the folders have, several runs in one picture. The runs of a study count as runs; a study of its own has
+/// the curves of its table beside.
 ///
 /// # Errors
-/// [`ResultsError::Option`]: a wish that makes no sense, or that no folder can meet. What one of several folders lacks is a
-/// note.
+/// [`ResultsError::Option`]: a wish that makes no sense, or that no folder can meet. What one of several folders lacks
+/// is a note.
 pub fn curves(folders: &[&Results], wish: &Wish) -> Result<Drawn, ResultsError> {
     let runs: Vec<&Results> = folders.iter().flat_map(|folder| folder.runs()).collect();
     wish.check(runs.len())?;

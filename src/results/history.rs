@@ -281,7 +281,8 @@ impl<'a> Runs<'a> {
         (curves > 0).then_some(picture)
     }
 
-    /// Measures that no group has: of a single run those of one kind, such as `defects_plus` and `defects_minus`, in one picture.
+    /// Measures that no group has: of a single run those of one kind, such as `defects_plus` and `defects_minus`, in
+    /// one picture.
     fn others(&self, drawn: &mut Drawn) {
         let known =
             |column: &str| ASIDE.contains(&column) || GROUPS.iter().any(|group| group.columns.contains(&column));

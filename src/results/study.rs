@@ -52,7 +52,8 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Sorts the columns of a table: keys have a dot or stand before `status`, measures are numbers that are not about the run.
+    /// Sorts the columns of a table: keys have a dot or stand before `status`, measures are numbers that are not about
+    /// the run.
     pub fn of(table: &Table) -> Self {
         let before = table.position("status").unwrap_or(0);
         let mut columns = Self::default();

@@ -5,8 +5,9 @@ use std::path::Path;
 use super::RunError;
 use super::memory::MIB;
 
-/// Bytes that a new computation can take, where the system tells: on Linux what is available without swapping, or what the control
-/// groups of the process leave if that is less. The environment variable MONOLAYER_MEMORY (MiB) takes precedence.
+/// Bytes that a new computation can take, where the system tells: on Linux what is available without swapping, or what
+/// the control groups of the process leave if that is less. The environment variable MONOLAYER_MEMORY (MiB) takes
+/// precedence.
 ///
 /// # Errors
 /// [`RunError::BadMemory`]

@@ -1,5 +1,5 @@
-//! Estimates of a run's discretisation errors: the whole problem is solved again, on two coarser meshes and, where it was marched
-//! to a time, with steps that are longer in the same ratio.
+//! Estimates of a run's discretisation errors: the whole problem is solved again, on two coarser meshes and, where it
+//! was marched to a time, with steps that are longer in the same ratio.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -47,11 +47,12 @@ pub struct Estimated {
     pub seconds: f64,
 }
 
-/// Error of the finest of three values `q` that belong to the sizes `h`, both finest first, and the order p that it takes:
-/// `|e| = max(|q₁−q₂|, |q₂−q₃|/s(b)) / ((h₂/h₁)^p − 1)` with `s(p) = (h₃^p − h₂^p)/(h₂^p − h₁^p)`.
+/// Error of the finest of three values `q` that belong to the sizes `h`, both finest first, and the order p that it
+/// takes: `|e| = max(|q₁−q₂|, |q₂−q₃|/s(b)) / ((h₂/h₁)^p − 1)` with `s(p) = (h₃^p − h₂^p)/(h₂^p − h₁^p)`.
 ///
-/// p solves `s(p) = (q₃−q₂)/(q₂−q₁)` within the bounds [a, b], and is a + ½ where the differences have two signs, as then no order is
-/// seen. The far difference keeps a quantity from looking exact that happens to be alike on the two finer meshes.
+/// p solves `s(p) = (q₃−q₂)/(q₂−q₁)` within the bounds [a, b], and is a + ½ where the differences have two signs, as
+/// then no order is seen. The far difference keeps a quantity from looking exact that happens to be alike on the two
+/// finer meshes.
 pub fn estimate(q: [f64; 3], h: [f64; 3], [low, high]: [f64; 2]) -> (f64, f64) {
     let (near, far) = (q[1] - q[0], q[2] - q[1]);
     let spread = |p: f64| (h[2].powf(p) - h[1].powf(p)) / (h[1].powf(p) - h[0].powf(p));
@@ -82,14 +83,14 @@ pub fn is_asked_for(scene: &Scene) -> bool {
     scene.outputs.iter().any(|output| output.estimate)
 }
 
-/// Whether a run with this ending still lacks its estimates when it is written first; one without an end has them made when it is
-/// resumed.
+/// Whether a run with this ending still lacks its estimates when it is written first; one without an end has them made
+/// when it is resumed.
 pub(super) fn is_pending(scene: &Scene, ending: &Ending) -> bool {
     is_asked_for(scene) && (at_rest(ending).is_ok() || *ending == Ending::Interrupted)
 }
 
-/// Solves the coarser problems and puts the estimates into `summary`, or the reason why there are none: the run itself is not lost
-/// by whatever fails here. What is interrupted stays pending: the run, resumed, makes its estimates then.
+/// Solves the coarser problems and puts the estimates into `summary`, or the reason why there are none: the run itself
+/// is not lost by whatever fails here. What is interrupted stays pending: the run, resumed, makes its estimates then.
 pub(super) fn add(scene: &Scene, options: &Options, summary: &mut Summary, record: &mut Record) {
     let progress = Progress::new(options.verbosity, 0.0);
     let found = estimates(scene, options, summary);
@@ -213,8 +214,8 @@ fn bounds(scene: &Scene, rest: bool) -> [f64; 2] {
     [low, high.max(low)]
 }
 
-/// The scene with cells longer by `ratio`; marched to the time of `to`, if there is one, by so much longer steps, and begun from
-/// the state in the folder `out` else.
+/// The scene with cells longer by `ratio`; marched to the time of `to`, if there is one, by so much longer steps, and
+/// begun from the state in the folder `out` else.
 fn coarser(scene: &Scene, out: &Path, ratio: f64, to: Option<&Summary>) -> Result<Scene, RunError> {
     let mut source = SceneSource::parse(&scene.resolved_toml(), &out.join("scene.toml"))?;
     set_mesh(&mut source, &scene.mesh, ratio)?;

@@ -15,8 +15,8 @@ const THROUGH: f64 = 1e-6;
 /// start, the middle and the end of the run.
 ///
 /// # Errors
-/// A field or a derivative that is not finite; a velocity that is not solenoidal in an incompressible sheet, that runs through
-/// a slip boundary or along one that forbids it; a density below zero.
+/// A field or a derivative that is not finite; a velocity that is not solenoidal in an incompressible sheet, that runs
+/// through a slip boundary or along one that forbids it; a density below zero.
 pub fn check_exact(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let Some(exact) = &scene.sources.exact else { return Ok(()) };
     let boundary: Vec<(Point, Point, &str)> = mesh.faces.iter().filter_map(|face| boundary_point(mesh, face)).collect();

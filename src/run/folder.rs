@@ -6,7 +6,7 @@ use super::motion::saved::scene_of;
 use super::{Options, RunError};
 use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
-use crate::output::{OutputError, history, say, write_whole};
+use crate::output::{OutputError, history, mark, say, write_whole};
 use crate::scene::{AnyScene, SceneSource};
 
 /// Names of all that runs leave.
@@ -68,7 +68,7 @@ impl Resumed {
     }
 
     /// Takes away what was written for later steps, and the summary, which is not about what follows. `pictures` are
-    /// the names of the run's maps. A file under such a name that does not begin as those of a run stays.
+    /// the names of the run's maps. A file under such a name that no run has written stays.
     ///
     /// # Errors
     /// Files that cannot be removed.
@@ -171,27 +171,29 @@ fn numbered(name: &str) -> Option<(&str, usize)> {
 fn remove_from(folder: &Path, is_over: &dyn Fn(&str) -> bool) -> Result<(), OutputError> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
     let named = entries.filter(|entry| is_over(&entry.file_name().to_string_lossy())).map(|entry| entry.path());
-    for path in named.filter(|path| begins_as_ours(path)) {
+    for path in named.filter(|path| is_of_a_run(path)) {
         std::fs::remove_file(&path).map_err(|e| OutputError::io(&path, &e))?;
     }
     Ok(())
 }
 
-/// Whether a file begins as those that runs write under such names; one that was cut off may be empty.
-fn begins_as_ours(path: &Path) -> bool {
-    use std::io::Read;
+/// Whether a file is one that runs write under such names: it bears the mark, or is a table with their first columns.
+/// One that was cut off may be empty.
+fn is_of_a_run(path: &Path) -> bool {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let beginnings: &[&[u8]] = match name.trim_end_matches(".part").rsplit('.').next() {
-        Some("vtu" | "vtp") => &[b"<?xml"],
-        Some("svg") => &[b"<svg", b"<?xml"],
-        Some("png") => &[b"\x89PNG"],
-        Some("csv") => &[b"s,x1,x2,", b"theta,x1,x2,", b"time,", b"step,", b"index,"],
-        Some(_) | None => return true,
-    };
-    let mut first = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(16).read_to_end(&mut first));
-    read.is_ok() && (first.is_empty() || name.ends_with(".part") || beginnings.iter().any(|b| first.starts_with(b)))
+    let is_empty = || std::fs::metadata(path).is_ok_and(|file| file.len() == 0);
+    match name.rsplit('.').next() {
+        Some("vtu" | "vtp" | "svg" | "png") => is_empty() || mark::is_marked(path).unwrap_or(false),
+        Some("csv") => {
+            let first = std::fs::read(path).unwrap_or_default();
+            first.is_empty() || FIRST_COLUMNS.iter().any(|columns| first.starts_with(columns.as_bytes()))
+        }
+        Some(_) | None => true,
+    }
 }
+
+/// What tables of a folder of results begin with.
+const FIRST_COLUMNS: [&str; 4] = ["s,x1,x2,", "theta,x1,x2,", "time,", "step,"];
 
 #[cfg(test)]
 mod tests {

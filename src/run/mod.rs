@@ -200,7 +200,8 @@ pub struct Options<'a> {
 pub struct Record {
     /// Notes and remarks, in order.
     pub said: Vec<String>,
-    /// Errors against the scene's exact fields over the steps of this process, for a caller who puts an empty history here.
+    /// Errors against the scene's exact fields over the steps of this process, for a caller who puts an empty history
+    /// here.
     pub errors: Option<History>,
 }
 
@@ -210,7 +211,8 @@ const QUIET_STEPS: usize = 10;
 /// Runs a scene to its end and leaves the results in `options.out`.
 ///
 /// # Errors
-/// Anything that is wrong before the first step, and results that cannot be written. A step that fails ends the run with
+/// Anything that is wrong before the first step, and results that cannot be written. A step that fails ends the run
+/// with
 /// [`Ending::Failed`]: its last good state is written like any other.
 pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
     folder::alone(options, || run_recorded(scene, options, &mut Record::default()))

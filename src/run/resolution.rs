@@ -5,8 +5,8 @@ use crate::contact::{Contact, Partner};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
 
-/// Least half thickness of a body in cells. The mobility of a disc of 0.4 cells is off by 5 percent, of 0.8 by 2, and what
-/// is much smaller has that of about a cell.
+/// Least half thickness of a body in cells. The mobility of a disc of 0.4 cells is off by 5 percent, of 0.8 by 2, and
+/// what is much smaller has that of about a cell.
 const LEAST: f64 = 1.0;
 
 /// Points of an outline that are looked at, and the share of the way from the centre at which they are: what touches a

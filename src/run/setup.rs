@@ -140,8 +140,8 @@ pub fn mesh_of(table: &MeshScene, source: &SceneSource) -> Result<Mesh, RunError
 /// Refuses what does not go together with the mesh.
 ///
 /// # Errors
-/// Tags without conditions, bodies without a place, measures that the domain does not have, exact fields that are no solution, a flow
-/// that nothing holds.
+/// Tags without conditions, bodies without a place, measures that the domain does not have, exact fields that are no
+/// solution, a flow that nothing holds.
 pub fn check_on(scene: &Scene, mesh: &Arc<Mesh>) -> Result<(), RunError> {
     scene.check_tags(&mesh.tags)?;
     scene.check_bodies(mesh)?;

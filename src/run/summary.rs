@@ -100,8 +100,8 @@ pub struct Summary {
     pub unknowns: Unknowns,
     #[serde(flatten)]
     pub counts: Counts,
-    /// Sparse factorisations of this process during the run: Stokes, masses, stream function; a polarity matrix only where its
-    /// Krylov iteration stalled.
+    /// Sparse factorisations of this process during the run: Stokes, masses, stream function; a polarity matrix only
+    /// where its Krylov iteration stalled.
     pub factorisations: usize,
     /// Solves with these factors.
     pub direct_solves: usize,

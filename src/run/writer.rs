@@ -196,7 +196,8 @@ impl Writer {
         self.schedules.iter().filter_map(move |s| s.next_time(t))
     }
 
-    /// Writes what is due after the step that began at `before`; `None` is the start, where the fields are written once.
+    /// Writes what is due after the step that began at `before`; `None` is the start, where the fields are written
+    /// once.
     ///
     /// # Errors
     /// A file that cannot be written, a field that is not finite.
@@ -231,8 +232,8 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes the last state in every form that the scene asks for, and always a checkpoint; after a failure the fields as
-    /// well, whatever the scene asks for.
+    /// Writes the last state in every form that the scene asks for, and always a checkpoint; after a failure the fields
+    /// as well, whatever the scene asks for.
     ///
     /// # Errors
     /// As [`Writer::write_due`].

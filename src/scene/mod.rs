@@ -106,8 +106,8 @@ pub enum Initial {
     Exact,
     /// `p(x, 0)`
     Expressions([Expression; 2]),
-    /// [10.4.4]: at the nodes of a mesh of edge length `h_coarse` a uniform direction times a normal deviate of standard
-    /// deviation `amplitude`, interpolated.
+    /// [10.4.4]: at the nodes of a mesh of edge length `h_coarse` a uniform direction times a normal deviate of
+    /// standard deviation `amplitude`, interpolated.
     Random { seed: u64, amplitude: f64, h_coarse: f64 },
     /// Absolute path of fields that were written before.
     File(PathBuf),
@@ -239,8 +239,8 @@ impl Scene {
         MarchSettings { order, control, alternate, coupling: self.coupling, density_implicit }
     }
 
-    /// Whether Π is determined only up to a constant and takes zero mean: the sheet is incompressible, and no tag prescribes a
-    /// normal stress.
+    /// Whether Π is determined only up to a constant and takes zero mean: the sheet is incompressible, and no tag
+    /// prescribes a normal stress.
     pub fn pressure_is_free(&self) -> bool {
         match self.parameters.kind() {
             ModelKind::Incompressible => !self.boundary.values().any(|c| c.velocity.fixes_pressure()),
@@ -248,7 +248,8 @@ impl Scene {
         }
     }
 
-    /// The scene on another mesh, for counting: tags that it does not know take the conditions of those that it does, in turn.
+    /// The scene on another mesh, for counting: tags that it does not know take the conditions of those that it does,
+    /// in turn.
     pub fn on(&self, mesh: &MeshScene, tags: &[String]) -> Scene {
         Scene { mesh: mesh.clone(), boundary: stokes::conditions_on(&self.boundary, tags), ..self.clone() }
     }

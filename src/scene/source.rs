@@ -107,8 +107,8 @@ impl SceneSource {
     /// wall".velocity` or `output.0.every.time`.
     ///
     /// The value is a TOML value, or else a string without its quotes (`slip`, `1 - y^2`). An empty value removes the
-    /// key, which restores its default. The scene is checked as a whole only by [`super::Scene::check`], so that several
-    /// overrides may depend on each other.
+    /// key, which restores its default. The scene is checked as a whole only by [`super::Scene::check`], so that
+    /// several overrides may depend on each other.
     ///
     /// # Errors
     /// A path that no scene has, with the keys that exist there; a value of the wrong type.

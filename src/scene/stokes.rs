@@ -151,8 +151,8 @@ impl StokesScene {
         resolve::to_toml(&self.resolved)
     }
 
-    /// Compares boundary conditions, walls and bodies with the mesh: each tag has a condition, each condition a tag, each body
-    /// has its place.
+    /// Compares boundary conditions, walls and bodies with the mesh: each tag has a condition, each condition a tag,
+    /// each body has its place.
     ///
     /// # Errors
     /// The first of them that does not fit.
@@ -161,7 +161,8 @@ impl StokesScene {
         self.bodies.as_ref().map_or(Ok(()), |bodies| bodies.check_mesh(&self.source, mesh))
     }
 
-    /// The scene with conditions on other tags, for counting: those that it does not know take the ones that it does, in turn.
+    /// The scene with conditions on other tags, for counting: those that it does not know take the ones that it does,
+    /// in turn.
     pub fn on(&self, tags: &[String]) -> StokesScene {
         StokesScene { boundary: conditions_on(&self.boundary, tags), ..self.clone() }
     }

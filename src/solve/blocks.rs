@@ -1,4 +1,5 @@
-//! Operators on a discontinuous space, stored as dense blocks by cell and neighbour, and their incomplete factorisation.
+//! Operators on a discontinuous space, stored as dense blocks by cell and neighbour, and their incomplete
+//! factorisation.
 //!
 //! Both components of a vector couple to neighbouring cells in the same way, so a neighbour's block is that of one
 //! component, `n × n`; only the block of the cell itself, `2n × 2n`, couples the components.

@@ -1,5 +1,5 @@
-//! Systems `[A C; R D] [x; y] = [f; g]` with a sparse, factorised `A` and a few bordering rows and columns, solved by block
-//! elimination: dense borders never enter the sparse factors.
+//! Systems `[A C; R D] [x; y] = [f; g]` with a sparse, factorised `A` and a few bordering rows and columns, solved by
+//! block elimination: dense borders never enter the sparse factors.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,7 +1,8 @@
 //! Geometric nested dissection: an elimination tree whose fronts stay small.
 //!
-//! The unknowns come in groups that are always eliminated together (the coefficients of a mesh cell, the components of a
-//! node). A set of groups is cut in two by a light separator, which is eliminated after both parts; so on down to small sets.
+//! The unknowns come in groups that are always eliminated together (the coefficients of a mesh cell, the components of
+//! a node). A set of groups is cut in two by a light separator, which is eliminated after both parts; so on down to
+//! small sets.
 
 use super::separator::{Cut, Graph, Side, cut};
 
@@ -14,8 +15,8 @@ pub struct Group {
     pub position: [f64; 2],
 }
 
-/// Unknowns that must not be eliminated before any of their neighbours, because their pivots only then differ from zero:
-/// pressures of a saddle point.
+/// Unknowns that must not be eliminated before any of their neighbours, because their pivots only then differ from
+/// zero: pressures of a saddle point.
 #[derive(Debug, Clone)]
 pub struct LateGroup {
     /// Numbers of the unknowns.
@@ -48,8 +49,8 @@ const PARALLEL: u64 = 2000;
 
 /// The elimination tree of `groups`. `adjacency[g]` lists the groups that couple to group `g` (symmetric, without `g`
 /// itself), `late` the groups that are eliminated after their neighbours (two of them may couple only if they share a
-/// neighbour), `last` unknowns that are eliminated at the very end wherever else they are listed, and sets of at most `leaf`
-/// unknowns are not cut any further.
+/// neighbour), `last` unknowns that are eliminated at the very end wherever else they are listed, and sets of at most
+/// `leaf` unknowns are not cut any further.
 ///
 /// # Panics
 /// For a neighbour that does not exist.

@@ -1,5 +1,5 @@
-//! Dense kernels of a front. Large blocks are cut into panels whose sizes are fixed, so that the bits of the result do not depend
-//! on the number of threads.
+//! Dense kernels of a front. Large blocks are cut into panels whose sizes are fixed, so that the bits of the result do
+//! not depend on the number of threads.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
@@ -30,8 +30,8 @@ pub(super) struct Factors {
 }
 
 impl Factors {
-    /// Takes the memory for `p` pivots and `b` boundary unknowns, and touches it on this thread: pages that several threads
-    /// touch for the first time at once may cost more than the elimination.
+    /// Takes the memory for `p` pivots and `b` boundary unknowns, and touches it on this thread: pages that several
+    /// threads touch for the first time at once may cost more than the elimination.
     pub fn new(p: usize, b: usize) -> Self {
         let touched = |size: usize| vec![f64::NAN; size];
         Self { lu: touched(p * p), lower: touched(p * b), upper: touched(p * b), permutation: vec![0; p] }
@@ -149,7 +149,8 @@ fn permute_columns(block: &mut [f64], p: usize, permutation: &[u32]) {
     }
 }
 
-/// `y −= A x` for a column-major `A` with `y.len()` rows and columns `stride` apart; reads `A` once, four columns at a time.
+/// `y −= A x` for a column-major `A` with `y.len()` rows and columns `stride` apart; reads `A` once, four columns at a
+/// time.
 pub(super) fn subtract_product(a: &[f64], stride: usize, x: &[f64], y: &mut [f64]) {
     let rows = y.len();
     let mut j = 0;

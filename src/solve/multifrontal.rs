@@ -1,7 +1,8 @@
 //! Multifrontal LU factorisation of a sum of dense element matrices, along an elimination tree.
 //!
-//! Every tree node owns a dense front `[F11 F12; F21 F22]`. It is summed from element entries and from the children's Schur
-//! complements; its pivots are eliminated with row exchanges inside `F11`, and `F22 − F21 F11⁻¹ F12` goes to the parent.
+//! Every tree node owns a dense front `[F11 F12; F21 F22]`. It is summed from element entries and from the children's
+//! Schur complements; its pivots are eliminated with row exchanges inside `F11`, and `F22 − F21 F11⁻¹ F12` goes to the
+//! parent.
 
 use std::sync::{Arc, Mutex};
 
@@ -32,7 +33,8 @@ impl std::fmt::Debug for Multifrontal {
 
 impl Multifrontal {
     /// Factorises the sum of the elements. `fill(e, element)` sets all of element `e`, with the rows and columns that
-    /// [`Symbolic::new`] was told, or some of them; it is called once per element or little more often, from any thread.
+    /// [`Symbolic::new`] was told, or some of them; it is called once per element or little more often, from any
+    /// thread.
     ///
     /// # Errors
     /// A pivot is zero to rounding or not finite.
@@ -43,7 +45,8 @@ impl Multifrontal {
         Ok(multifrontal)
     }
 
-    /// As [`Multifrontal::new`], ready for [`Multifrontal::refactor_changed`]: the Schur complements of all fronts are kept too.
+    /// As [`Multifrontal::new`], ready for [`Multifrontal::refactor_changed`]: the Schur complements of all fronts are
+    /// kept too.
     ///
     /// # Errors
     /// As [`Multifrontal::new`].
@@ -56,8 +59,9 @@ impl Multifrontal {
         Ok(multifrontal)
     }
 
-    /// Factorises anew the fronts that need one of the elements `changed`, and those above them; the others keep their factors and Schur
-    /// complements. The factors are those of [`Multifrontal::new`], bit by bit. Returns the share of the operations that was done.
+    /// Factorises anew the fronts that need one of the elements `changed`, and those above them; the others keep their
+    /// factors and Schur complements. The factors are those of [`Multifrontal::new`], bit by bit. Returns the share of
+    /// the operations that was done.
     ///
     /// # Errors
     /// As [`Multifrontal::new`].

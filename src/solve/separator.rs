@@ -120,8 +120,8 @@ fn band(graph: &Graph, [x, y]: [f64; 2]) -> Vec<Side> {
 const UNLIMITED: u64 = u64::MAX / 4;
 const NONE: u32 = u32::MAX;
 
-/// A flow network: vertex `v` of the graph has an entry `2 i` and an exit `2 i + 1`, joined by an arc as wide as the vertex is
-/// heavy; then come the source and the sink. Only the band and the vertices next to it take part.
+/// A flow network: vertex `v` of the graph has an entry `2 i` and an exit `2 i + 1`, joined by an arc as wide as the
+/// vertex is heavy; then come the source and the sink. Only the band and the vertices next to it take part.
 struct Network {
     /// Vertex of the network for every vertex of the graph, or `NONE`.
     local: Vec<u32>,
@@ -202,8 +202,8 @@ impl Network {
         self.level[self.source + 1] != NONE
     }
 
-    /// Sends what one path from source to sink can take; 0 when there is none left. Not recursive: the paths of a long thin mesh
-    /// are long.
+    /// Sends what one path from source to sink can take; 0 when there is none left. Not recursive: the paths of a long
+    /// thin mesh are long.
     fn augment(&mut self) -> u64 {
         let mut path: Vec<usize> = Vec::new();
         let mut v = self.source;
@@ -259,8 +259,8 @@ impl Network {
         seen
     }
 
-    /// Sides by whether a vertex' entry and exit lie on the left of the minimum cut; what takes no part stays, and a band
-    /// vertex without neighbours goes right.
+    /// Sides by whether a vertex' entry and exit lie on the left of the minimum cut; what takes no part stays, and a
+    /// band vertex without neighbours goes right.
     fn classify(&self, sides: &[Side], left: impl Fn(usize) -> (bool, bool)) -> Vec<Side> {
         let classified = |(&i, &side): (&u32, &Side)| match (i, side) {
             (NONE, Side::Left) => Side::Left,

@@ -79,9 +79,9 @@ impl Matrix {
     }
 }
 
-/// Entries of R in `A = QR` for a square matrix of symmetric structure, whose columns are given by their rows, in the order of
-/// elimination that [`Factored`] takes. Whatever rows are exchanged, U of `P A = L U` has no entry where R has none (George and Ng
-/// 1985), so that R tells how much memory the factors take.
+/// Entries of R in `A = QR` for a square matrix of symmetric structure, whose columns are given by their rows, in the
+/// order of elimination that [`Factored`] takes. Whatever rows are exchanged, U of `P A = L U` has no entry where R has
+/// none (George and Ng 1985), so that R tells how much memory the factors take.
 ///
 /// # Panics
 /// For columns that are not ascending or out of range.
@@ -168,7 +168,8 @@ impl Factored {
         &self.name
     }
 
-    /// Solves `A x = b`, with one step of iterative refinement when rounding has left more than a tenth of the tolerance.
+    /// Solves `A x = b`, with one step of iterative refinement when rounding has left more than a tenth of the
+    /// tolerance.
     ///
     /// # Errors
     /// Input or solution not finite; relative residual above [`DIRECT_TOLERANCE`].
@@ -204,8 +205,9 @@ impl Factored {
         self.lu.solve_in_place(MatMut::from_column_major_slice_mut(x, n, 1));
     }
 
-    /// Whether a residual is no more than the rounding of `A x`, row by row, while `A x` does not cancel so much that the matrix
-    /// must be taken for singular: a penalty of 1e-8 leaves large residuals in this way, and they are harmless.
+    /// Whether a residual is no more than the rounding of `A x`, row by row, while `A x` does not cancel so much that
+    /// the matrix must be taken for singular: a penalty of 1e-8 leaves large residuals in this way, and they are
+    /// harmless.
     fn is_rounding(&self, x: &[f64], b: &[f64], residual: &[f64]) -> bool {
         let mut size: Vec<f64> = b.iter().map(|v| v.abs()).collect();
         for (j, xj) in x.iter().enumerate() {
@@ -272,7 +274,8 @@ impl Symmetric {
         start + self.pattern.row_idx_of_col_raw(column).binary_search(&row).expect("the place is in the pattern")
     }
 
-    /// Factors of the positive definite matrix with these values, on one thread, so that the bits do not depend on the number of threads.
+    /// Factors of the positive definite matrix with these values, on one thread, so that the bits do not depend on the
+    /// number of threads.
     ///
     /// # Errors
     /// When it is not positive definite.

@@ -14,8 +14,8 @@ pub struct Element {
     pub values: Vec<f64>,
 }
 
-/// A dense front `[F11 F12; F21 F22]`: pivots first, then the boundary, that is the unknowns of ancestors to which the pivots
-/// couple. All unknowns are named by their place in the order of elimination.
+/// A dense front `[F11 F12; F21 F22]`: pivots first, then the boundary, that is the unknowns of ancestors to which the
+/// pivots couple. All unknowns are named by their place in the order of elimination.
 pub(super) struct Front {
     /// First pivot of the subtree below.
     pub lowest: usize,
@@ -89,9 +89,9 @@ impl std::fmt::Debug for Symbolic {
 }
 
 impl Symbolic {
-    /// The fronts of a matrix of order `unknowns` that is the sum of `elements` element matrices. `pattern(e, element)` sets
-    /// the rows and columns of element `e`; values are not needed. Every entry makes its row and its column couple both ways.
-    /// `system` is what errors call the matrix.
+    /// The fronts of a matrix of order `unknowns` that is the sum of `elements` element matrices. `pattern(e, element)`
+    /// sets the rows and columns of element `e`; values are not needed. Every entry makes its row and its column couple
+    /// both ways. `system` is what errors call the matrix.
     ///
     /// # Errors
     /// The tree does not hold every unknown just once, or an element couples unknowns of unrelated tree nodes.

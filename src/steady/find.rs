@@ -1,4 +1,5 @@
-//! The search for a steady state: ways that are tried in a stated order, and the way from an unstable state to a stable one.
+//! The search for a steady state: ways that are tried in a stated order, and the way from an unstable state to a stable
+//! one.
 
 use std::sync::atomic::AtomicBool;
 

@@ -1,4 +1,5 @@
-//! Steady states: found by pseudo-transient continuation into Newton's method, judged by the eigenvalues of their linearisation.
+//! Steady states: found by pseudo-transient continuation into Newton's method, judged by the eigenvalues of their
+//! linearisation.
 
 pub mod arclength;
 pub mod branch;

@@ -8,7 +8,8 @@ use crate::time::Sheet;
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Oscillation {
     pub period: f64,
-    /// Half of the largest root mean square distance between what is carried (the polarity, and a density) and that at the cycle's start.
+    /// Half of the largest root mean square distance between what is carried (the polarity, and a density) and that at
+    /// the cycle's start.
     pub amplitude: f64,
     /// The same of the velocity.
     pub amplitude_velocity: f64,

@@ -1,4 +1,5 @@
-//! Pseudo-transient continuation: implicit Euler steps whose length grows as the residual falls, until they are Newton's.
+//! Pseudo-transient continuation: implicit Euler steps whose length grows as the residual falls, until they are
+//! Newton's.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -15,8 +16,8 @@ pub struct Pseudo {
     pub residual: f64,
     /// First pseudo-step, in units of time.
     pub step: f64,
-    /// Longest pseudo-step as long as the residual is above `release` times its largest value so far; up to it a growing residual does not
-    /// shorten the step, so that instabilities can unfold.
+    /// Longest pseudo-step as long as the residual is above `release` times its largest value so far; up to it a
+    /// growing residual does not shorten the step, so that instabilities can unfold.
     pub most: f64,
     pub release: f64,
     /// A residual that grows by more than this factor rejects a pseudo-step.
@@ -56,7 +57,8 @@ pub enum Stall {
     Failed(#[from] StepFailure),
 }
 
-/// A pseudo-step that changes what is carried anywhere by more than this, relative to its largest value or 1, is rejected.
+/// A pseudo-step that changes what is carried anywhere by more than this, relative to its largest value or 1, is
+/// rejected.
 const LARGEST_CHANGE: f64 = 1.0;
 
 /// A pseudo-step that changes it by less may grow even where the residual does not fall.
@@ -85,8 +87,9 @@ impl Work<'_> {
 
 /// Steps from `start` until the residual is below its bound. `seen` is told of every accepted step.
 ///
-/// Pseudo-step n solves `N (y − yⁿ)/Δτ + R(y) = 0` (`N = Pe M` in the incompressible sheet) by one Newton correction, and `Δτ` follows the residual: `Δτⁿ⁺¹ = Δτⁿ ‖Rⁿ⁻¹‖/‖Rⁿ‖`
-/// (switched evolution relaxation, Mulder and van Leer 1985; Kelley and Keyes 1998).
+/// Pseudo-step n solves `N (y − yⁿ)/Δτ + R(y) = 0` (`N = Pe M` in the incompressible sheet) by one Newton correction,
+/// and `Δτ` follows the residual: `Δτⁿ⁺¹ = Δτⁿ ‖Rⁿ⁻¹‖/‖Rⁿ‖` (switched evolution relaxation, Mulder and van Leer 1985;
+/// Kelley and Keyes 1998).
 ///
 /// # Errors
 /// [`Stall`]; in `start` is then the last carried vector.

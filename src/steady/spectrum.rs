@@ -1,8 +1,9 @@
 //! Eigenvalues of the linearisation about a steady state: how small disturbances grow or decay.
 //!
-//! A disturbance `δy e^{λt}` of a steady state obeys `λ N δy + R′ δy = 0` with `N = Pe M` and `R′ = J_pp + D S⁻¹ F′` in the
-//! incompressible sheet; in a compressible one `N` also has the density. Arnoldi's method is applied to `T = (R′ + σ N)⁻¹ N`, whose eigenvalues are `1/(σ − λ)`: it finds those λ first that are nearest to the real shift σ. A small
-//! shift finds the slow modes, a large one fast oscillations that grow.
+//! A disturbance `δy e^{λt}` of a steady state obeys `λ N δy + R′ δy = 0` with `N = Pe M` and `R′ = J_pp + D S⁻¹ F′` in
+//! the incompressible sheet; in a compressible one `N` also has the density. Arnoldi's method is applied to
+//! `T = (R′ + σ N)⁻¹ N`, whose eigenvalues are `1/(σ − λ)`: it finds those λ first that are nearest to the real shift
+//! σ. A small shift finds the slow modes, a large one fast oscillations that grow.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -111,7 +111,8 @@ impl<'de> de::Visitor<'de> for SeedsVisitor {
 /// The keys of `vary`, then the tables of `together`, then the seeds.
 ///
 /// # Errors
-/// A list that is empty, a range that is none, lists of unequal lengths, a key that varies twice, too many combinations.
+/// A list that is empty, a range that is none, lists of unequal lengths, a key that varies twice, too many
+/// combinations.
 pub(super) fn axes(
     source: &SceneSource,
     vary: &BTreeMap<String, AxisValues>,

@@ -195,8 +195,8 @@ const POLL: Duration = Duration::from_millis(20);
 
 /// Runs a scene to its end. Once `interrupt` is set, the child is asked to end after its step, and waited for.
 ///
-/// The child ends cleanly, with a checkpoint, when its standard input is closed: so it does when this process is killed.
-/// `said` is given every line as it comes.
+/// The child ends cleanly, with a checkpoint, when its standard input is closed: so it does when this process is
+/// killed. `said` is given every line as it comes.
 ///
 /// # Errors
 /// A folder that cannot be written, a program that cannot be started.

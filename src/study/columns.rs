@@ -105,7 +105,8 @@ pub fn write_csv(path: &Path, columns: &[Column]) -> Result<(), OutputError> {
     write_rows(path, &rows)
 }
 
-/// Writes columns of one length as Parquet: numbers as doubles, counts as 64-bit integers, texts as UTF-8, what is missing as null.
+/// Writes columns of one length as Parquet: numbers as doubles, counts as 64-bit integers, texts as UTF-8, what is
+/// missing as null.
 ///
 /// # Errors
 /// A file that cannot be written.

@@ -28,7 +28,8 @@ struct OrderFile {
     scene: String,
     levels: Vec<f64>,
     vary: BTreeMap<String, Formula>,
-    /// Least order that the fit of a field must have: the program fails below it. Without it, the orders that the degrees promise.
+    /// Least order that the fit of a field must have: the program fails below it. Without it, the orders that the
+    /// degrees promise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     expect: Option<BTreeMap<String, f64>>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

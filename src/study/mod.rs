@@ -1,5 +1,5 @@
-//! Many computations from one file: sequences of meshes and steps for orders of convergence, sweeps over a scene's values,
-//! branches of steady states.
+//! Many computations from one file: sequences of meshes and steps for orders of convergence, sweeps over a scene's
+//! values, branches of steady states.
 
 pub mod axes;
 pub mod branch;

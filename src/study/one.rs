@@ -26,13 +26,14 @@ pub struct Workshop<'a> {
     pub interrupt: &'a AtomicBool,
 }
 
-/// A process that was killed may not be the only one: time for the same to happen to this one before it calls that a failure.
+/// A process that was killed may not be the only one: time for the same to happen to this one before it calls that a
+/// failure.
 const MOURNING: Duration = Duration::from_millis(300);
 
 impl Workshop<'_> {
     /// Does a run, continues it, or finds it done; and the seconds that it took. `None` if it was interrupted before it
-    /// could say anything. What is half done goes on from its checkpoint, but for searches for steady states, which have
-    /// the same bits only when they begin anew.
+    /// could say anything. What is half done goes on from its checkpoint, but for searches for steady states, which
+    /// have the same bits only when they begin anew.
     ///
     /// # Errors
     /// A folder that cannot be written, a program that cannot be started.

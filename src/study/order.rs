@@ -94,12 +94,12 @@ pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
     Some(covariance / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>())
 }
 
-/// Runs every level of every variant; tables are written to `out` after each of them. Nothing is written before the first
-/// level is set up.
+/// Runs every level of every variant; tables are written to `out` after each of them. Nothing is written before the
+/// first level is set up.
 ///
 /// # Errors
-/// A scene that cannot be set up, results that cannot be written or would be overwritten. A step that fails ends its level
-/// only.
+/// A scene that cannot be set up, results that cannot be written or would be overwritten. A step that fails ends its
+/// level only.
 pub fn run(
     study: &OrderStudy,
     out: &Path,

@@ -56,7 +56,8 @@ impl Drop for Pass<'_> {
     }
 }
 
-/// Estimate of a run's largest memory in bytes; `None` for a scene that will be refused anyway, or that needs next to none.
+/// Estimate of a run's largest memory in bytes; `None` for a scene that will be refused anyway, or that needs next to
+/// none.
 pub fn need(scene: &AnyScene) -> Option<f64> {
     match scene {
         AnyScene::Tissue(scene) => crate::run::setup::forecast(scene).ok().map(|count| count.bytes),

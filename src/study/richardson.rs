@@ -19,7 +19,8 @@ pub struct Extrapolation {
     pub error: f64,
 }
 
-/// Richardson's extrapolation from the values on three meshes, coarse to fine, each `ratio` times finer than the one before.
+/// Richardson's extrapolation from the values on three meshes, coarse to fine, each `ratio` times finer than the one
+/// before.
 pub fn extrapolate([f1, f2, f3]: [f64; 3], ratio: f64) -> Extrapolation {
     let (d1, d2) = (f1 - f2, f2 - f3);
     let quotient = d1 / d2;

@@ -160,8 +160,8 @@ pub(super) fn read_scene(source: &SceneSource, name: &str) -> Result<SceneSource
     Ok(SceneSource::read(&scene_file(source, name)?)?)
 }
 
-/// Applies those of the `sets` that are the scene's. `fixed` gives rule and hint where the study sets a key itself and would
-/// undo the override.
+/// Applies those of the `sets` that are the scene's. `fixed` gives rule and hint where the study sets a key itself and
+/// would undo the override.
 ///
 /// # Errors
 /// A key that no scene has or that the study sets itself, a value of the wrong type.

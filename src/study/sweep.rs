@@ -1,7 +1,7 @@
 //! A sweep: one scene with many values, each run in a folder of its own, all of them in one table.
 //!
-//! Everything that is known of a run lies in its folder, so that a table is the same whether its runs were done at once, in
-//! parallel, in shards, or after any number of interruptions.
+//! Everything that is known of a run lies in its folder, so that a table is the same whether its runs were done at
+//! once, in parallel, in shards, or after any number of interruptions.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -82,8 +82,8 @@ pub struct Sweep {
     pub interrupted: bool,
 }
 
-/// Does every run that is not done yet in its folder below `out`; the table is written after each of them. A run that fails, or
-/// whose scene is refused, is a row like any other.
+/// Does every run that is not done yet in its folder below `out`; the table is written after each of them. A run that
+/// fails, or whose scene is refused, is a row like any other.
 ///
 /// # Errors
 /// A folder that holds something else, a table that cannot be written.

@@ -101,8 +101,8 @@ impl SweepStudy {
     /// Reads a sweep and the scene it names; `sets` change keys of the study or else of the scene.
     ///
     /// # Errors
-    /// Whatever is wrong with either, with file, key, value, rule and hint. A value that the scene refuses in some of the runs
-    /// is found only by [`SweepStudy::scene_of`]; one that it refuses in all of them is an error.
+    /// Whatever is wrong with either, with file, key, value, rule and hint. A value that the scene refuses in some of
+    /// the runs is found only by [`SweepStudy::scene_of`]; one that it refuses in all of them is an error.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
         let sets = &source::sets_now(sets);
         let source = source::read::<SweepFile>(path, Kind::Sweep, sets)?;

@@ -1,4 +1,5 @@
-//! What accuracy costs: every setting as a process of its own, its errors against its time, and the settings that no other beats.
+//! What accuracy costs: every setting as a process of its own, its errors against its time, and the settings that no
+//! other beats.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -73,16 +74,17 @@ struct Timing {
     seconds: Vec<f64>,
 }
 
-/// Which of the points (time, error) no other point beats in both: on the front are those to which none is faster without being less
-/// exact. Points that are alike are all on it; a point that is not finite is never, nor does it beat any.
+/// Which of the points (time, error) no other point beats in both: on the front are those to which none is faster
+/// without being less exact. Points that are alike are all on it; a point that is not finite is never, nor does it beat
+/// any.
 pub fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
     let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
     let beats = |a: &(f64, f64), b: &(f64, f64)| finite(a) && a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
     points.iter().map(|p| finite(p) && !points.iter().any(|other| beats(other, p))).collect()
 }
 
-/// Error of the finer of two values, by Richardson: `|f − c|/(r^p − 1)` for cells `r` times longer in the coarser one; where the meshes
-/// are alike the whole difference.
+/// Error of the finer of two values, by Richardson: `|f − c|/(r^p − 1)` for cells `r` times longer in the coarser one;
+/// where the meshes are alike the whole difference.
 pub fn reference_error(fine: f64, coarse: f64, ratio: f64, order: f64) -> f64 {
     let difference = (fine - coarse).abs();
     if ratio > 1.0 { difference / (ratio.powf(order) - 1.0) } else { difference }
@@ -95,8 +97,8 @@ pub fn error_against(value: f64, reference: f64, uncertainty: f64) -> Error {
     Error { value: if is_bound { difference + uncertainty } else { difference }, is_bound }
 }
 
-/// Runs the reference and every setting, one after the other; what a folder holds of the same study is kept. Tables and plots are
-/// written after each.
+/// Runs the reference and every setting, one after the other; what a folder holds of the same study is kept. Tables and
+/// plots are written after each.
 ///
 /// # Errors
 /// A folder with other results, a reference that fails, files that cannot be written.

@@ -160,8 +160,8 @@ impl TradeoffStudy {
         pair.into_iter().chain(&self.settings).try_for_each(|setting| self.scene_of(setting, None).map(drop))
     }
 
-    /// The checked scene of a setting, with the measures that are compared and no other output; begun at the state in the file
-    /// `start` if there is one.
+    /// The checked scene of a setting, with the measures that are compared and no other output; begun at the state in
+    /// the file `start` if there is one.
     ///
     /// # Errors
     /// A value that the scene refuses.

@@ -78,8 +78,8 @@ pub fn distance(a: &Path, b: &Path) -> Result<f64, RunError> {
     Ok(if size > 0.0 { difference / size } else { difference })
 }
 
-/// Compares the run `at`, which started from its neighbour, with it; where they lie far apart, looks whether small steps lead
-/// to the same state. `None` if interrupted.
+/// Compares the run `at`, which started from its neighbour, with it; where they lie far apart, looks whether small
+/// steps lead to the same state. `None` if interrupted.
 ///
 /// # Errors
 /// Folders that cannot be written.

@@ -6,8 +6,8 @@ pub const MAX_ORDER: usize = 6;
 /// Weights `d_i` with `ẏ(t_0) ≈ Σ_i d_i y(t_i)`: the derivative at `times[0]` of the Lagrange interpolant through all
 /// `times` (newest first).
 ///
-/// On equal steps `d_i = α_i/Δt` with the usual coefficients α; on unequal steps these keep the order, constant ones lose
-/// it.
+/// On equal steps `d_i = α_i/Δt` with the usual coefficients α; on unequal steps these keep the order, constant ones
+/// lose it.
 pub fn derivative_weights(times: &[f64]) -> Vec<f64> {
     derivative_weights_at(times, 0)
 }

@@ -270,8 +270,8 @@ impl Tangent for compressible::Tangent<'_> {
     }
 }
 
-/// `L_h` and the velocity from the last density and polarity; the density by that velocity, limited; then the polarity, with `|p|²`
-/// and the `−ρp` term from the last iterate   [8.36], [8.37], [8.38]
+/// `L_h` and the velocity from the last density and polarity; the density by that velocity, limited; then the polarity,
+/// with `|p|²` and the `−ρp` term from the last iterate   [8.36], [8.37], [8.38]
 struct InTurn<'e> {
     model: &'e Compressible,
     equations: &'e Equations<'e>,

@@ -200,7 +200,8 @@ impl<'a> Step<'a> {
     }
 }
 
-/// Solves a step by the coupling that the settings name; `memory` is what Newton's method keeps from one step to the next.
+/// Solves a step by the coupling that the settings name; `memory` is what Newton's method keeps from one step to the
+/// next.
 ///
 /// # Errors
 /// Too slow, diverged, a linear solve that failed, or a formula of the scene that is not finite at `t`.

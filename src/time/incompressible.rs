@@ -247,8 +247,8 @@ impl Tangent for tangent::Tangent<'_> {
     }
 }
 
-/// `L_h` and the force from the last p; velocity and pressure from them; then the polarity, with `|p|²` and the `−p` term from the
-/// last iterate and everything else implicit   [8.33], [8.34], [8.35]
+/// `L_h` and the force from the last p; velocity and pressure from them; then the polarity, with `|p|²` and the `−p`
+/// term from the last iterate and everything else implicit   [8.33], [8.34], [8.35]
 struct InTurn<'e> {
     model: &'e Incompressible,
     equations: &'e Equations<'e>,

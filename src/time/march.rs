@@ -416,8 +416,8 @@ impl<'m> March<'m> {
         self.settings.order.min(self.usable(dt))
     }
 
-    /// Past levels, newest first, whose steps are not much shorter than `dt`: a difference over a sliver is mostly the tolerance
-    /// of the coupling, and a formula that extrapolates it over a long step amplifies that.
+    /// Past levels, newest first, whose steps are not much shorter than `dt`: a difference over a sliver is mostly the
+    /// tolerance of the coupling, and a formula that extrapolates it over a long step amplifies that.
     fn usable(&self, dt: f64) -> usize {
         const LONGEST_RATIO: f64 = 5.0;
         let steps = self.past.windows(2).map(|pair| pair[0].0 - pair[1].0);
@@ -439,7 +439,8 @@ impl<'m> March<'m> {
         Ok(Some(DensityStep { formula, rate }))
     }
 
-    /// Mass gained at the new time by the formula of the density, and that now: what the density's total has to agree with.
+    /// Mass gained at the new time by the formula of the density, and that now: what the density's total has to agree
+    /// with.
     fn gained_after(&self, density: Option<&DensityStep>, dt: f64, gain: f64) -> f64 {
         density.map_or(0.0, |step| {
             let past: f64 = step.formula.alpha.iter().zip(&self.gained).map(|(alpha, gained)| alpha * gained).sum();

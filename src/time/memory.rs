@@ -1,5 +1,5 @@
-//! The linear systems of Newton's method: GMRES with the exact derivative, preconditioned by the factors of the whole coupled
-//! matrix at an earlier state, which are made anew only when GMRES has become slow.
+//! The linear systems of Newton's method: GMRES with the exact derivative, preconditioned by the factors of the whole
+//! coupled matrix at an earlier state, which are made anew only when GMRES has become slow.
 
 use std::cell::RefCell;
 
@@ -74,7 +74,8 @@ impl Memory {
         self.lagged.is_some() && self.origin.as_ref().is_some_and(|origin| origin.surplus <= SURPLUS)
     }
 
-    /// The factors, where they are near enough to those of the weight `w = α₀/Δt` that their correction measures the error.
+    /// The factors, where they are near enough to those of the weight `w = α₀/Δt` that their correction measures the
+    /// error.
     pub(super) fn near(&self, w: f64) -> Option<&Lagged> {
         let near = |origin: &Origin| w <= 2.0 * origin.weights.polarity && origin.weights.polarity <= 2.0 * w;
         self.lagged.as_ref().filter(|_| self.serves() && self.origin.as_ref().is_some_and(near))
@@ -138,7 +139,8 @@ const KRYLOV_LIMIT: usize = 60;
 /// Factors are made anew when the iterations in excess of those that fresh factors need reach this number.
 const SURPLUS: usize = 40;
 
-/// Solves `(R′ + (w − w₀) N) δ = −R` with the exact derivative of the equations of weight w₀ and `N` what multiplies `∂_t y`.
+/// Solves `(R′ + (w − w₀) N) δ = −R` with the exact derivative of the equations of weight w₀ and `N` what multiplies
+/// `∂_t y`.
 pub(crate) fn correction(
     equations: &Equations,
     memory: &mut Memory,

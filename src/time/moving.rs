@@ -6,7 +6,8 @@
 //! 3.  x ← x + Δt W,  θ ← θ + Δt Ω
 //! 4.  the model around the bodies there; a step of its own gives v, Π, p, and from v the twists at the new time
 //! ```
-//! A step that fails is tried again from where the bodies were, with half Δt. Bodies that did not move keep the factors of Newton's method.
+//! A step that fails is tried again from where the bodies were, with half Δt. Bodies that did not move keep the factors
+//! of Newton's method.
 
 use std::sync::atomic::AtomicBool;
 

@@ -1,10 +1,10 @@
 //! Newton's method for one step, velocity, pressure and polarity together.
 //!
-//! The Stokes problem is linear and its factors are at hand, so velocity and pressure are solved exactly for every polarity,
-//! and Newton's method acts on what remains, `R(p) = R_p(p, v(p)) = 0`. Each correction comes from GMRES with the exact
-//! derivative `J_pp + D S⁻¹ F′` and, as preconditioner, the factors of the whole coupled matrix at an earlier state. They
-//! are made anew only when GMRES has become slow. A line search guards the first corrections; near the tolerance they come from the
-//! lagged factors alone, as long as each of them lowers the residual enough.
+//! The Stokes problem is linear and its factors are at hand, so velocity and pressure are solved exactly for every
+//! polarity, and Newton's method acts on what remains, `R(p) = R_p(p, v(p)) = 0`. Each correction comes from GMRES with
+//! the exact derivative `J_pp + D S⁻¹ F′` and, as preconditioner, the factors of the whole coupled matrix at an earlier
+//! state. They are made anew only when GMRES has become slow. A line search guards the first corrections; near the
+//! tolerance they come from the lagged factors alone, as long as each of them lowers the residual enough.
 
 use super::Phases;
 use super::coupling::{Step, StepFailure, StepOutcome, rate};
@@ -30,8 +30,8 @@ fn predict(step: &Step) -> Vec<f64> {
     y
 }
 
-/// Solves a step from the polynomial through the past or, where that leads nowhere, from the last state. An iteration is one
-/// correction, by GMRES or by the lagged factors alone.
+/// Solves a step from the polynomial through the past or, where that leads nowhere, from the last state. An iteration
+/// is one correction, by GMRES or by the lagged factors alone.
 ///
 /// # Errors
 /// As [`super::coupling::solve_step`].
@@ -119,8 +119,8 @@ fn forcing(size: f64, last: f64) -> f64 {
     if last.is_finite() { (size / last).powi(2).clamp(1e-6, 1e-2) } else { 1e-3 }
 }
 
-/// The correction of the lagged factors alone, if it is near the tolerance and lowers the residual enough to be worth its price: a
-/// third of that of a correction by GMRES.
+/// The correction of the lagged factors alone, if it is near the tolerance and lowers the residual enough to be worth
+/// its price: a third of that of a correction by GMRES.
 fn quick_correction(
     equations: &Equations,
     memory: &Memory,

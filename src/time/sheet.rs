@@ -1,7 +1,7 @@
 //! What time stepping, Newton's method and the search for steady states need of a model.
 //!
-//! A *carried* vector `y` holds the coefficients of what has a time derivative: the polarity of an incompressible sheet, density
-//! and polarity, one after the other, of a compressible one. The flow follows from it without delay.
+//! A *carried* vector `y` holds the coefficients of what has a time derivative: the polarity of an incompressible
+//! sheet, density and polarity, one after the other, of a compressible one. The flow follows from it without delay.
 
 use std::fmt::Debug;
 use std::sync::Arc;

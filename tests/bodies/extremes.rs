@@ -29,7 +29,8 @@ fn a_body_in_one_cell_turns_like_the_flow() {
     }
 }
 
-/// Two bodies that share a cell leave it fluid: the pushed one is the faster one, and the penalty, which fills no cell, does not matter.
+/// Two bodies that share a cell leave it fluid: the pushed one is the faster one, and the penalty, which fills no cell,
+/// does not matter.
 #[test]
 fn two_bodies_in_a_cell_move_with_its_flow() {
     let (a, b) = (Point::new(0.52, 0.51), Point::new(0.57, 0.52));
@@ -85,7 +86,8 @@ fn a_body_outside_of_the_mesh_or_all_over_it_is_refused() {
     assert!(message.contains("whole domain"), "{message}");
 }
 
-/// Slivers of every size as a disc passes a line of the mesh: the speed must not jump by more than the cell's own rigidity makes it.
+/// Slivers of every size as a disc passes a line of the mesh: the speed must not jump by more than the cell's own
+/// rigidity makes it.
 #[test]
 fn slivers_are_harmless() {
     let mesh = square(8);

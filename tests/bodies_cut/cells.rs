@@ -133,7 +133,8 @@ fn polynomials_are_exact_on_straight_cells() {
 
 #[test]
 fn tiny_cuts_are_as_exact_as_others() {
-    // a disc that reaches into the square by a depth d covers r² acos(1 − d/r) − (r − d) √(2rd − d²) of it, about (4/3) d √(2rd)
+    // a disc that reaches into the square by a depth d covers r² acos(1 − d/r) − (r − d) √(2rd − d²) of it, about (4/3)
+    // d √(2rd)
     let mesh = mesh("shape = \"square\"\nn = 4");
     let loops = loops(&mesh);
     let r: f64 = 0.1;
@@ -249,7 +250,8 @@ fn forms_hold_on_parts() {
     let ends = |part: &Integrator| {
         dot(&part.vector(&mass::face_load(&velocity, Faces::BOUNDARY, 0, |s| s.n), &velocity), &w.values)
     };
-    // bodies 0 and 1 lie inside the square; the outside loses what passes through them and through the part of 2 in the square
+    // bodies 0 and 1 lie inside the square; the outside loses what passes through them and through the part of 2 in the
+    // square
     for body in [0, 1] {
         let inside = whole.inside(&cover, Some(body));
         let through_it = through(&bodies[body].0.at(bodies[body].1).boundary(), field);
@@ -287,7 +289,8 @@ fn forms_hold_on_parts() {
 
 #[test]
 fn curved_cells_are_cut_along_their_curves() {
-    // a disc inside the mesh, cutting its curved cells, has its area; one that leaves it has that of the lens, with the order of the mesh's geometry
+    // a disc inside the mesh, cutting its curved cells, has its area; one that leaves it has that of the lens, with the
+    // order of the mesh's geometry
     let mut errors = Vec::new();
     for h in [0.5, 0.25, 0.125] {
         let mesh = mesh(&format!("shape = \"disc\"\nh = {h}\ncurved = 2"));

@@ -1,4 +1,5 @@
-//! Scenes of rigid bodies at their extremes: what must be refused, what must end clearly, and what must be right all the same.
+//! Scenes of rigid bodies at their extremes: what must be refused, what must end clearly, and what must be right all
+//! the same.
 
 mod common;
 mod endings;

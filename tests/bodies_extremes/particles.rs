@@ -271,6 +271,9 @@ fn a_stiff_spring_swings_with_its_period_whatever_the_step() {
     assert!(worst < 1e-3, "off by {worst} of the amplitude");
     assert!(left.summary.counts.rejected > 0);
     assert!(left.summary.said.iter().any(|note| note.contains("steps are shortened") && note.contains("`ball`")));
+    // the table of steps counts them
+    let steps = run(&particles("", &spring, 0.1, 3.0)).ended();
+    assert!(steps.summary.counts.rejected > 0 && steps.most("rejected") > 0.0 && off_phase(&steps, omega) < 1e-3);
     // outputs land on their times, and a shorter tolerance is nearer
     let finer = particles("", &spring, 0.1, 3.0).replace("end = 3.0", "end = 3.0\ntolerance = 1e-4");
     let finer = run(&finer.replace("every = { steps = 1 }", "every = { time = 0.25 }")).ended();

@@ -66,7 +66,8 @@ measures = ["gap", "overlap", "contacts"]
 every = { time = 0.1 }
 "#;
 
-/// A floor and a side, discs, a capsule and a polygon that fall on them, one on a spring, one led, one that turns about a pin.
+/// A floor and a side, discs, a capsule and a polygon that fall on them, one on a spring, one led, one that turns about
+/// a pin.
 const PARTICLES: &str = r#"
 [model]
 kind = "particles"

@@ -200,7 +200,8 @@ fn the_flux_is_one_at_both_ends_of_the_window_for_any_field() {
         let (kept, flux) = field.flux_kept(window).unwrap();
         assert_eq!((flux.minus, flux.plus), (field.flux(-window).unwrap(), field.flux(window).unwrap()));
         for x1 in [-window, window] {
-            // centres of columns are the places that the trend is taken at: interpolation does not move them inside the box
+            // centres of columns are the places that the trend is taken at: interpolation does not move them inside the
+            // box
             let inside = (x1 - bins.low.x).min(bins.high.x - x1) > 0.5 * bins.size().x;
             let q = kept.flux(x1).unwrap();
             assert!(!inside || (q - 1.0).abs() < 1e-13, "{window}: {q}");

@@ -16,8 +16,8 @@ pub fn strip() -> &'static Path {
     FOLDER.get_or_init(|| shared(Path::new(env!("CARGO_TARGET_TMPDIR"))))
 }
 
-/// The run in `root`, of this program and these tests. They may each be in a process of their own: whoever finds no run makes one
-/// aside and moves it into place as a whole, and where somebody was faster, takes that one.
+/// The run in `root`, of this program and these tests. They may each be in a process of their own: whoever finds no run
+/// makes one aside and moves it into place as a whole, and where somebody was faster, takes that one.
 fn shared(root: &Path) -> PathBuf {
     let folder = root.join(format!("compare-strip-{:x}", built()));
     if folder.is_dir() {

@@ -98,8 +98,8 @@ fn without_noise_the_error_is_that_of_the_bins() {
     let path = table(temporary.path(), 20, 0.0, 0.0);
     let found = compared(&path, PLAIN);
     let ranges = ranges(found.measured.bins);
-    // both means lie between the extremes of the velocity in the bin; the last tenth and 1e-5 for extremes between the points
-    // and for the digits of the table
+    // both means lie between the extremes of the velocity in the bin; the last tenth and 1e-5 for extremes between the
+    // points and for the digits of the table
     for (bin, _) in weighted(&found) {
         let beyond = error(&found, bin).abs() - 1.1 * ranges[bin];
         assert!(beyond.max() < 1e-5, "bin {bin}: {}", error(&found, bin));

@@ -90,6 +90,14 @@ fn a_bad_key_is_told_with_its_line() {
     fails(GOOD, "[model]\nkind = \"incompressible\"\n", &["a scene", "monolayer run"]);
 }
 
+/// Rows lie beside the disc, and the middles of their bins in it.
+#[test]
+fn bins_outside_of_the_domain_are_told() {
+    let keys = "data = \"t.csv\"\nbox = [[-1, -1], [1, 1]]\nbins = [2, 2]\n";
+    let keys = format!("{keys}run = '{}'\n", strip().display());
+    fails(&GOOD.replace('2', "0.95"), &keys, &["c.toml, line 4", "no bin with cells lies in the domain of the run"]);
+}
+
 /// A wrong unit puts most rows out of the domain: that is said with both boxes, and refused where it is all of them.
 #[test]
 fn rows_outside_of_the_mesh_are_told() {

@@ -43,7 +43,8 @@ fn solve(mesh: &Arc<Mesh>, rho: &dyn Fn(Point) -> f64, p: &dyn Fn(Point) -> Poin
     march.state
 }
 
-/// Solves on a mesh and on its image under an orthogonal map, from images of one start, and compares at the images of points.
+/// Solves on a mesh and on its image under an orthogonal map, from images of one start, and compares at the images of
+/// points.
 fn compare(map: impl Fn(Point) -> Point + Copy, reflect: bool) {
     let mesh = mesh("shape = \"annulus\"\nradius = 2.0\ninner_radius = 1.0\nh = 0.9");
     let image = Arc::new(mapped(&mesh, map, reflect));

@@ -32,8 +32,8 @@ fn start(x: Point) -> Point {
     Point::new(a.sin().powi(2) * (0.6 - 0.8 * b.cos()), b.sin().powi(2) * (0.9 * a.cos() + 0.3))
 }
 
-/// Starts with the density that has the pressure of the incompressible sheet: from another one, sound would have to fade first,
-/// and steps much longer than 1/c_0 do not resolve that.
+/// Starts with the density that has the pressure of the incompressible sheet: from another one, sound would have to
+/// fade first, and steps much longer than 1/c_0 do not resolve that.
 fn compressible(mesh: &Arc<Mesh>, penalty: f64, pi: &Field) -> (State, f64) {
     let law = DensityLaw { penalty, exponent: 1.0, critical: 0.0, active_stress_iso: 0.0 };
     let model = sheet(mesh, parameters(Some(law)), DEGREE, closed);

@@ -1,4 +1,5 @@
-//! The compressible sheet: its derivative, what it conserves and dissipates, positivity, restarts, and its incompressible limit.
+//! The compressible sheet: its derivative, what it conserves and dissipates, positivity, restarts, and its
+//! incompressible limit.
 
 mod common;
 mod constant;

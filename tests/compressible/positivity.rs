@@ -92,7 +92,8 @@ fn steep_fronts_are_carried_without_a_negative_density() {
 
 #[test]
 fn a_step_to_a_negative_mean_is_halved() {
-    // BDF2 extrapolates: with nothing coming in, the upstream cells lose in the first step more than they have left in the second
+    // BDF2 extrapolates: with nothing coming in, the upstream cells lose in the first step more than they have left in
+    // the second
     for kind in [CouplingKind::Newton, CouplingKind::Anderson { depth: 5 }] {
         let model = carried_by(3, 1, ["1", "0"], through);
         let settings = MarchSettings { density_implicit: true, ..settings(0.5, 2, kind) };

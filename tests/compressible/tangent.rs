@@ -1,4 +1,5 @@
-//! The derivative that Newton's method uses against differences of the equations; the factors of the coupled matrix against it.
+//! The derivative that Newton's method uses against differences of the equations; the factors of the coupled matrix
+//! against it.
 
 use crate::common::*;
 use monolayer::model::compressible::Compressible;

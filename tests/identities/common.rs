@@ -11,6 +11,8 @@ use rand_chacha::ChaCha8Rng;
 
 pub fn mesh(text: &str) -> Arc<Mesh> {
     let scene: MeshScene = toml::from_str(text).expect("the test's mesh table parses");
+    let known = ["square", "strip", "strip-with-disc", "disc", "annulus", "racetrack"];
+    assert!(scene.shape().is_none_or(|shape| known.contains(&shape)), "{text}");
     Arc::new(scene.build().expect("the test's mesh is good"))
 }
 

@@ -11,7 +11,8 @@ use monolayer::model::{ElasticForce, Parameters};
 use monolayer::space::Field;
 use monolayer::time::{CouplingKind, March};
 
-/// What the law `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v)` leaves, relative to its largest term.
+/// What the law `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v)` leaves, relative to its
+/// largest term.
 fn defect(model: &Incompressible, p: &Field) -> f64 {
     let m = &model.parameters;
     let inputs = model.inputs(0.0).unwrap();
@@ -62,7 +63,8 @@ fn the_energy_consistent_force_obeys_the_law_to_rounding_for_any_polarity() {
     }
 }
 
-/// A passive tissue in a closed domain from a rough random start: its free energies and the terms of the law, step by step.
+/// A passive tissue in a closed domain from a rough random start: its free energies and the terms of the law, step by
+/// step.
 fn relax(mesh: &Arc<Mesh>, elastic_force: ElasticForce, seed: u64, amplitude: f64) -> Vec<(f64, f64, f64)> {
     let parameters = Parameters { elastic_force, traction: 0.0, active_stress: 0.0, ..PARAMETERS };
     let model = Incompressible::new(mesh, &describe(mesh, parameters, |_| closed())).unwrap();

@@ -11,7 +11,8 @@ use monolayer::model::tangent::Tangent;
 use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, VelocityCondition};
 use monolayer::space::Field;
 
-/// Dirichlet at the left with a polarity that flows in, slip with Dirichlet polarity below, traction at the right, slip above.
+/// Dirichlet at the left with a polarity that flows in, slip with Dirichlet polarity below, traction at the right, slip
+/// above.
 fn mixed(tag: &str) -> Conditions {
     let data = || PolarityCondition::Dirichlet([formula("0.7 + y"), formula("x - 0.2")]);
     match tag {

@@ -81,7 +81,8 @@ fn a_jump_along_faces_belongs_to_the_cells_on_its_sides() {
     }
 }
 
-/// Straight lines through cells are cut exactly; round ones to the bound given, relative to the size of what they bound.
+/// Straight lines through cells are cut exactly; round ones to the bound given, relative to the size of what they
+/// bound.
 #[test]
 fn jumps_and_kinks_inside_of_cells_keep_the_mass() {
     for (text, wanted, bound) in [

@@ -73,8 +73,8 @@ fn turned(angle: f64, [a, b, c]: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// Strain of the shear flow `(f(y), 0)` of tissue that is not strained at `x = −1`, all of it turned: with the time `τ = (x+1)/f` since then,
-/// `ε_12 = We f' (1 − e^{−τ/We})` and `ε_11 = 2 We² f'² (1 − (1 + τ/We) e^{−τ/We})`.
+/// Strain of the shear flow `(f(y), 0)` of tissue that is not strained at `x = −1`, all of it turned: with the time
+/// `τ = (x+1)/f` since then, `ε_12 = We f' (1 − e^{−τ/We})` and `ε_11 = 2 We² f'² (1 − (1 + τ/We) e^{−τ/We})`.
 fn entering(we: f64, angle: f64) -> (impl Fn(Point) -> Point, impl Fn(Point) -> [f64; 3] + Sync) {
     let speed = |y: f64| 2.0 + (2.0 * y).sin();
     let v = move |x: Point| turn(angle, Point::new(speed(turn(-angle, x).y), 0.0));

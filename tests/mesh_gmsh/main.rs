@@ -308,7 +308,8 @@ fn rounding_in_z_is_accepted() {
     assert_eq!(decode(parts.text().as_bytes()).unwrap().area(), 1.0);
 }
 
-/// One cell of degree `degree`, all of its sides in group 7; `place` gives the node with barycentric indices `[i, j, k]`.
+/// One cell of degree `degree`, all of its sides in group 7; `place` gives the node with barycentric indices
+/// `[i, j, k]`.
 fn one_cell(degree: usize, place: impl Fn([usize; 3]) -> Point) -> Parts {
     let indices = monolayer::element::basis::node_indices(degree);
     let mut parts = Parts::square();

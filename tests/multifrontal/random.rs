@@ -88,7 +88,8 @@ fn inverts_on_stretched_meshes_as_cheaply() {
 fn dissection_beats_a_band() {
     let problem = Problem::new([24, 24], 6, everywhere, same);
     let symbolic = problem.symbolic(60).expect("a tree");
-    // A banded elimination, row of squares by row of squares, holds two triangles of the front's width at every unknown.
+    // A banded elimination, row of squares by row of squares, holds two triangles of the front's width at every
+    // unknown.
     let band = 2 * problem.unknowns * (24 * 2 * 6);
     assert!(symbolic.factor_entries() * 2 < band, "{} entries, band {band}", symbolic.factor_entries());
 }
@@ -190,7 +191,8 @@ fn memory_is_counted_as_by_hand() {
     let symbolic = symbolic.expect("a tree");
     // four fronts with one pivot and one boundary unknown, and the root
     assert_eq!(symbolic.factor_entries(), 4 * 3 + 1);
-    // one thread: the contribution of the first half waits while the second is at its own peak of two; two threads: both
+    // one thread: the contribution of the first half waits while the second is at its own peak of two; two threads:
+    // both
     assert_eq!((symbolic.stack_entries(1), symbolic.stack_entries(2), symbolic.stack_entries(9)), (3, 4, 4));
     // 1-2 waits for the root, while 3-4 and then 2-3 are held as well
     assert_eq!(symbolic.waiting_entries(), 3 * 4);

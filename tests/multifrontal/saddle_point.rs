@@ -1,4 +1,5 @@
-//! Quadratic velocities and linear pressures on squares: pivots of pressures vanish until the velocities around are eliminated.
+//! Quadratic velocities and linear pressures on squares: pivots of pressures vanish until the velocities around are
+//! eliminated.
 
 use std::sync::Arc;
 

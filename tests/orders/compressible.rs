@@ -67,7 +67,8 @@ fn every_field_has_the_order_of_its_space() {
     in_space(2, [4, 6, 8]).at_least([(Velocity, 4.4), (Density, 2.75), (Polarity, 4.0), (Diffusion, 3.1)]);
 }
 
-/// Orders of the velocity, which the density drives, between two steps; with k = 3 the error in space is far below theirs.
+/// Orders of the velocity, which the density drives, between two steps; with k = 3 the error in space is far below
+/// theirs.
 #[test]
 fn the_density_has_the_order_of_its_formula() {
     for (scheme, density, least) in

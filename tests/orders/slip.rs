@@ -1,7 +1,7 @@
 //! Slip on curved walls: rotated nodal unknowns against the penalty of the thesis, on straight and on curved cells.
 //!
-//! `v = g(r) (−y, x)` on the ring 1 < r < 2 with `g = 1 + ½ cos π(r−1)` slips along both circles: `g' = 0` there, so that
-//! the shear stress vanishes. The force is `(C_F g − g'' − 3g'/r)(−y, x)`, the pressure zero.
+//! `v = g(r) (−y, x)` on the ring 1 < r < 2 with `g = 1 + ½ cos π(r−1)` slips along both circles: `g' = 0` there, so
+//! that the shear stress vanishes. The force is `(C_F g − g'' − 3g'/r)(−y, x)`, the pressure zero.
 
 use std::sync::Arc;
 

@@ -34,7 +34,8 @@ fn taylor_hood_and_swip_are_optimal_on_uniform_meshes() {
     }
 }
 
-/// Meshes of different n are distorted independently, so that the worst cell, which makes the maximum, varies at random.
+/// Meshes of different n are distorted independently, so that the worst cell, which makes the maximum, varies at
+/// random.
 #[test]
 fn distortion_costs_no_order() {
     for k in [1, 2] {

@@ -118,7 +118,8 @@ fn is_tradeoff(path: &Path) -> bool {
     names_a_scene(path) && table_of(path).contains_key("setting")
 }
 
-/// `--set`s that make the first two levels of a study small: few steps, and a coarse mesh where the study does not vary it.
+/// `--set`s that make the first two levels of a study small: few steps, and a coarse mesh where the study does not vary
+/// it.
 fn coarse(study: &Path) -> Vec<String> {
     let table: toml::Table = std::fs::read_to_string(study).unwrap().parse().unwrap();
     let levels: Vec<String> = table["levels"].as_array().unwrap()[..2].iter().map(ToString::to_string).collect();

@@ -7,7 +7,8 @@ use monolayer::time::Phases;
 use monolayer::time::equations::Equations;
 use nalgebra::{Complex, DMatrix};
 
-/// `−M⁻¹R′/Pe` by central differences, column by column; the upwind directions of the energy-consistent force stay those of the state.
+/// `−M⁻¹R′/Pe` by central differences, column by column; the upwind directions of the energy-consistent force stay
+/// those of the state.
 fn differences(model: &Incompressible, state: &State) -> DMatrix<f64> {
     let equations = Equations::stationary(model, &state.v, 0.0).unwrap();
     let residual = |p: Vec<f64>| equations.evaluate(p, &mut Phases::default()).unwrap().residual;

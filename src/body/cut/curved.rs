@@ -1,8 +1,9 @@
 //! The part of a curved cell that a body covers.
 //!
-//! The boundary of the part is a closed chain: runs along the edges of the cell inside the body, and from the end of each run along the
-//! boundary of the body, counterclockwise, to where the next run begins. The inverse of the cell map takes the pieces in space to the reference triangle, where
-//! they are smooth; a fan of cones over the chain is then the region, with signs, wherever its apex lies.
+//! The boundary of the part is a closed chain: runs along the edges of the cell inside the body, and from the end of
+//! each run along the boundary of the body, counterclockwise, to where the next run begins. The inverse of the cell map
+//! takes the pieces in space to the reference triangle, where they are smooth; a fan of cones over the chain is then
+//! the region, with signs, wherever its apex lies.
 
 use super::face;
 use super::region::NOTHING;
@@ -133,7 +134,8 @@ fn is_straight(mesh: &Mesh, cell: usize, f: usize) -> bool {
     on_face.iter().enumerate().map(apart).fold(0.0, f64::max) <= 1e-14 * (b - a).norm()
 }
 
-/// Where a function of `0 ≤ s ≤ 1` is negative: it is sampled, and a least value between two samples of one sign is looked for.
+/// Where a function of `0 ≤ s ≤ 1` is negative: it is sampled, and a least value between two samples of one sign is
+/// looked for.
 fn crossed(level: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
     let mut samples: Vec<(f64, f64)> =
         (0..=SAMPLES).map(|k| k as f64 / SAMPLES as f64).map(|s| (s, level(s))).collect();
@@ -218,7 +220,8 @@ fn add_arcs(sides: &mut Vec<Side>, boundary: &[Piece], from: f64, onwards: f64) 
     }
 }
 
-/// Quadrature on the part of the reference triangle inside a chain, for polynomials of degree `degree`; see [`Cover`](super::Cover) for its error.
+/// Quadrature on the part of the reference triangle inside a chain, for polynomials of degree `degree`; see
+/// [`Cover`](super::Cover) for its error.
 pub(super) fn fan(mesh: &Mesh, cell: usize, sides: &[Side], degree: usize) -> Rule<Point> {
     let mut rule = Rule { degree, points: Vec::new(), weights: Vec::new() };
     let starts: Vec<Point> = sides.iter().map(|side| start(mesh, cell, side)).collect();

@@ -6,8 +6,8 @@ use crate::mesh::Point;
 /// Shares of a face below this are nothing.
 pub(super) const NOTHING: f64 = 1e-14;
 
-/// The shares `s` between which the points `a + s (b − a)`, `0 ≤ s ≤ 1`, lie in the shape, all in the body's frame; a side of a polygon along
-/// the segment counts as inside.
+/// The shares `s` between which the points `a + s (b − a)`, `0 ≤ s ≤ 1`, lie in the shape, all in the body's frame; a
+/// side of a polygon along the segment counts as inside.
 pub(super) fn covered(shape: &Shape, [a, b]: [Point; 2]) -> Option<[f64; 2]> {
     let all = match shape {
         Shape::Disc { radius } => in_disc(a / *radius, (b - a) / *radius),

@@ -1,9 +1,10 @@
 //! How bodies lie on a mesh, and quadrature on the parts of cells and faces inside and outside of them.
 //!
-//! On straight cells the part inside a body is convex and bounded by segments and arcs, and its quadrature is exact to rounding for
-//! polynomials. The quadrature outside is that of the whole cell less that of the inside: it is exact for polynomials, but some weights are
-//! negative, and functions are evaluated at points of the body. A face is cut into intervals, inside and outside, on which the rules of
-//! faces hold, so that integrands with a kink such as `|v·n|` are treated as on whole faces.
+//! On straight cells the part inside a body is convex and bounded by segments and arcs, and its quadrature is exact to
+//! rounding for polynomials. The quadrature outside is that of the whole cell less that of the inside: it is exact for
+//! polynomials, but some weights are negative, and functions are evaluated at points of the body. A face is cut into
+//! intervals, inside and outside, on which the rules of faces hold, so that integrands with a kink such as `|v·n|` are
+//! treated as on whole faces.
 
 mod curved;
 mod face;
@@ -47,11 +48,12 @@ pub enum Part {
 
 /// Placed shapes on a mesh: which cells and faces they cover or cut, and quadrature on the parts.
 ///
-/// The rules of straight cells are exact to rounding. On curved cells the boundary of a body is taken to the reference triangle point by point and
-/// integrated by Gauss rules, with 7 points more than polynomials need on pieces of at most a quarter of the cell: the error is
-/// below 1e-12 of the cell unless its map is strongly bent.
+/// The rules of straight cells are exact to rounding. On curved cells the boundary of a body is taken to the reference
+/// triangle point by point and integrated by Gauss rules, with 7 points more than polynomials need on pieces of at most
+/// a quarter of the cell: the error is below 1e-12 of the cell unless its map is strongly bent.
 ///
-/// Bodies may leave the domain; only what lies inside the mesh counts. They should not overlap: what two bodies share is twice inside.
+/// Bodies may leave the domain; only what lies inside the mesh counts. They should not overlap: what two bodies share
+/// is twice inside.
 #[derive(Debug, Clone)]
 pub struct Cover {
     mesh: Arc<Mesh>,
@@ -256,13 +258,15 @@ impl Cover {
         &self.touched
     }
 
-    /// The rule on a part of the cut cell `cut`, which is cell `cell` of the mesh, exact for the degree `degree` in reference coordinates.
+    /// The rule on a part of the cut cell `cut`, which is cell `cell` of the mesh, exact for the degree `degree` in
+    /// reference coordinates.
     pub(crate) fn cell_rule(&self, cut: usize, cell: usize, part: Part, degree: usize) -> Arc<CutRule> {
         let class = degree.max(1).next_multiple_of(2).min(MAX_TRIANGLE_DEGREE);
         self.cut_cells[cut].rule((&self.mesh, cell), part, class)
     }
 
-    /// The rule on a part of the cut face `cut`, which is face `face` of the mesh, exact for the degree `degree` along it.
+    /// The rule on a part of the cut face `cut`, which is face `face` of the mesh, exact for the degree `degree` along
+    /// it.
     pub(crate) fn face_rule(&self, cut: usize, face: usize, part: Part, degree: usize) -> Arc<CutFaceRule> {
         let face = &self.mesh.faces[face];
         let class = (degree | 1).min(MAX_INTERVAL_DEGREE);

@@ -9,14 +9,16 @@ use crate::element::quadrature;
 use crate::element::tables::Tables;
 use crate::mesh::Mesh;
 
-/// A quadrature rule on a part of a cell: reference points with the bases there, and weights in the measure of the reference triangle.
+/// A quadrature rule on a part of a cell: reference points with the bases there, and weights in the measure of the
+/// reference triangle.
 #[derive(Debug)]
 pub(crate) struct CutRule {
     pub tables: Tables,
     pub weights: Vec<f64>,
 }
 
-/// A quadrature rule on a part of a face: weights that add up to the part's share of the parameter, the bases at the points on both sides.
+/// A quadrature rule on a part of a face: weights that add up to the part's share of the parameter, the bases at the
+/// points on both sides.
 #[derive(Debug)]
 pub(crate) struct CutFaceRule {
     pub minus: Tables,

@@ -1,17 +1,20 @@
-//! The part of a straight cell that a body covers: a convex region of the reference triangle, bounded by segments and arcs of ellipses.
+//! The part of a straight cell that a body covers: a convex region of the reference triangle, bounded by segments and
+//! arcs of ellipses.
 
 use crate::body::outline::Piece;
 use crate::mesh::Point;
 
-/// Parts of a cell below this share of it are nothing, and above one less it the whole: rounding of the cuts themselves.
+/// Parts of a cell below this share of it are nothing, and above one less it the whole: rounding of the cuts
+/// themselves.
 pub(super) const NOTHING: f64 = 1e-15;
 /// Gaps that are shorter, in reference coordinates, are not closed.
 const GAP: f64 = 1e-16;
 
 /// Keeps the part of a convex region, given by its boundary counterclockwise, where `n·x + d > 0`.
 ///
-/// A piece is split where it crosses the line, and a part is kept or not by the side on which it lies; gaps of the boundary then lie
-/// on the line and are closed by segments. Whatever rounding does to a part that nearly lies on the line, the boundary is closed.
+/// A piece is split where it crosses the line, and a part is kept or not by the side on which it lies; gaps of the
+/// boundary then lie on the line and are closed by segments. Whatever rounding does to a part that nearly lies on the
+/// line, the boundary is closed.
 fn clip(pieces: &[Piece], n: Point, d: f64) -> Vec<Piece> {
     // an arc may touch the line at one of these points, but not at two
     let side = |piece: &Piece, from: f64, to: f64| {

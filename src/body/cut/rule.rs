@@ -1,9 +1,9 @@
 //! Quadrature on regions bounded by segments and arcs.
 //!
-//! A region is a fan: the cones from one of its points over the pieces of its boundary. A cone over a segment is a triangle. A cone over
-//! an arc `x(t)` has the points `o + s (x(t) − o)` and the measure `s (x(t) − o)×x′(t) ds dt`, by Gauss rules in both: exact in s, and in t
-//! with an error below the rounding, since the integrand is entire; a whole ellipse has equal weights, which are exact. All weights are positive in a
-//! convex region.
+//! A region is a fan: the cones from one of its points over the pieces of its boundary. A cone over a segment is a
+//! triangle. A cone over an arc `x(t)` has the points `o + s (x(t) − o)` and the measure `s (x(t) − o)×x′(t) ds dt`, by
+//! Gauss rules in both: exact in s, and in t with an error below the rounding, since the integrand is entire; a whole
+//! ellipse has equal weights, which are exact. All weights are positive in a convex region.
 
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
@@ -57,7 +57,8 @@ pub(super) fn fan(boundary: &[Piece], degree: usize) -> Rule<Point> {
     rule
 }
 
-/// The point of the fan: the vertex at which the longest run of segments begins or ends, whose cones vanish; the centre of a round region.
+/// The point of the fan: the vertex at which the longest run of segments begins or ends, whose cones vanish; the centre
+/// of a round region.
 fn apex(boundary: &[Piece]) -> Option<Point> {
     let first = boundary.first()?;
     if let (Piece::Arc { centre, .. }, true) = (first, is_full_turn(first)) {
@@ -102,7 +103,8 @@ pub(super) fn add_cone(rule: &mut Rule<Point>, apex: Point, x: Point, element: P
     rule.weights.extend(radial.points.iter().zip(&radial.weights).map(|(s, w)| w * s * measure));
 }
 
-/// Calls `visit` with `x(t)`, `x′(t)` and the weight of every point of a rule along an arc, for integrands of degree `degree + 1` in x and x′.
+/// Calls `visit` with `x(t)`, `x′(t)` and the weight of every point of a rule along an arc, for integrands of degree
+/// `degree + 1` in x and x′.
 fn each_arc_point(arc: &Piece, degree: usize, mut visit: impl FnMut(Point, Point, f64)) {
     let (from, to) = arc.range();
     if is_full_turn(arc) {
@@ -126,8 +128,8 @@ fn each_arc_point(arc: &Piece, degree: usize, mut visit: impl FnMut(Point, Point
 
 /// Into how many parts an arc of angle `turn` is divided, and the number of Gauss points of each.
 ///
-/// About its middle an arc is `ρ(τ + (Δ/4) τ² + …)`, `|τ| ≤ 1`: a polynomial of degree d has the coefficient `((d+1)Δ/4)^j/j!` at `τ^(d+1+j)`, of which
-/// Gauss rules that miss that power leave `2^−j`.
+/// About its middle an arc is `ρ(τ + (Δ/4) τ² + …)`, `|τ| ≤ 1`: a polynomial of degree d has the coefficient
+/// `((d+1)Δ/4)^j/j!` at `τ^(d+1+j)`, of which Gauss rules that miss that power leave `2^−j`.
 fn arc_points(degree: usize, turn: f64) -> (usize, usize) {
     let needed = |parts: usize| {
         let ratio = (degree + 1) as f64 * turn / parts as f64 / 8.0;

@@ -38,8 +38,8 @@ impl Bins {
         self.low + self.size().component_mul(&(corner + shares))
     }
 
-    /// Number of the bin that contains a point. Lower sides belong to a bin, upper sides to the next, those of the box to the
-    /// last.
+    /// Number of the bin that contains a point. Lower sides belong to a bin, upper sides to the next, those of the box
+    /// to the last.
     pub fn find(&self, x: Point) -> Option<usize> {
         let within = (0..2).all(|c| (self.low[c]..=self.high[c]).contains(&x[c]));
         let place = (x - self.low).component_div(&self.size());
@@ -47,8 +47,8 @@ impl Bins {
         within.then_some(j * self.count[0] + i)
     }
 
-    /// The four bins whose centres surround a point of the box, with the weights of bilinear interpolation; beyond the outermost
-    /// centres the nearest ones.
+    /// The four bins whose centres surround a point of the box, with the weights of bilinear interpolation; beyond the
+    /// outermost centres the nearest ones.
     pub(super) fn around(&self, x: Point) -> Option<[(usize, f64); 4]> {
         self.find(x)?;
         let place = (x - self.low).component_div(&self.size());

@@ -3,8 +3,8 @@
 use super::Binned;
 use crate::mesh::Point;
 
-/// Sums over the bins that both fields fill, each with its weight `w`: the part of the bin that lies in the tissue. `e` is measured
-/// less computed, `v` computed.
+/// Sums over the bins that both fields fill, each with its weight `w`: the part of the bin that lies in the tissue. `e`
+/// is measured less computed, `v` computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
     /// Bins that were compared.
@@ -25,7 +25,8 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Compares two fields on the same bins, within `|x_1| ≤ window`; `shares` are the weights. `None` if no bin is left.
+    /// Compares two fields on the same bins, within `|x_1| ≤ window`; `shares` are the weights. `None` if no bin is
+    /// left.
     pub fn of(measured: &Binned, computed: &Binned, shares: &[f64], window: f64) -> Option<Self> {
         let bins: Vec<usize> = (0..shares.len())
             .filter(|&bin| measured.is_filled(bin) && computed.is_filled(bin) && shares[bin] > 0.0)
@@ -55,7 +56,8 @@ impl Difference {
         })
     }
 
-    /// `(relative² − noise²)^½`: what is left of the distance when the scatter of the data is taken out, 0 if nothing is.
+    /// `(relative² − noise²)^½`: what is left of the distance when the scatter of the data is taken out, 0 if nothing
+    /// is.
     pub fn without_noise(&self) -> f64 {
         (self.relative.powi(2) - self.noise.powi(2)).max(0.0).sqrt()
     }

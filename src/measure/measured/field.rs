@@ -33,8 +33,9 @@ impl Binned {
     ///
     /// Empty bins, the obstacle and what lies beyond the box carry no weight, and stay empty.
     ///
-    /// With `w = N`, the number of frames in which a bin holds cells, this is the filter in bins *and* frames, averaged in time: a
-    /// Gaussian in frames that hands out weight 1 from every frame leaves the sums over all frames as they are.
+    /// With `w = N`, the number of frames in which a bin holds cells, this is the filter in bins *and* frames, averaged
+    /// in time: a Gaussian in frames that hands out weight 1 from every frame leaves the sums over all frames as they
+    /// are.
     pub fn filtered(&self, deviation: f64) -> Self {
         if deviation == 0.0 {
             return self.clone();
@@ -72,8 +73,8 @@ impl Binned {
         (0..all.len()).map(|bin| line(&along, bin / nx, ny, &|k| k * nx + bin % nx)).collect()
     }
 
-    /// Bilinear interpolation between the centres of filled bins: empty ones carry no weight. `None` outside of the box, and where
-    /// all bins around are empty.
+    /// Bilinear interpolation between the centres of filled bins: empty ones carry no weight. `None` outside of the
+    /// box, and where all bins around are empty.
     pub fn at(&self, x: Point) -> Option<Point> {
         self.interpolate(x, |bin| self.values[bin])
     }

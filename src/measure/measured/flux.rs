@@ -18,8 +18,8 @@ pub struct Flux {
 }
 
 impl Binned {
-    /// `Q(x_1)`: mean of `v_1` over the filled bins of a column, linear between the centres of columns. `None` outside of the box,
-    /// or without filled bins.
+    /// `Q(x_1)`: mean of `v_1` over the filled bins of a column, linear between the centres of columns. `None` outside
+    /// of the box, or without filled bins.
     pub fn flux(&self, x1: f64) -> Option<f64> {
         let [nx, ny] = self.bins.count;
         let corners = self.bins.around(Point::new(x1, self.bins.low.y))?;
@@ -39,8 +39,8 @@ impl Binned {
 
     /// `ṽ_1 = 2/(Q− + Q+) · (v_1 − (Q+ − Q−) x_1/(2l))`, `ṽ_2 = 2/(Q− + Q+) · v_2`   [11.1–11.3]
     ///
-    /// Removes the linear trend that a free front leaves, and makes the flux 1 at both ends. The errors of `Q±` are not in the
-    /// variances.
+    /// Removes the linear trend that a free front leaves, and makes the flux 1 at both ends. The errors of `Q±` are not
+    /// in the variances.
     ///
     /// # Errors
     /// No cells at an end of the window, or no flux.

@@ -1,4 +1,5 @@
-//! Velocities measured at points and times: bins, averages, filter, flux-keeping correction, distance from a computed field
+//! Velocities measured at points and times: bins, averages, filter, flux-keeping correction, distance from a computed
+//! field
 //! [11.1–11.3].
 //!
 //! Lengths are in disc radii about the disc's centre.

@@ -12,8 +12,8 @@ pub struct Sample {
     pub v: Point,
 }
 
-/// Sums over frames, bin by bin. A frame counts once in each bin that holds cells in it, with the mean `u_f` of these cells; it does
-/// not count in the others.
+/// Sums over frames, bin by bin. A frame counts once in each bin that holds cells in it, with the mean `u_f` of these
+/// cells; it does not count in the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Averages {
     pub bins: Bins,
@@ -34,8 +34,8 @@ impl Averages {
         Self { bins, frames: vec![0; n], cells: vec![0; n], sum: zero.clone(), square: zero }
     }
 
-    /// Averages of `blocks` successive parts of the `frames`, nearly equal in length; samples outside of the box are left out, and
-    /// those in bins that are `closed`.
+    /// Averages of `blocks` successive parts of the `frames`, nearly equal in length; samples outside of the box are
+    /// left out, and those in bins that are `closed`.
     pub fn of_blocks(bins: Bins, closed: &[bool], samples: &[Sample], frames: usize, blocks: usize) -> Vec<Self> {
         let mut placed: Vec<(usize, usize, Point)> = samples
             .iter()
@@ -70,8 +70,9 @@ impl Averages {
         total
     }
 
-    /// Mean `ū = Σ u_f / N` in each bin, of variance `Σ (u_f − ū)² / (N (N − 1))`: frames count as independent. Where `N = 1`, the
-    /// scatter of the others is taken; where it is nowhere more, the variance is NaN. The weight of a bin is `N`.
+    /// Mean `ū = Σ u_f / N` in each bin, of variance `Σ (u_f − ū)² / (N (N − 1))`: frames count as independent. Where
+    /// `N = 1`, the scatter of the others is taken; where it is nowhere more, the variance is NaN. The weight of a bin
+    /// is `N`.
     pub fn mean(&self) -> Binned {
         let scatter = |bin: usize| {
             let (n, sum) = (f64::from(self.frames[bin]), self.sum[bin]);

@@ -1,7 +1,7 @@
 //! Meshes that a scene describes by shape and local size.
 //!
-//! A generator is one file and one row of [`GENERATORS`]. The file has a struct whose fields are the keys, with what they
-//! mean, their defaults and their ranges, and a `Domain` that tells what is made of them.
+//! A generator is one file and one row of [`GENERATORS`]. The file has a struct whose fields are the keys, with what
+//! they mean, their defaults and their ranges, and a `Domain` that tells what is made of them.
 
 mod annulus;
 mod disc;

@@ -1,5 +1,5 @@
-//! Smoothing: edges relax to their wanted lengths, points are added and taken away where these do not fit, and at last the
-//! smallest angles are opened.
+//! Smoothing: edges relax to their wanted lengths, points are added and taken away where these do not fit, and at last
+//! the smallest angles are opened.
 
 use super::front::triangulate;
 use super::outline::Border;
@@ -87,8 +87,8 @@ impl Net<'_> {
         angles.fold(f64::INFINITY, f64::min)
     }
 
-    /// Adds points on long edges and at points of many cells, removes them at short edges and at points of few cells; at
-    /// most one change in a neighbourhood. Tells whether anything changed.
+    /// Adds points on long edges and at points of many cells, removes them at short edges and at points of few cells;
+    /// at most one change in a neighbourhood. Tells whether anything changed.
     fn recount(&mut self) -> bool {
         let mut touched = vec![false; self.points.len()];
         let mut removed = vec![false; self.points.len()];
@@ -145,7 +145,8 @@ impl Net<'_> {
         found
     }
 
-    /// Moves the free corners of sharp cells to where the smallest angle about them is largest. Tells whether any moved.
+    /// Moves the free corners of sharp cells to where the smallest angle about them is largest. Tells whether any
+    /// moved.
     fn open_angles(&mut self) -> bool {
         let sharp = SHARP.to_radians();
         let mut moved = false;

@@ -8,7 +8,8 @@ use super::parse::{Content, Element};
 use super::{Fault, boundary, circle};
 use crate::element::basis;
 
-/// Deviation of a geometry node from its place on a straight triangle, relative to the longest edge, that rounding causes.
+/// Deviation of a geometry node from its place on a straight triangle, relative to the longest edge, that rounding
+/// causes.
 const STRAIGHT: f64 = 1e-10;
 /// Largest range of z relative to the extent of the mesh.
 const PLANE: f64 = 1e-9;

@@ -10,8 +10,8 @@ use super::groups;
 const ON_CIRCLE: f64 = 1e-8;
 /// Sagitta over chord below which a boundary part counts as straight.
 const STRAIGHT: f64 = 1e-4;
-/// Longest arc of one face. The corners of every triangle and rectangle lie on a circle too, but one of their sides spans
-/// at least a right angle.
+/// Longest arc of one face. The corners of every triangle and rectangle lie on a circle too, but one of their sides
+/// spans at least a right angle.
 const WIDEST: f64 = 1.4;
 /// Longest face, over the radius, of a circle of which the file has neither the curve nor inner nodes: 21 faces or
 /// more.

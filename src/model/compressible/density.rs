@@ -35,7 +35,8 @@ pub struct Density {
 }
 
 impl Density {
-    /// Assembles the mass matrix and prepares the limiter; `order` is that of the cells in which solves sweep, `rank` its inverse.
+    /// Assembles the mass matrix and prepares the limiter; `order` is that of the cells in which solves sweep, `rank`
+    /// its inverse.
     ///
     /// # Errors
     /// A degenerate cell.
@@ -74,11 +75,11 @@ impl Density {
         dot(&self.weights, rho)
     }
 
-    /// Solves `w M u + T ρ(u) = b` from the guess in `u`, ρ(u) the limited u: Newton's method, to rounding, so that mass is kept. Where
-    /// nothing is limited, that is one linear system. Returns the products that it took.
+    /// Solves `w M u + T ρ(u) = b` from the guess in `u`, ρ(u) the limited u: Newton's method, to rounding, so that
+    /// mass is kept. Where nothing is limited, that is one linear system. Returns the products that it took.
     ///
-    /// The fluxes are those of the limited density, so that the mean of a cell with `⟨b⟩ ≥ 0` cannot be negative, for any step: what
-    /// leaves it vanishes with its mean.
+    /// The fluxes are those of the limited density, so that the mean of a cell with `⟨b⟩ ≥ 0` cannot be negative, for
+    /// any step: what leaves it vanishes with its mean.
     ///
     /// # Errors
     /// A singular block; an iteration that stalls.
@@ -123,8 +124,8 @@ impl Density {
         b.iter().zip(image).map(|(b, a)| b - a).collect()
     }
 
-    /// Rounding leaves a residual whose sum would be mass: all cells take it up in proportion. The limiter allows it, because
-    /// `ρ(cu) = cρ(u)`.
+    /// Rounding leaves a residual whose sum would be mass: all cells take it up in proportion. The limiter allows it,
+    /// because `ρ(cu) = cρ(u)`.
     fn close(&self, w: f64, transport: &Rows, b: &[f64], u: &mut Field, limited: &Limited) {
         let whole: f64 = b.iter().sum();
         let missing: f64 = self.remainder(w, transport, b, u, limited).iter().sum();

@@ -1,4 +1,5 @@
-//! The compressible sheet: a density that the flow carries and squeezes, and a velocity that follows from density and polarity.
+//! The compressible sheet: a density that the flow carries and squeezes, and a velocity that follows from density and
+//! polarity.
 //!
 //! ```text
 //! −div(ρσᵀ) + C_F v = T_a p + f_v,   ∂_t ρ + div(ρ v) = f_ρ
@@ -41,7 +42,8 @@ use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::{Continuity, Field, Space};
 
-/// Added to the density where it weighs the polarity's rate, so that the polarity has an equation where there is no tissue: it stays.
+/// Added to the density where it weighs the polarity's rate, so that the polarity has an equation where there is no
+/// tissue: it stays.
 pub const VACUUM: f64 = 1e-12;
 
 /// The semi-discrete compressible system   [7.34]

@@ -3,8 +3,8 @@
 //! ```text
 //! R_v = K(ρ) v − F(ρ,p),   R_ρ = w_ρ (u|z) + a_mass(ρ,z;v) − …,   R_p = Pe (ρ ∂_t p|q) + … + (1/B) L_h(ρ,p)
 //! ```
-//! The unknown is the density `u` before the limiter; everything but its own rate sees the limited one, `ρ = ρ(u)`. With the molecular field
-//! eliminated cell by cell and `K δv = F′`, what remains is `R′ = J + D K⁻¹ F′`.
+//! The unknown is the density `u` before the limiter; everything but its own rate sees the limited one, `ρ = ρ(u)`.
+//! With the molecular field eliminated cell by cell and `K δv = F′`, what remains is `R′ = J + D K⁻¹ F′`.
 
 use std::sync::Arc;
 
@@ -58,7 +58,8 @@ pub struct Tangent<'m> {
 }
 
 impl<'m> Tangent<'m> {
-    /// Linearises at `state`, which has the weights `w = [w_ρ, w_p]`; `rate` is the polarity's time derivative that the equations have.
+    /// Linearises at `state`, which has the weights `w = [w_ρ, w_p]`; `rate` is the polarity's time derivative that the
+    /// equations have.
     pub fn new(
         model: &'m Compressible,
         at: &Arc<Squeezed>,
@@ -163,7 +164,8 @@ impl<'m> Tangent<'m> {
 }
 
 impl Elements for Tangent<'_> {
-    /// Rows: the free velocities, density and polarity of a cell; columns: those, and density and polarity of the neighbours.
+    /// Rows: the free velocities, density and polarity of a cell; columns: those, and density and polarity of the
+    /// neighbours.
     fn fill(&self, cell: usize, out: &mut Element) {
         let model = self.model;
         let places = model.layout().unknowns(cell, out);

@@ -130,7 +130,8 @@ fn culprit(model: &Compressible, [low, high]: [f64; 2]) -> String {
     }
 }
 
-/// The conditions hold the tissue, or the model would not have been built: without friction it is the density that is missing.
+/// The conditions hold the tissue, or the model would not have been built: without friction it is the density that is
+/// missing.
 fn weighted(model: &Compressible, error: SolveError) -> MomentumError {
     if model.parameters.friction == 0.0 { MomentumError::Vacuum } else { MomentumError::Weighted(error) }
 }

@@ -57,8 +57,8 @@ impl Compressible {
         Ok(Field::new(&self.density.space, values))
     }
 
-    /// A bound on `−λ` of the density's equation, per time: transport through a cell, and the relaxation of a squeezed cell,
-    /// `ds/dρ` of the isotropic stress s over four times the viscosity.
+    /// A bound on `−λ` of the density's equation, per time: transport through a cell, and the relaxation of a squeezed
+    /// cell, `ds/dρ` of the isotropic stress s over four times the viscosity.
     pub fn stiffness(&self, state: &State) -> f64 {
         let (rho, p) = (state.volume(), &state.p);
         let compression = self.parameters.compression();

@@ -132,8 +132,8 @@ impl Taylor {
         ])
     }
 
-    /// As [`compose`](Self::compose), where a derivative of `g` is infinite: a direction in which `f` does not vary keeps
-    /// its zero derivative.
+    /// As [`compose`](Self::compose), where a derivative of `g` is infinite: a direction in which `f` does not vary
+    /// keeps its zero derivative.
     #[cold]
     #[inline(never)]
     fn compose_singular(&self, [value, g1, g2, g3]: [f64; 4], square: &[f64; 7], cube: &[f64; 4]) -> Self {

@@ -42,7 +42,8 @@ impl<'s> Bordering<'s> {
         Ok(Self { immersed, columns, reach, corner, inverse })
     }
 
-    /// Solves, with a step of iterative refinement where rounding left more than a tenth of the tolerance. Constraints count with the sign of `−ℓ`.
+    /// Solves, with a step of iterative refinement where rounding left more than a tenth of the tolerance. Constraints
+    /// count with the sign of `−ℓ`.
     pub(super) fn solve(&self, filled: &Filled, f: &[f64], g: &[f64]) -> Result<(Vec<f64>, Vec<f64>), SolveError> {
         if let Some(index) = f.iter().chain(g).position(|v| !v.is_finite()) {
             return Err(SolveError::NotFiniteInput { system: "Stokes".into(), index });

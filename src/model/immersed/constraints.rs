@@ -9,7 +9,8 @@ use crate::mesh::Point;
 use crate::model::frames::Frames;
 use crate::solve::axpy;
 
-/// Singular values of the constraints below this, relative to the largest one, are those of constraints that the boundary or other bodies impose.
+/// Singular values of the constraints below this, relative to the largest one, are those of constraints that the
+/// boundary or other bodies impose.
 const RANK: f64 = 1e-7;
 /// Largest contradiction of constraints, relative to the velocities, that counts as rounding.
 const MISFIT: f64 = 1e-7;

@@ -19,8 +19,8 @@ use crate::mesh::Point;
 pub use series::{Matrix, Series};
 use series::{value, values, vector};
 
-/// An exact solution, each field a formula of `x`, `y`, `t`: `v`, `Π`, `p` of the incompressible sheet or `v`, `ρ`, `p` of the
-/// compressible one. Whether `div v = 0` in the former and `ρ ≥ 0` in the latter is the caller's to check.
+/// An exact solution, each field a formula of `x`, `y`, `t`: `v`, `Π`, `p` of the incompressible sheet or `v`, `ρ`, `p`
+/// of the compressible one. Whether `div v = 0` in the former and `ρ ≥ 0` in the latter is the caller's to check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact {
     velocity: [Expression; 2],
@@ -181,22 +181,23 @@ impl Exact {
         first.gradient().x.abs() + second.gradient().y.abs()
     }
 
-    /// The stress, `stress[i][j]` the value of `σ_ij` [5.48], or of `ρσ_ij`, at `x` and its derivatives: the sum of those of
-    /// the terms.
+    /// The stress, `stress[i][j]` the value of `σ_ij` [5.48], or of `ρσ_ij`, at `x` and its derivatives: the sum of
+    /// those of the terms.
     ///
     /// Here and below, exact fields with a density take `parameters` with a density law.
     pub fn stress(&self, parameters: &Parameters, x: Point, t: f64) -> Matrix {
         self.series(parameters, x, t).stress()
     }
 
-    /// `f_v`: what the terms of the momentum balance leave, `−div(σᵀ) + C_F v − T_a p` with `div(σᵀ)_i = ∂_j σ_ji`, in the
-    /// compressible sheet with `ρσ`.
+    /// `f_v`: what the terms of the momentum balance leave, `−div(σᵀ) + C_F v − T_a p` with `div(σᵀ)_i = ∂_j σ_ji`, in
+    /// the compressible sheet with `ρσ`.
     pub fn force(&self, parameters: &Parameters, x: Point, t: f64) -> Point {
         self.series(parameters, x, t).force()
     }
 
     /// `f_p`: what the terms of the polarity's equation leave, `Pe p□ + (|p|²−1) p − κ²Δp` with
-    /// `p□ = ∂_t p + (v·∇)p − W(v)p − a D(v)p`; in the compressible sheet `Pe ρ p□ + [ρ|p|² − (ρ−ρ_min)] p − κ² div(ρ∇p)`.
+    /// `p□ = ∂_t p + (v·∇)p − W(v)p − a D(v)p`; in the compressible sheet
+    /// `Pe ρ p□ + [ρ|p|² − (ρ−ρ_min)] p − κ² div(ρ∇p)`.
     pub fn polarity_source(&self, parameters: &Parameters, x: Point, t: f64) -> Point {
         self.series(parameters, x, t).polarity_source()
     }
@@ -212,7 +213,8 @@ impl Exact {
         Sources { force: series.force(), density: series.density_source(), polarity: series.polarity_source() }
     }
 
-    /// `(n·σ)_j = n_i σ_ij`, in the compressible sheet of `ρσ`: the traction on a face with the outward unit normal `n`.
+    /// `(n·σ)_j = n_i σ_ij`, in the compressible sheet of `ρσ`: the traction on a face with the outward unit normal
+    /// `n`.
     pub fn traction(&self, parameters: &Parameters, x: Point, t: f64, n: Point) -> Point {
         let sigma = self.stress(parameters, x, t);
         let along = |j: usize| n.x * sigma[0][j][0] + n.y * sigma[1][j][0];

@@ -19,7 +19,8 @@ pub(super) enum System {
     Immersed(Box<Immersed>),
 }
 
-/// `[TᵀAT  sTᵀBᵀ; sBT  0]` with the unit s of pressure, bordered by the zero mean of the pressure in every part where no condition fixes it.
+/// `[TᵀAT  sTᵀBᵀ; sBT  0]` with the unit s of pressure, bordered by the zero mean of the pressure in every part where
+/// no condition fixes it.
 pub(super) fn factorise(
     frames: &Frames,
     stiffness: &Matrix,

@@ -46,8 +46,8 @@ const ADVECTION: Term<Vector> = Term {
     ..Term::PLAIN
 };
 
-/// `−Pe ∫_ΓDp ρ(v·n)⊖ p_D·q`, at the points of [`upwind::advection`]: a pass then solves the same equation, also where the
-/// flow turns round on a face.
+/// `−Pe ∫_ΓDp ρ(v·n)⊖ p_D·q`, at the points of [`upwind::advection`]: a pass then solves the same equation, also where
+/// the flow turns round on a face.
 fn brought_in<'a>(at: &At<'a>) -> Linear<'a, Vector> {
     let (space, faces) = (&*at.p.space, at.given.dirichlet);
     -at.parameters.peclet * upwind::l_upw(space, at.carrier(), faces, space.degree, data(at))

@@ -114,8 +114,9 @@ impl BodyFiles {
         Ok(())
     }
 
-    /// Writes the polydata if they are not there yet, and gives their parts for a series of fields, whose own part is 0: 1 for the bodies, 2
-    /// for the contacts and, where there are walls, 3 for them. To be handed to [`Series::append_parts`].
+    /// Writes the polydata if they are not there yet, and gives their parts for a series of fields, whose own part is
+    /// 0: 1 for the bodies, 2 for the contacts and, where there are walls, 3 for them. To be handed to
+    /// [`Series::append_parts`].
     ///
     /// # Errors
     /// As [`BodyFiles::write`].

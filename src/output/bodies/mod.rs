@@ -1,7 +1,7 @@
 //! Rigid bodies and their contacts in files: polydata for ParaView, tables, and what a picture of them needs.
 //!
-//! A [`Cast`] is what never changes about the bodies of a run, a [`Moment`] what is known of them at one time. [`BodyFiles`] writes
-//! moments on the way.
+//! A [`Cast`] is what never changes about the bodies of a run, a [`Moment`] what is known of them at one time.
+//! [`BodyFiles`] writes moments on the way.
 
 mod files;
 mod outline;

@@ -9,7 +9,7 @@ use crate::body::Shape;
 use crate::contact::{Contact, Partner, Wall};
 use crate::mesh::Point;
 use crate::output::vtk::{Field, field_array, integers};
-use crate::output::{OutputError, write_whole};
+use crate::output::{OutputError, mark, write_whole};
 
 /// Points of an outline on a whole turn: a disc is nowhere further than 3·10⁻⁴ of its radius from its polygon.
 const POINTS: usize = 128;
@@ -30,8 +30,9 @@ struct PolyData<'a> {
     data: Vec<(&'a str, usize, Vec<f64>)>,
 }
 
-/// Writes a polygon for each body (straight sides exactly, round ones with 128 points on a turn), with the cell data `body` (its number,
-/// from 0), `position`, `angle`, `velocity`, `spin`, and `contact_force` and `contact_torque` of all its contacts.
+/// Writes a polygon for each body (straight sides exactly, round ones with 128 points on a turn), with the cell data
+/// `body` (its number, from 0), `position`, `angle`, `velocity`, `spin`, and `contact_force` and `contact_torque` of
+/// all its contacts.
 ///
 /// # Errors
 /// Those of [`Moment::check`], before anything is written; [`OutputError::Io`].
@@ -52,9 +53,9 @@ pub fn write_bodies(path: &Path, moment: &Moment) -> Result<(), OutputError> {
     PolyData { time: Some(moment.time), kind: Cells::Polygons, cells, whole, data }.write(path)
 }
 
-/// Writes a line for each contact, from the body's centre to its partner's, or to the nearest point of the wall, with the cell data `body` and
-/// `partner` (the number of a body, or after the bodies that of a wall), `multiplier` (positive repels, negative holds), `gap`, `gamma` and
-/// `normal`.
+/// Writes a line for each contact, from the body's centre to its partner's, or to the nearest point of the wall, with
+/// the cell data `body` and `partner` (the number of a body, or after the bodies that of a wall), `multiplier`
+/// (positive repels, negative holds), `gap`, `gamma` and `normal`.
 ///
 /// # Errors
 /// As [`write_bodies`].
@@ -112,7 +113,7 @@ impl PolyData<'_> {
             Cells::Lines => (cells, 0),
             Cells::Polygons => (0, cells),
         };
-        writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
+        writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->", mark::MADE_BY)?;
         write!(out, r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64""#)?;
         writeln!(out, r#" compressor="vtkZLibDataCompressor">"#)?;
         writeln!(out, "<PolyData>")?;

@@ -69,8 +69,8 @@ impl Style {
         Some(Paint { fill: None, stroke: Some(Stroke { colour: self.colour(), width: LINE_WIDTH, dashed }) })
     }
 
-    /// Which of the series that share a legend entry gives it its look: one with a solid line before one with dashes, and that
-    /// before points on their own.
+    /// Which of the series that share a legend entry gives it its look: one with a solid line before one with dashes,
+    /// and that before points on their own.
     fn rank(self) -> u8 {
         match self.line().and_then(|paint| paint.stroke) {
             Some(stroke) => {

@@ -160,7 +160,8 @@ impl Font {
         if width > limit { size * limit / width } else { size }
     }
 
-    /// Breaks text at its spaces, but not at those of no break, into lines at most `limit` wide; a longer word has a line of its own.
+    /// Breaks text at its spaces, but not at those of no break, into lines at most `limit` wide; a longer word has a
+    /// line of its own.
     pub fn wrap(&self, text: &str, size: f64, limit: f64) -> Vec<Label> {
         let mut lines: Vec<String> = Vec::new();
         let mut room = 0.0;

@@ -32,7 +32,8 @@ pub struct MotionSummary {
     pub walls: usize,
     #[serde(flatten)]
     pub counts: Counts,
-    /// Largest overlap of bodies with each other or with walls after any step, 0 without one; of pairs whose motion is given, too.
+    /// Largest overlap of bodies with each other or with walls after any step, 0 without one; of pairs whose motion is
+    /// given, too.
     pub largest_overlap: f64,
     /// Sparse factorisations of this process during the run.
     pub factorisations: usize,

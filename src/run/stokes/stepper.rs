@@ -72,7 +72,8 @@ pub struct Stepper {
     resolution: Resolution,
 }
 
-/// Overlap that a step accepts at its beginning, relative to the smaller body: motions of second order round otherwise than contact does.
+/// Overlap that a step accepts at its beginning, relative to the smaller body: motions of second order round otherwise
+/// than contact does.
 const OVERLAP: f64 = 1e-6;
 
 impl Stepper {

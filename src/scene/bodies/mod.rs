@@ -67,7 +67,8 @@ impl Bodies {
     /// Whether walls name tags of a mesh, and every body has its place in it.
     ///
     /// # Errors
-    /// An unknown tag; a body that is larger than the domain, or wholly outside of it; one that overlaps a wall of the boundary.
+    /// An unknown tag; a body that is larger than the domain, or wholly outside of it; one that overlaps a wall of the
+    /// boundary.
     pub fn check_mesh(&self, source: &SceneSource, mesh: &Mesh) -> Result<(), SceneError> {
         let error = |key: &str, value: String, rule: String, hint: &str| {
             let (place, key) = (source.place(key), key.to_owned());

@@ -63,7 +63,8 @@ pub fn radii(count: usize, [low, high]: [f64; 2], seed: u64) -> Vec<f64> {
     (0..count).map(|_| low + (high - low) * random.random::<f64>()).collect()
 }
 
-/// Centres of discs at random, no two of which overlap each other, the `others` or a wall; the largest are placed first.
+/// Centres of discs at random, no two of which overlap each other, the `others` or a wall; the largest are placed
+/// first.
 ///
 /// # Errors
 /// The share of the region that could be filled.

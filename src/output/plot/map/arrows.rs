@@ -55,7 +55,8 @@ impl Arrows {
         halo.chain(dark).collect()
     }
 
-    /// A round length of a vector near the largest one, and its arrow from a point to the right; `None` if all are zero.
+    /// A round length of a vector near the largest one, and its arrow from a point to the right; `None` if all are
+    /// zero.
     pub fn key(&self, from: (f64, f64)) -> Option<(f64, f64, Shape)> {
         (self.scale > 0.0).then(|| {
             let value = axis::nice_below(self.largest);

@@ -253,8 +253,8 @@ fn clip(points: &[Xy], rect: &Rect) -> Vec<Xy> {
     })
 }
 
-/// The lines of contacts, and for each sign a sample of its widest line with its value; `unit` is a length 1 on paper. Lines
-/// between bodies that are small on paper are thin.
+/// The lines of contacts, and for each sign a sample of its widest line with its value; `unit` is a length 1 on paper.
+/// Lines between bodies that are small on paper are thin.
 pub(super) fn links(
     links: &[Link],
     cut: impl Fn(&[Point]) -> Vec<Vec<Xy>>,

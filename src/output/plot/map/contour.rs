@@ -10,8 +10,8 @@ use crate::output::plot::axis;
 
 /// Evenly spaced levels between the values, about `count` of them, and their spacing: 1, 2 or 5 times a power of ten.
 ///
-/// They lie half a spacing beside the multiples of the spacing: a stream function is constant along walls, often a round
-/// number, and a level there would follow its rounding errors.
+/// They lie half a spacing beside the multiples of the spacing: a stream function is constant along walls, often a
+/// round number, and a level there would follow its rounding errors.
 pub fn nice_levels([low, high]: [f64; 2], count: usize) -> (Vec<f64>, f64) {
     let step = (high - low) / count.max(1) as f64;
     if !(step.is_finite() && step > 1e-12 * low.abs().max(high.abs())) {
@@ -25,8 +25,8 @@ pub fn nice_levels([low, high]: [f64; 2], count: usize) -> (Vec<f64>, f64) {
 
 /// Lines along which a scalar has the given levels, by level and then in the order in which the grid meets them.
 ///
-/// The window is divided into `cells[0] × cells[1]` rectangles of two triangles each, in which the scalar is taken as linear; lines
-/// end where one of its values is missing. A closed line ends at its first point.
+/// The window is divided into `cells[0] × cells[1]` rectangles of two triangles each, in which the scalar is taken as
+/// linear; lines end where one of its values is missing. A closed line ends at its first point.
 pub fn contours(of: Scalar, window: &Window, cells: [usize; 2], levels: &[f64]) -> Vec<Vec<Point>> {
     let grid = Grid::sample(of, window, cells);
     levels.iter().flat_map(|&level| grid.contour(level)).collect()
