@@ -389,7 +389,7 @@ fn mesh(cli: &Cli, input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -
         run::any::announce_mesh(&scene, cli.verbosity());
         run::any::mesh(&scene)?
     };
-    let notes = run::setup::mesh_remarks(&mesh).into_iter().map(|note| format!("\nnote: {note}"));
+    let notes = run::domain::mesh_remarks(&mesh).into_iter().map(|note| format!("\nnote: {note}"));
     let quality = mesh.quality().to_string() + &notes.collect::<String>();
     let Some(out) = out else {
         say::answer(&quality)?;

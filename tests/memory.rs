@@ -5,9 +5,10 @@ use std::process::{Command, Output};
 use std::sync::Arc;
 
 use monolayer::model::lagged::Structure;
+use monolayer::run::domain::build_mesh;
 use monolayer::run::memory::{MIB, Unknowns, Work, memory_of};
 use monolayer::run::report::report_within;
-use monolayer::run::setup::{build_mesh, describe};
+use monolayer::run::setup::describe;
 use monolayer::run::{RunError, Setup};
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::solve::sparse::factor_bound;

@@ -5,7 +5,7 @@ use std::path::Path;
 use monolayer::body::{Hold, Shape};
 use monolayer::contact::{Law, Wall};
 use monolayer::mesh::Point;
-use monolayer::run::setup::mesh_of;
+use monolayer::run::domain::mesh_of;
 use monolayer::scene::{AnyScene, ParticlesScene, Scene, SceneSource, StokesScene};
 
 const PARTICLES: &str = r#"title = "two discs and a box"

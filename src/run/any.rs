@@ -160,8 +160,8 @@ pub fn check(scene: &AnyScene) -> Result<AnyReport, RunError> {
 /// Says so where making the mesh takes a while.
 pub fn announce_mesh(scene: &AnyScene, verbosity: Verbosity) {
     match scene {
-        AnyScene::Tissue(scene) => super::setup::announce_mesh(&scene.mesh, verbosity),
-        AnyScene::Stokes(scene) => super::setup::announce_mesh(&scene.mesh, verbosity),
+        AnyScene::Tissue(scene) => super::domain::announce_mesh(&scene.mesh, verbosity),
+        AnyScene::Stokes(scene) => super::domain::announce_mesh(&scene.mesh, verbosity),
         AnyScene::Particles(_) => {}
     }
 }
@@ -169,11 +169,11 @@ pub fn announce_mesh(scene: &AnyScene, verbosity: Verbosity) {
 /// The mesh of a scene.
 ///
 /// # Errors
-/// As [`super::setup::build_mesh`]; particles, which have none.
+/// As [`super::domain::build_mesh`]; particles, which have none.
 pub fn mesh(scene: &AnyScene) -> Result<Mesh, RunError> {
     match scene {
-        AnyScene::Tissue(scene) => super::setup::build_mesh(scene),
-        AnyScene::Stokes(scene) => super::setup::mesh_of(&scene.mesh, scene.source()),
+        AnyScene::Tissue(scene) => super::domain::build_mesh(scene),
+        AnyScene::Stokes(scene) => super::domain::mesh_of(&scene.mesh, scene.source()),
         AnyScene::Particles(scene) => {
             let (place, key) = (scene.source().place("model.kind"), "model.kind".to_owned());
             let (value, rule) = ("\"particles\"".to_owned(), "particles have no mesh".to_owned());

@@ -4,8 +4,8 @@
 //! A message of a solver knows its matrix and not the scene. Whoever has the scene puts the value that was given, not
 //! a default that follows from it, in the place of the solver's hint.
 
+use super::domain::build_mesh;
 use super::forecast;
-use super::setup::build_mesh;
 use crate::mesh::{Point, generate};
 use crate::model::boundary::PolarityCondition;
 use crate::model::expression::Expression;

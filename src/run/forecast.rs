@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use super::setup::mesh_of;
+use super::domain::mesh_of;
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::scene::SceneSource;

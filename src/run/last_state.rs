@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::RunError;
-use super::setup::build_mesh;
+use super::domain::build_mesh;
 use crate::model::ModelKind;
 use crate::output::checkpoint::Saved;
 use crate::scene::Scene;

@@ -5,6 +5,7 @@ pub mod available;
 pub mod bodies;
 pub mod defects;
 pub mod disk;
+pub mod domain;
 pub mod estimate;
 pub mod exact;
 mod extremes;

@@ -8,11 +8,11 @@ use serde::Serialize;
 use super::available::available;
 use super::bodies::BodiesReport;
 use super::disk::{self, Sizes};
+use super::domain::{self, build_mesh};
 use super::extremes;
 use super::forecast::{self, COUNTED, Count};
 use super::measures::{self, Gauges};
 use super::memory::{self, Unknowns};
-use super::setup::build_mesh;
 use super::writer::Writer;
 use super::{RunError, Setup, setup, tissue};
 use crate::mesh::quality::Quality;
@@ -215,7 +215,7 @@ fn mesh_and_count(scene: &Scene) -> Result<Judged, RunError> {
     let velocity = Space::new(&mesh, Continuity::Continuous, scene.space.velocity, 2);
     let turning =
         rotation::remark(&mesh, &velocity, &setup::describe(scene, &mesh).conditions, friction, scene.space.slip);
-    let of_mesh = setup::mesh_remarks(&mesh).into_iter().chain(setup::resolution_remarks(scene, &mesh, &quality));
+    let of_mesh = domain::mesh_remarks(&mesh).into_iter().chain(setup::resolution_remarks(scene, &mesh, &quality));
     let said = of_mesh.chain(turning).collect();
     Ok(Judged { mesh: MeshReport::Built(quality), count, counted, said })
 }

@@ -182,7 +182,7 @@ fn parts_that_nearly_touch_are_told() {
             if let Some(found) = found {
                 assert!((found.distance / (scale * gap) - 1.0).abs() < 1e-6, "{found:?}");
                 assert!((found.at.x / scale - 1.0).abs() < 0.01 && found.length == 0.5 * scale, "{found:?}");
-                let notes = monolayer::run::setup::mesh_remarks(&mesh).join("\n");
+                let notes = monolayer::run::domain::mesh_remarks(&mesh).join("\n");
                 assert!(notes.contains("nearly touch") && notes.contains("Coherence"), "{notes}");
             }
         }

@@ -15,7 +15,7 @@ use super::forecast::{COUNTED, Count, Samples, smaller};
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan};
 use super::report::{Expected, MeshReport};
-use super::{Options, RunError, disk, maps, memory, resolution, setup};
+use super::{Options, RunError, disk, domain, maps, memory, resolution};
 use crate::contact::{Law, Wall};
 use crate::mesh::Mesh;
 use crate::model::closed::ClosedParts;
@@ -95,7 +95,7 @@ pub fn forecast(scene: &StokesScene) -> Result<Count, RunError> {
 }
 
 fn sizes(scene: &StokesScene) -> Result<Sizes, RunError> {
-    let mesh = Arc::new(setup::mesh_of(&scene.mesh, scene.source())?);
+    let mesh = Arc::new(domain::mesh_of(&scene.mesh, scene.source())?);
     scene.check_mesh(&mesh)?;
     if scene.friction == 0.0 {
         let velocity = Space::new(&mesh, Continuity::Continuous, scene.degrees[0], 2);
@@ -200,7 +200,7 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
 /// What is worth knowing of a flow on its mesh and no error.
 fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
     let mut remarks = scene.source().notes().to_vec();
-    remarks.extend(setup::mesh_remarks(mesh));
+    remarks.extend(domain::mesh_remarks(mesh));
     let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
     remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction, scene.slip));
     remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
