@@ -4,11 +4,11 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use monolayer::body::{Pose, Shape, Twist};
 use monolayer::contact::pairs::{self, Range};
 use monolayer::contact::particles::{Dynamics, Particle, Particles};
 use monolayer::contact::{Settings, Solver, Wall};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Shape, Twist};
 
 const PITCH: f64 = 0.05;
 

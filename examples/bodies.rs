@@ -9,15 +9,17 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use monolayer::body::flow::{Flow, Settings};
-use monolayer::body::{Body, Hold, Pose, Shape, Twist};
+use monolayer::body::{Body, Hold};
+use monolayer::expression::Expression;
 use monolayer::form::{Linear, mass};
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::immersed::Carried;
+use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, Expression, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
+use monolayer::shape::{Pose, Shape, Twist};
 use monolayer::solve::sparse::Factored;
 use monolayer::space::Field;
 

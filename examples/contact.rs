@@ -8,10 +8,10 @@
 use std::io::Write;
 use std::time::Instant;
 
-use monolayer::body::{Pose, Shape, Twist};
 use monolayer::contact::particles::{Drive, Dynamics, Motion, Particle, Particles};
 use monolayer::contact::{Bonds, ContactError, Law, Method, Settings, Solver, Wall};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Shape, Twist};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -9,8 +9,9 @@ use monolayer::mesh::generate::MeshScene;
 use monolayer::model::incompressible::{Degrees, Description, Incompressible};
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::scheme::ControlSettings;
 use monolayer::space::project;
-use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, March, MarchSettings};
+use monolayer::time::{CouplingKind, CouplingSettings, March, MarchSettings};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ring = MeshScene::of("annulus").with("radius", 2.0).with("inner_radius", 1.0).with("h", 0.3);

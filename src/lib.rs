@@ -17,16 +17,21 @@
 
 pub mod body;
 pub mod contact;
+pub mod cut;
 pub mod element;
+pub mod expression;
 pub mod form;
 pub mod measure;
 pub mod mesh;
 pub mod model;
+pub mod names;
 pub mod output;
 pub mod report;
 pub mod results;
 pub mod run;
 pub mod scene;
+pub mod scheme;
+pub mod shape;
 pub mod solve;
 pub mod space;
 pub mod steady;

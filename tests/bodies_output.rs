@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use monolayer::body::{Pose, Shape, Twist};
 use monolayer::contact::{Contact, Partner, Wall};
 use monolayer::measure::bodies::{Load, kinetic_energy, loads, overlap, smallest_gap, touching, wall_force};
 use monolayer::mesh::Point;
@@ -15,6 +14,7 @@ use monolayer::output::plot::map::{Map, Window};
 use monolayer::output::pvd::{Entry, Series};
 use monolayer::output::timed::TimedTable;
 use monolayer::results::bodies::{Seen, tracks};
+use monolayer::shape::{Pose, Shape, Twist};
 use tiny_skia::Pixmap;
 use vtkio::model::{Attribute, DataSet, IOBuffer, PolyDataPiece, VertexNumbers, Vtk};
 

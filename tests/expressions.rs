@@ -1,7 +1,7 @@
 //! Formulas: values, derivatives, and what is refused.
 
+use monolayer::expression::Expression;
 use monolayer::mesh::Point;
-use monolayer::model::Expression;
 
 fn parse(text: &str) -> Expression {
     Expression::parse(text, &[("peclet", 2.0), ("alignment", -0.5)]).unwrap()

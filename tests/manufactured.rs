@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 
+use monolayer::expression::Expression;
 use monolayer::mesh::Point;
-use monolayer::model::{Exact, Expression, Parameters};
+use monolayer::model::{Exact, Parameters};
 
 type Field = fn(Point, f64) -> Point;
 

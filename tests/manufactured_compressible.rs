@@ -3,9 +3,10 @@
 
 use std::f64::consts::PI;
 
+use monolayer::expression::Expression;
 use monolayer::mesh::Point;
 use monolayer::model::manufactured::Volume;
-use monolayer::model::{DensityLaw, Exact, Expression, Parameters};
+use monolayer::model::{DensityLaw, Exact, Parameters};
 use nalgebra::Matrix2;
 
 struct Case {

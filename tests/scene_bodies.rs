@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use monolayer::body::{Hold, Shape};
+use monolayer::body::Hold;
 use monolayer::contact::{Law, Wall};
 use monolayer::mesh::Point;
 use monolayer::run::domain::mesh_of;
 use monolayer::scene::{AnyScene, ParticlesScene, Scene, SceneSource, StokesScene};
+use monolayer::shape::Shape;
 
 const PARTICLES: &str = r#"title = "two discs and a box"
 [model]

@@ -1,7 +1,7 @@
 //! Taylor series of formulas against their symbolic derivatives.
 
+use monolayer::expression::Expression;
 use monolayer::mesh::Point;
-use monolayer::model::Expression;
 
 fn parse(text: &str) -> Expression {
     Expression::parse(text, &[]).unwrap()

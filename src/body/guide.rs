@@ -2,13 +2,22 @@
 
 use std::sync::Arc;
 
-use super::flow::{of, speed, start, value};
 use super::motion::Motion;
-use super::penalty::Wrench;
-use super::{Body, Hold, Pose, Twist, turned};
+use super::{Body, Hold};
+use crate::expression::{Expression, ExpressionError};
 use crate::mesh::Point;
-use crate::model::expression::{Expression, ExpressionError};
-use crate::model::immersed::Rule;
+use crate::shape::{Pose, Twist, Wrench, turned};
+
+/// What is prescribed of a body's motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rule {
+    /// Nothing.
+    Free,
+    /// Velocity and spin.
+    Held(Twist),
+    /// It turns about this point (in space).
+    Pinned(Point),
+}
 
 /// Bodies with the derivatives of their paths.
 #[derive(Debug, Clone)]
@@ -101,5 +110,37 @@ impl Guide {
             }
         }
         Ok(by)
+    }
+}
+
+/// A formula of a body.
+fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, ExpressionError> {
+    let value = formula.eval_at(pose.position, pose.angle, t);
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(formula.not_finite(value, pose.position, t))
+}
+
+/// Tells of which body a formula is.
+fn of<T>(body: &Body, what: &'static str, result: Result<T, ExpressionError>) -> Result<T, ExpressionError> {
+    result.map_err(|error| ExpressionError::OfBody { place: body.formula(what), error: Box::new(error) })
+}
+
+/// Where a body is at time t if it follows a path, and where it starts otherwise.
+fn start(body: &Body, t: f64) -> Result<Pose, ExpressionError> {
+    match &body.hold {
+        Hold::Path { position: [x, y], angle } => {
+            let [x, y, angle] = [x, y, angle].map(|f| of(body, "motion.path", value(f, &body.start, t)));
+            Ok(Pose { position: Point::new(x?, y?), angle: angle? })
+        }
+        Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => Ok(body.start),
+    }
+}
+
+fn speed(hold: &Hold) -> Result<Option<[Expression; 3]>, ExpressionError> {
+    match hold {
+        Hold::Path { position: [x, y], angle } => Ok(Some([x.diff("t")?, y.diff("t")?, angle.diff("t")?])),
+        Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => Ok(None),
     }
 }

@@ -4,73 +4,13 @@
 //! `(2/ε) ∫_B D(v):D(w)` is added to the viscous form [L1.13], and velocity and spin are means of the flow over B. Tags
 //! `[L…]` are equations of Lefebvre's thesis (2007).
 
-pub mod cut;
-pub mod distance;
-pub mod flow;
 pub mod guide;
-pub mod kernel;
 pub mod motion;
-pub mod outline;
-pub mod penalty;
-pub mod shape;
 pub mod stiffness;
 
+use crate::expression::Expression;
 use crate::mesh::Point;
-use crate::model::Expression;
-pub use distance::ShapeError;
-pub use outline::Placed;
-pub use shape::Shape;
-
-/// Where a body is.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Pose {
-    /// Centre of mass `x_B`.
-    pub position: Point,
-    /// Angle θ, counterclockwise.
-    pub angle: f64,
-}
-
-impl Pose {
-    /// From the body's frame to space.
-    pub fn to_space(&self, local: Point) -> Point {
-        self.position + turned(local, self.angle)
-    }
-
-    /// From space to the body's frame.
-    pub fn to_body(&self, x: Point) -> Point {
-        turned(x - self.position, -self.angle)
-    }
-}
-
-/// How a body moves: `V + ω (x−x_B)^⊥`.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Twist {
-    /// `V`
-    pub velocity: Point,
-    /// `ω`
-    pub spin: f64,
-}
-
-impl Twist {
-    /// At rest.
-    pub const ZERO: Twist = Twist { velocity: Point::new(0.0, 0.0), spin: 0.0 };
-
-    /// Velocity of the point `x` of a body whose centre is `centre`.
-    pub fn at(&self, x: Point, centre: Point) -> Point {
-        self.velocity + self.spin * perpendicular(x - centre)
-    }
-}
-
-/// `y^⊥ = (−y₂, y₁)`
-pub fn perpendicular(y: Point) -> Point {
-    Point::new(-y.y, y.x)
-}
-
-/// `y` turned counterclockwise by an angle.
-pub fn turned(y: Point, angle: f64) -> Point {
-    let (s, c) = angle.sin_cos();
-    Point::new(c * y.x - s * y.y, s * y.x + c * y.y)
-}
+use crate::shape::{Pose, Shape, Twist};
 
 /// What decides about a body's motion.
 #[derive(Debug, Clone, PartialEq)]

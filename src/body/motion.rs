@@ -1,8 +1,8 @@
 //! Where bodies go (algorithm 1.1 of Lefebvre's thesis).
 
-use super::{Pose, Twist};
 use crate::mesh::Point;
-use crate::time::bdf::derivative_weights;
+use crate::scheme::bdf::derivative_weights;
+use crate::shape::{Pose, Twist};
 
 /// Poses in time, and what the next step needs to know of the past.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -9,10 +9,10 @@
 //! ```
 //! and a path is followed where a step's chord is nearly as long as the way.
 
-use super::penalty::Wrench;
-use super::{Body, Hold, Pose, Twist};
+use super::{Body, Hold};
+use crate::expression::{Expression, ExpressionError};
 use crate::mesh::Point;
-use crate::model::expression::{Expression, ExpressionError};
+use crate::shape::{Pose, Twist, Wrench};
 
 /// Largest `Δt |Y ∂F/∂x|` of bodies without inertia: a quarter of what makes them overshoot.
 pub const DECAY: f64 = 0.25;

@@ -5,8 +5,8 @@
 //! `min_b n·b − max_a n·a`, which is found by bisection to rounding.
 
 use super::smooth;
-use crate::body::{Pose, Shape, Twist, turned};
 use crate::mesh::Point;
+use crate::shape::{Pose, Shape, Twist, turned};
 
 /// One place where two shapes are near each other. Flat sides that face each other have two of them.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@ use super::pairs::Pairs;
 use super::solver::{Freedom, Projected, partner_name, rounding};
 use super::step::{Step, is_disc};
 use super::{Contact, ContactError, Partner, Wall};
-use crate::body::Twist;
+use crate::shape::Twist;
 
 /// Gaps below this share of what a step may leap count as contact, whose direction is known however fast the bodies are
 /// pressed.

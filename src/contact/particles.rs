@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 
 use super::swing::{Swing, Swinging};
 use super::{Bonds, Contact, ContactError, Effort, Freedom, Metric, Mover, Partner, Projected, Solver};
-use crate::body::penalty::Wrench;
 use crate::body::stiffness::{DECAY, Response, Stiffness, Strain, Stride};
-use crate::body::{Pose, Shape, Twist, perpendicular, turned};
 use crate::mesh::Point;
+use crate::shape::Wrench;
+use crate::shape::{Pose, Shape, Twist, perpendicular, turned};
 
 /// What the equation of motion has.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,8 +7,9 @@ use super::projection::Method;
 use super::step::Step;
 use super::walls::Walls;
 use super::{Contact, ContactError, Law, Partner, Wall};
-use crate::body::{Body, Hold, Pose, Shape, Twist, perpendicular, turned};
+use crate::body::{Body, Hold};
 use crate::mesh::Point;
+use crate::shape::{Pose, Shape, Twist, perpendicular, turned};
 
 /// What contact can change about the motion of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]

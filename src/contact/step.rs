@@ -7,8 +7,8 @@ use super::projection::{Problem, Projection, Row};
 use super::solver::{Effort, Freedom, Metric, Mover, Projected, Solver, partner_name, range, rounding};
 use super::walls::{equivalent_radius, resistance};
 use super::{Contact, ContactError, Law, Partner};
-use crate::body::{Pose, Shape, Twist, perpendicular, turned};
 use crate::mesh::Point;
+use crate::shape::{Pose, Shape, Twist, perpendicular, turned};
 
 /// Rounds of one step, and searches for pairs.
 const ROUNDS: usize = 150;

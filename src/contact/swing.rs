@@ -7,8 +7,8 @@
 //! by half of itself.
 
 use super::particles::{Drive, Motion, Particle};
-use crate::body::{Pose, Twist, perpendicular, turned};
 use crate::mesh::Point;
+use crate::shape::{Pose, Twist, perpendicular, turned};
 
 /// A step with more drag than this, `γ_d Δt`, is no swing.
 const MOST_DRAG: f64 = 1.0;

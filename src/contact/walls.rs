@@ -3,8 +3,8 @@
 use super::Wall;
 use super::gap::{Core, Placed, Touch, touches};
 use super::smooth::maxima;
-use crate::body::Shape;
 use crate::mesh::Point;
+use crate::shape::Shape;
 
 /// Walls, with how their segments follow each other, so that a body slides over the joint of two segments as over one.
 #[derive(Debug, Clone)]

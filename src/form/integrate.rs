@@ -16,7 +16,7 @@ use super::linear::{self, Linear};
 use super::restrict::Restriction;
 use super::words::Jet;
 use super::worker::Worker;
-use crate::body::cut::{Cover, Part};
+use crate::cut::{Cover, Part};
 use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
 use crate::element::tables::Tables;
 use crate::element::{basis, tables};

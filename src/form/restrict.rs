@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::integrate::{CellPoint, FacePoint, Integrator};
-use crate::body::cut::{Class, Cover, Part};
+use crate::cut::{Class, Cover, Part};
 use crate::element::quadrature::MAX_TRIANGLE_DEGREE;
 
 /// A part of the mesh.

@@ -1,8 +1,8 @@
 //! Numbers of rigid bodies and their contacts.
 
-use crate::body::{Pose, Twist, perpendicular};
 use crate::contact::{Contact, Partner};
 use crate::mesh::Point;
+use crate::shape::{Pose, Twist, perpendicular};
 
 /// What acts on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]

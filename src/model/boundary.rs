@@ -4,11 +4,12 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser::SerializeMap};
 
-use super::expression::{Expression, Formula, VectorFormula, parse_vector};
+use super::ModelError;
 use super::manufactured::Exact;
 use super::parameters::ModelKind;
-use super::{ModelError, names};
+use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::Point;
+use crate::names;
 
 /// What holds for the velocity on a tag.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,7 +140,7 @@ impl BoundaryScene {
     pub fn resolved(&self) -> Self {
         let mut full = self.clone();
         if full.velocity.name == "traction" && full.velocity.values.is_none() {
-            full.velocity.values = Some([0, 0].map(super::expression::Formula::Integer));
+            full.velocity.values = Some([0, 0].map(crate::expression::Formula::Integer));
         }
         full
     }

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use super::momentum::MomentumError;
 use super::passive::{Continuation, Covered};
-use crate::body::cut::Cover;
+use crate::body::Body;
 use crate::body::guide::Guide;
-use crate::body::penalty::Immersion;
-use crate::body::{Body, Pose};
+use crate::cut::Cover;
 use crate::form::Integrator;
+use crate::model::immersed::penalty::Immersion;
+use crate::shape::Pose;
 use crate::space::Space;
 
 /// Bodies at their places in a tissue.

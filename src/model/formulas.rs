@@ -1,10 +1,10 @@
 //! Formulas of a scene, evaluated where the forms evaluate them, to find the one that is to blame.
 
 use super::boundary::{Conditions, VelocityCondition};
-use super::expression::{Expression, ExpressionError};
 use super::parameters::Parameters;
 use super::polarity::{FORMULA_DEGREE, data_of};
 use super::sources::Sources;
+use crate::expression::{Expression, ExpressionError};
 use crate::form::Integrator;
 use crate::mesh::Point;
 

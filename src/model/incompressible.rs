@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
-use super::expression::ExpressionError;
 use super::floating::{Floating, immerse};
 use super::formulas::check_formulas;
 use super::immersed::{Carried, Rigidity};
@@ -16,12 +15,13 @@ use super::sources::Sources;
 pub use super::state::{Residuals, State};
 use super::terms::{At, Given, MOMENTUM, POLARITY, Sum};
 use crate::body::guide::Guide;
-use crate::body::penalty::Wrench;
-use crate::body::{Pose, Twist};
+use crate::expression::ExpressionError;
 use crate::form::power;
 use crate::form::upwind::Carrier;
 use crate::form::{CellPoint, Density, FacePoint, Faces, Integrator, elastic, mass};
 use crate::mesh::Mesh;
+use crate::shape::Wrench;
+use crate::shape::{Pose, Twist};
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
 

@@ -1,10 +1,10 @@
 //! What a flow makes of a change of the forces on its bodies.
 
-use super::immersed::Rule;
 use super::momentum::{Momentum, MomentumError};
-use crate::body::Twist;
-use crate::body::penalty::Wrench;
+use crate::body::guide::Rule;
 use crate::body::stiffness::Response;
+use crate::shape::Twist;
+use crate::shape::Wrench;
 
 /// The twists that wrenches cause, where nothing else acts on the flow; one solve with the factors that are there.
 #[derive(Debug)]

@@ -4,7 +4,6 @@ mod beside;
 pub mod boundary;
 pub mod closed;
 pub mod compressible;
-pub mod expression;
 pub mod floating;
 pub mod formulas;
 pub mod frames;
@@ -15,7 +14,6 @@ pub mod limiter;
 pub mod manufactured;
 pub mod mobility;
 pub mod momentum;
-pub mod names;
 pub mod parameters;
 pub mod passive;
 pub mod polarity;
@@ -26,18 +24,16 @@ pub mod start;
 pub mod state;
 pub mod tangent;
 pub mod terms;
-mod words;
 
 pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
-pub use expression::{Expression, ExpressionError};
 pub use manufactured::Exact;
 pub use parameters::{DensityLaw, ElasticForce, ModelKind, ModelScene, Parameters};
 pub use sources::Sources;
 pub use state::{Residuals, State, Volume};
 pub use terms::TermStatus;
 
+use crate::expression::{Expression, ExpressionError, Formula};
 use crate::mesh::Point;
-use expression::Formula;
 
 /// A rule of the model that a value breaks. `key` is relative to the table that was checked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

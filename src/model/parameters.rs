@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::ModelError;
 use super::beside::Beside;
 use super::terms::{Factors, factor};
-use super::{ModelError, names};
 use crate::form::compression::Compression;
+use crate::names;
 
 /// The table `[model]` of a scene. Everything is dimensionless.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -26,7 +26,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::polarity::invert_block;
-use crate::body::cut::{Class, Cover};
+use crate::cut::{Class, Cover};
 use crate::form::{Density, Faces, Integrator, ghost, mass, swip};
 use crate::mesh::Face;
 use crate::solve::SolveError;

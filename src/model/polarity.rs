@@ -6,11 +6,11 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::boundary::{Conditions, PolarityCondition};
-use super::expression::Expression;
 use super::manufactured::Exact;
 use super::parameters::{ModelKind, Parameters};
 use super::passive::{Around, Passive};
 use super::terms::{At, Given, MOLECULAR, POLARITY, Sum};
+use crate::expression::Expression;
 use crate::form::{Faces, Integrator, mass};
 use crate::mesh::Mesh;
 use crate::solve::blocks::{Incomplete, Neighbours, ScalarBlocks, VectorBlocks, neighbours};

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::expression::Expression;
 use super::manufactured::Exact;
 use super::parameters::Parameters;
+use crate::expression::Expression;
 use crate::mesh::Point;
 
 /// Sources `f_v`, `f_ρ` and `f_p`; zero in a physical scene.

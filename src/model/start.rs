@@ -7,10 +7,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::boundary::{Conditions, PolarityCondition, VelocityCondition};
-use super::expression::{Expression, ExpressionError};
 use super::frames::{Frames, WallPoints};
 use super::limiter::Limiter;
 use super::momentum::MomentumError;
+use crate::expression::{Expression, ExpressionError};
 use crate::form::{Integrator, gradient, mass};
 use crate::mesh::{Curve, Point};
 use crate::solve::sparse::{Factored, Matrix};

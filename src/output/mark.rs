@@ -5,9 +5,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::OutputError;
-
-/// The mark, in a comment or whatever a format has for it.
-pub const MADE_BY: &str = "made by monolayer";
+use crate::names::MADE_BY;
 
 /// What pages had before there was a mark.
 const GENERATOR: &str = "name=\"generator\" content=\"monolayer";

@@ -13,7 +13,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use quick_xml::escape::escape;
 
-use super::{OutputError, mark, write_whole};
+use super::{OutputError, write_whole};
 use crate::element::{MAX_DEGREE, basis};
 use crate::mesh::{Mesh, Point};
 
@@ -110,7 +110,7 @@ fn check(path: &Path, grid: &Grid, field: &Field) -> Result<(), OutputError> {
 fn document(out: &mut dyn Write, grid: &Grid, time: f64, positions: &Field, fields: &[Field]) -> io::Result<()> {
     let points = grid.points.len();
     let kind = if grid.degree == 1 { TRIANGLE } else { LAGRANGE_TRIANGLE };
-    writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->", mark::MADE_BY)?;
+    writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->", crate::names::MADE_BY)?;
     write!(out, r#"<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64""#)?;
     writeln!(out, r#" compressor="vtkZLibDataCompressor">"#)?;
     writeln!(out, "<UnstructuredGrid>\n<FieldData>")?;

@@ -12,7 +12,7 @@ mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::output::mark::MADE_BY;
+use crate::names::MADE_BY;
 use crate::results::curves::{Wish, curves};
 use crate::results::{Kind, Results, differing};
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::ResultsError;
-use crate::body::{Pose, Twist};
 use crate::contact::{Contact, Partner};
 use crate::measure::bodies::Load;
 use crate::mesh::Point;
 use crate::output::bodies::{CAST_FILE, Cast, Moment};
+use crate::shape::{Pose, Twist};
 
 /// The bodies at a time that the table has.
 #[derive(Debug, Clone, PartialEq)]

@@ -42,7 +42,7 @@ pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mu
         drawn.pictures.push(Picture { name: name.into(), what: What::Bodies, plot });
     };
     add("bodies-path", "Paths of the bodies", ["x₁", "x₂"], paths(&all, wish));
-    let over_time = |of: fn(&(f64, crate::body::Pose, crate::body::Twist)) -> f64| {
+    let over_time = |of: fn(&(f64, crate::shape::Pose, crate::shape::Twist)) -> f64| {
         let curve = |track: &Track| {
             let points = track.rows.iter().map(|row| (row.0, of(row))).collect();
             Series { markers: Markers::None, ..Series::new(&track.name, wish.inside(points)) }

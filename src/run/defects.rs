@@ -7,7 +7,7 @@ use crate::measure::list::DEFECTS;
 use crate::output::OutputError;
 use crate::output::history::History;
 use crate::scene::Scene;
-use crate::time::Schedule;
+use crate::scheme::Schedule;
 
 /// Columns of `defects.csv` after `step`.
 const COLUMNS: [&str; 5] = ["time", "x1", "x2", "charge", "size"];

@@ -6,7 +6,7 @@ use super::RunError;
 use super::memory::MIB;
 use crate::element::basis;
 use crate::scene::{Field, Output, SceneSource, What};
-use crate::time::Schedule;
+use crate::scheme::Schedule;
 
 /// Bytes of a number in a table, and of one of a field: eight, a little less when compressed, and a third more as
 /// text.

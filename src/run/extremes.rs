@@ -6,9 +6,9 @@
 
 use super::domain::build_mesh;
 use super::forecast;
+use crate::expression::Expression;
 use crate::mesh::{Point, generate};
 use crate::model::boundary::PolarityCondition;
-use crate::model::expression::Expression;
 use crate::model::terms::factor;
 use crate::model::{Conditions, VelocityCondition};
 use crate::scene::path::quoted;

@@ -9,7 +9,8 @@ use crate::measure::errors::{History, errors};
 use crate::measure::list::{ALL, Domain, FREE_ENERGY, Gauge, OfMarch, Taken, Tissue};
 use crate::model::{Exact, ModelKind, Residuals, State};
 use crate::scene::{Scene, measured};
-use crate::time::{Kind, March, Schedule, Sheet};
+use crate::scheme::Schedule;
+use crate::time::{Kind, March, Sheet};
 
 /// What was measured after one step; empty where nothing was due.
 #[derive(Debug, Clone, Default)]

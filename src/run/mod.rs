@@ -35,11 +35,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::contact::ContactError;
+use crate::expression::ExpressionError;
 use crate::measure::MeasureError;
 use crate::measure::errors::History;
 use crate::measure::list::Taken;
 use crate::mesh::MeshError;
-use crate::model::ExpressionError;
 use crate::model::Residuals;
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;

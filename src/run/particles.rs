@@ -13,21 +13,23 @@ use super::motion::easel::Easel;
 use super::motion::{self, MotionSummary, Mover, Plan, Stride, shortened};
 use super::stokes::{contact_term, head};
 use super::{Options, RunError, disk};
-use crate::body::penalty::Wrench;
+use crate::body::Hold;
 use crate::body::stiffness::Stiffness;
-use crate::body::{Hold, Pose, Twist};
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
 use crate::contact::{Contact, ContactError, Settings, Solver};
+use crate::expression::Expression;
 use crate::form::Integrator;
 use crate::mesh::Point;
-use crate::model::{Expression, TermStatus};
+use crate::model::TermStatus;
 use crate::output::OutputError;
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::given_overlap;
 use crate::scene::particles::Dynamics;
 use crate::scene::{Field, ParticlesScene, measured};
+use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
+use crate::shape::Wrench;
+use crate::shape::{Pose, Twist};
 use crate::space;
-use crate::time::pace::{EASY, Pace, Paced, Refusal};
 
 /// What will be computed, and with how much.
 #[derive(Debug, Clone, Serialize)]

@@ -1,9 +1,10 @@
 //! Notes of bodies that are smaller than the cells of a flow, and of gaps between them that are.
 
-use crate::body::{Body, Pose, turned};
+use crate::body::Body;
 use crate::contact::{Contact, Partner};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
+use crate::shape::{Pose, turned};
 
 /// Least half thickness of a body in cells. The mobility of a disc of 0.4 cells is off by 5 percent, of 0.8 by 2, and
 /// what is much smaller has that of about a cell.

@@ -11,6 +11,7 @@ use super::forecast::{COUNTED, Count, Samples};
 use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Need, Unknowns};
 use super::resolution;
+use crate::expression::Expression;
 use crate::form::Integrator;
 use crate::measure::list::Premise;
 use crate::measure::{Inlet, MeasureError, Strain};
@@ -22,11 +23,11 @@ use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::manufactured::Volume;
 use crate::model::momentum::{MomentumError, check_held};
-use crate::model::{Conditions, Expression, ModelKind, VelocityCondition, rotation, start};
+use crate::model::{Conditions, ModelKind, VelocityCondition, rotation, start};
 use crate::scene::path::quoted;
 use crate::scene::{Initial, InitialDensity, Scene, measured};
+use crate::scheme::schedule::plain;
 use crate::space::{Continuity, Field, Space, project};
-use crate::time::schedule::plain;
 use crate::time::{Checkpoint, Kind, March, Sheet};
 
 /// All that is built before the first step.

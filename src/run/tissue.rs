@@ -15,8 +15,7 @@ use super::resolution::Resolution;
 use super::setup::{Setup, describe};
 use super::{Options, RunError, writer};
 use crate::body::guide::Guide;
-use crate::body::penalty::Wrench;
-use crate::body::{Body, Hold, Pose, Shape, Twist};
+use crate::body::{Body, Hold};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moved, Solver, Wall};
 use crate::form::Integrator;
 use crate::measure::bodies::Load;
@@ -28,8 +27,10 @@ use crate::output::bodies::{Cast, Moment};
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::scene::bodies::Bodies;
 use crate::scene::{Field, Scene, SceneError, What};
+use crate::scheme::pace::Refusal;
+use crate::shape::Wrench;
+use crate::shape::{Pose, Shape, Twist};
 use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
-use crate::time::pace::Refusal;
 use crate::time::{Kind, Sheet, StepReport};
 
 /// Whether a scene has bodies that move.

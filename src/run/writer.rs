@@ -27,8 +27,9 @@ use crate::output::vtk::{self, Grid, write_vtu};
 use crate::output::{OutputError, push_number, write_whole};
 use crate::scene::output::AXIS_POINTS;
 use crate::scene::{Axis, AxisLine, Cut, Field, MapRequest, Scene, What};
+use crate::scheme::Schedule;
 use crate::space;
-use crate::time::{March, Schedule, StepReport};
+use crate::time::{March, StepReport};
 
 /// Columns of the history before the measures.
 const STEP_COLUMNS: [&str; 7] = ["time", "dt", "order", "iterations", "increment", "rate", "rejected"];

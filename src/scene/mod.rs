@@ -24,16 +24,17 @@ mod translate;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use crate::expression::Expression;
 use crate::measure::list::Premise;
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
-use crate::model::expression::Expression;
 use crate::model::{Conditions, ModelKind, Parameters, TermStatus};
 
 pub use crate::model::Sources;
 pub use crate::model::momentum::SlipTreatment;
+pub use crate::scheme::{ControlSettings, Schedule};
 pub use crate::steady::{SteadySettings, Want};
-pub use crate::time::{ControlSettings, CouplingSettings, MarchSettings, Schedule};
+pub use crate::time::{CouplingSettings, MarchSettings};
 pub use any::AnyScene;
 pub use bodies::Bodies;
 pub use error::{Place, SceneError};

@@ -8,7 +8,7 @@ use super::maps::{MapRequest, MapTable};
 use crate::measure::Measure;
 use crate::measure::list::ALL;
 use crate::mesh::Point;
-use crate::time::Schedule;
+use crate::scheme::Schedule;
 
 /// Fields that can be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

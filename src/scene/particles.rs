@@ -10,8 +10,8 @@ use super::error::SceneError;
 use super::output::{Output, OutputTable};
 use super::resolve;
 use super::source::SceneSource;
-use crate::model::expression::{Expression, VectorFormula};
-use crate::time::pace::PaceSettings;
+use crate::expression::{Expression, VectorFormula};
+use crate::scheme::pace::PaceSettings;
 
 /// A computation with particles, checked.
 #[derive(Debug, Clone)]

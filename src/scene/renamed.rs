@@ -8,7 +8,7 @@ use super::locate;
 use super::maps::Quantity;
 use super::output::Field;
 use crate::measure::Measure;
-use crate::model::names::RENAMED;
+use crate::names::RENAMED;
 
 /// Keys of studies whose values are names of measures.
 const MEASURES: [&str; 4] = ["measure", "measures", "x", "y"];

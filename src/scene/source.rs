@@ -14,7 +14,7 @@ use super::tables::SceneFile;
 use super::translate;
 use super::{locate, path};
 use crate::mesh::generate::MeshScene;
-use crate::model::names;
+use crate::names;
 
 /// What a scene is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, de};
 
-use crate::model::expression::{Formula, VectorFormula};
+use crate::expression::{Formula, VectorFormula};
 
 /// `[initial]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

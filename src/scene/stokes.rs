@@ -14,12 +14,13 @@ use super::path::quoted;
 use super::resolve;
 use super::source::SceneSource;
 use super::tables::WallsName;
+use crate::expression::{Expression, VectorFormula};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
+use crate::model::Conditions;
 use crate::model::boundary::NamedCondition;
-use crate::model::expression::{Expression, VectorFormula};
 use crate::model::momentum::SlipTreatment;
-use crate::model::{Conditions, names};
+use crate::names;
 
 /// A Stokes flow, checked as far as possible without its mesh.
 #[derive(Debug, Clone)]

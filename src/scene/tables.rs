@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable};
 use super::output::OutputTable;
 use super::start::InitialTable;
+use crate::expression::{Formula, VectorFormula};
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::BoundaryScene;
-use crate::model::expression::{Formula, VectorFormula};
 use crate::model::parameters::ModelScene;
 use crate::steady::Want;
 

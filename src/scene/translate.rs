@@ -6,7 +6,7 @@ use toml_edit::Document;
 use super::error::SceneError;
 use super::source::SceneSource;
 use super::{locate, path};
-use crate::model::names;
+use crate::names;
 
 /// Keys of studies that must be there and are no tables.
 const VALUES: [&str; 6] = ["scene", "measures", "measure", "reference", "parameter", "range"];

@@ -8,9 +8,9 @@ use super::pseudo::{Pseudo, PseudoStep, Stall, Work, relax};
 use super::spectrum::{Ask, Mode, Spectrum, spectrum};
 use crate::model::parameters::Parameters;
 use crate::model::{Residuals, State};
+use crate::scheme::pace::Smallest;
 use crate::time::equations::Trial;
 use crate::time::memory::Memory;
-use crate::time::pace::Smallest;
 use crate::time::{CouplingKind, March, MarchError, MarchSettings, Phases, Sheet, StepReport};
 
 /// Which steady state is wanted.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::StudyError;
 use super::source::{self, Kind, check_values, override_of, refuse};
 use crate::measure::list::is_of_a_march;
-use crate::model::names;
+use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::steady::branch::BranchSettings;
 

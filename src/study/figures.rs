@@ -9,7 +9,7 @@ use super::columns::Column;
 use super::results::{Row, table};
 use super::source::refuse;
 use super::sweep_file::SweepStudy;
-use crate::model::names::did_you_mean;
+use crate::names::did_you_mean;
 use crate::output::OutputError;
 use crate::output::plot::{Plot, Scale, Series};
 use crate::results::{label, names};

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::StudyError;
 use super::source::{self, Kind, below, check_name, check_values, override_of, refuse};
+use crate::expression::{ExpressionError, Formula};
 use crate::measure::errors::ErrorField;
 use crate::mesh::Point;
-use crate::model::expression::{ExpressionError, Formula};
-use crate::model::names;
+use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
 
 /// A sequence of runs of one scene, each level finer than the one before, for the observed orders of convergence.

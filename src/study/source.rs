@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::StudyError;
-use crate::model::names;
+use crate::names;
 use crate::scene::path::quoted;
 use crate::scene::{Place, SceneError, SceneSource, renamed};
 

@@ -202,7 +202,7 @@ impl SweepStudy {
         let known = results::measures_of(scene);
         let fits = |name: &String| known.iter().any(|k| name == k || name.starts_with(&format!("{k}_")));
         if let Some((at, name)) = self.measures.iter().flatten().enumerate().find(|(_, name)| !fits(name)) {
-            let rule = format!("no run measures it{}", crate::model::names::did_you_mean(name, &known));
+            let rule = format!("no run measures it{}", crate::names::did_you_mean(name, &known));
             let hint = format!("what the scene measures is {}; [[output]] `measures` adds more", known.join(", "));
             return Err(refuse(&self.source, &format!("measures.{at}"), format!("\"{name}\""), &rule, &hint));
         }
@@ -318,7 +318,7 @@ fn check_richardson(
     let known: Vec<&str> = cases.iter().filter_map(|case| case.name.as_deref()).collect();
     let (key, value) = ("richardson.cases", format!("{:?}", table.cases));
     if let Some(name) = missing {
-        let rule = format!("there is no case `{name}`{}", crate::model::names::did_you_mean(name, &known));
+        let rule = format!("there is no case `{name}`{}", crate::names::did_you_mean(name, &known));
         return Err(refuse(source, key, value, &rule, &format!("the named cases are {}", known.join(", "))));
     }
     if table.cases.len() < 3 {

@@ -10,7 +10,7 @@ use super::source::{self, Kind, Values, below, check_name, check_values, refuse,
 use crate::measure::Measure;
 use crate::measure::errors::{ErrorField, Norm};
 use crate::measure::list::ALL;
-use crate::model::names;
+use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
 
 /// One scene with many settings of its accuracy, each timed and compared with a reference.

@@ -5,12 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::equations::Equations;
 use super::sheet::{Settled, Sheet, Weights};
-use super::{Phases, abdf, bdf, newton};
-use crate::model::ExpressionError;
+use super::{Phases, newton};
+use crate::expression::ExpressionError;
 use crate::model::State;
 use crate::model::compressible::FlowError;
 use crate::model::limiter::NegativeMean;
 use crate::model::momentum::MomentumError;
+use crate::scheme::{abdf, bdf};
 use crate::solve::SolveError;
 use crate::solve::anderson::Anderson;
 

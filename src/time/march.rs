@@ -4,16 +4,17 @@ use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 
-use super::control::{Control, ControlSettings};
+use super::Phases;
 use super::coupling::{CouplingKind, CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
 use super::memory::{Memory, Origin};
-use super::pace::Smallest;
-use super::schedule::{plain, trim};
 use super::sheet::{Kind, Sheet};
-use super::{Phases, abdf, bdf};
-use crate::model::expression::ExpressionError;
+use crate::expression::ExpressionError;
 use crate::model::momentum::MomentumError;
 use crate::model::{Residuals, State, Volume};
+use crate::scheme::control::{Control, ControlSettings};
+use crate::scheme::pace::Smallest;
+use crate::scheme::schedule::{plain, trim};
+use crate::scheme::{abdf, bdf};
 use crate::solve::SolveError;
 use crate::space::Field;
 

@@ -1,10 +1,6 @@
-//! Time stepping: BDF weights, the A-BDF of the density, the coupling within a step, step control, and schedules that
-//! steps land on.
+//! Time stepping: the equations of a step and their coupling, the march from step to step, moving bodies.
 
-pub mod abdf;
-pub mod bdf;
 mod compressible;
-pub mod control;
 pub mod coupling;
 pub mod equations;
 mod incompressible;
@@ -12,14 +8,10 @@ pub mod march;
 pub mod memory;
 pub mod moving;
 pub mod newton;
-pub mod pace;
 pub mod phases;
-pub mod schedule;
 pub mod sheet;
 
-pub use control::{Control, ControlSettings};
 pub use coupling::{CouplingKind, CouplingSettings, StepFailure, StepOutcome};
 pub use march::{Checkpoint, Counts, March, MarchError, MarchSettings, StepReport};
 pub use phases::Phases;
-pub use schedule::Schedule;
 pub use sheet::{Kind, Sheet, Weights};

@@ -15,15 +15,15 @@ use serde::{Deserialize, Serialize};
 
 use super::coupling::StepFailure;
 use super::march::{Checkpoint, March, MarchError, MarchSettings, Parked, StepReport};
-use super::pace::Refusal;
 use crate::body::motion::Motion;
 use crate::body::stiffness::{DECAY, Stiffness, Stride};
-use crate::body::{Pose, Twist};
+use crate::expression::ExpressionError;
 use crate::model::State;
-use crate::model::expression::ExpressionError;
 use crate::model::incompressible::Incompressible;
 use crate::model::mobility::Mobility;
 use crate::model::momentum::MomentumError;
+use crate::scheme::pace::Refusal;
+use crate::shape::{Pose, Twist};
 
 /// What forces that vary with a body's place may change of its way in a step, relative to its size.
 const TOLERANCE: f64 = 1e-3;

@@ -2,14 +2,16 @@
 
 use std::sync::Arc;
 
-use monolayer::body::flow::{Flow, Settings};
-use monolayer::body::{Body, Hold, Pose, Shape, Twist};
+use monolayer::body::{Body, Hold};
+use monolayer::expression::Expression;
 use monolayer::form::Linear;
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::immersed::Carried;
+use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
-use monolayer::model::{Conditions, Expression, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
+use monolayer::shape::{Pose, Shape, Twist};
 
 pub const MIDDLE: Point = Point::new(0.5, 0.5);
 

@@ -1,9 +1,9 @@
 //! Moves, and the factors that they leave.
 
-use monolayer::body::Twist;
-use monolayer::body::flow::Flow;
 use monolayer::form::Linear;
 use monolayer::mesh::Point;
+use monolayer::model::immersed::flow::Flow;
+use monolayer::shape::Twist;
 
 use crate::common::{disc, flow_of, pushed, square, walls};
 

@@ -1,11 +1,12 @@
 //! Twists and forces of bodies.
 
-use monolayer::body::penalty::{Wrench, rigid_motion};
-use monolayer::body::{Body, Hold, Shape, Twist};
+use monolayer::body::{Body, Hold};
 use monolayer::form::Linear;
 use monolayer::mesh::Point;
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
+use monolayer::shape::{Shape, Twist};
+use monolayer::shape::{Wrench, rigid_motion};
 use monolayer::solve::dot;
 
 use crate::common::{MIDDLE, disc, flow_of, formula, pushed, solved, square, walls};
@@ -148,7 +149,7 @@ fn open_boundaries_and_slip_walls_carry_bodies_too() {
 /// A uniform flow past bodies with friction: they lag behind, the more the larger their friction.
 #[test]
 fn friction_of_a_body_is_its_own() {
-    use monolayer::body::flow::{Flow, Settings};
+    use monolayer::model::immersed::flow::{Flow, Settings};
     let mesh = square(10);
     let speed = |fluid: f64, own: f64| {
         let body = Body { friction: own, ..disc(0.15, MIDDLE) };

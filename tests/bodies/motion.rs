@@ -1,8 +1,8 @@
 //! Orders of the motion in time.
 
 use monolayer::body::motion::Motion;
-use monolayer::body::{Pose, Twist};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Twist};
 
 /// `x' = (−y, x)`, `θ' = cos t`, from (1, 0), on steps that vary; the largest error at t = 2.
 fn error(order: usize, steps: usize) -> f64 {

@@ -1,9 +1,9 @@
 use std::sync::Arc;
 
-use monolayer::body::cut::{Class, Cover};
-use monolayer::body::{Pose, Shape};
+use monolayer::cut::{Class, Cover};
 use monolayer::form::{Density, Faces, Integrator, mass, stokes, swip};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Shape};
 use monolayer::space::{Field, project};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -190,7 +190,7 @@ fn vanishing(shape: &Shape, pose: Pose, x: Point) -> (f64, Point) {
         }
         Shape::Capsule { .. } => unreachable!("no polynomial vanishes on a capsule's boundary alone"),
     };
-    (value, monolayer::body::turned(slope, pose.angle))
+    (value, monolayer::shape::turned(slope, pose.angle))
 }
 
 #[test]

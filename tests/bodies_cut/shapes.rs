@@ -1,9 +1,9 @@
 use std::f64::consts::TAU;
 
-use monolayer::body::outline::Piece;
-use monolayer::body::{Pose, Shape, ShapeError};
 use monolayer::element::quadrature;
 use monolayer::mesh::Point;
+use monolayer::shape::outline::Piece;
+use monolayer::shape::{Pose, Shape, ShapeError};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

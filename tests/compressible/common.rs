@@ -2,14 +2,16 @@
 
 use std::sync::Arc;
 
+use monolayer::expression::Expression;
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::compressible::Compressible;
 use monolayer::model::incompressible::{Degrees, Description};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, DensityLaw, Expression, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::model::{Conditions, DensityLaw, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::scheme::ControlSettings;
 use monolayer::space::{Field, Space, project};
-use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, MarchSettings};
+use monolayer::time::{CouplingKind, CouplingSettings, MarchSettings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

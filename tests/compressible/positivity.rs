@@ -8,8 +8,9 @@ use monolayer::model::compressible::Compressible;
 use monolayer::model::{Conditions, DensityLaw, Parameters, PolarityCondition, VelocityCondition};
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
+use monolayer::scheme::ControlSettings;
 use monolayer::time::sheet::Sheet;
-use monolayer::time::{ControlSettings, CouplingKind, March, MarchError, MarchSettings, StepFailure};
+use monolayer::time::{CouplingKind, March, MarchError, MarchSettings, StepFailure};
 
 /// A step in the density from 1 to 1e-10, over a hundredth.
 fn front(s: f64) -> f64 {

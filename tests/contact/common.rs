@@ -1,9 +1,9 @@
 //! Bodies of the tests.
 
-use monolayer::body::{Pose, Shape, Twist};
 use monolayer::contact::particles::{Drive, Dynamics, Particle, Particles};
 use monolayer::contact::{Law, Settings, Solver, Wall};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Shape, Twist};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -1,9 +1,9 @@
 //! Gaps, nearest points and gradients of all pairs of shapes.
 
-use monolayer::body::{Pose, Shape};
 use monolayer::contact::gap::{Placed, Touch, touches};
 use monolayer::contact::{Wall, Walls};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Shape};
 use rand::RngExt;
 
 use crate::common::{at, rectangle, regular, rng};

@@ -1,9 +1,9 @@
 //! Gluey contact: bonds that hold as much as they were pressed.
 
-use monolayer::body::{Pose, Twist};
 use monolayer::contact::particles::Particles;
 use monolayer::contact::{Law, Wall};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Twist};
 
 use crate::common::{disc, moving, world};
 

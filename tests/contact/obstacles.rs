@@ -1,9 +1,9 @@
 //! Bodies that are held, walls that are discs, and gaps that are kept open.
 
-use monolayer::body::{Pose, Twist};
 use monolayer::contact::particles::{Drive, Motion};
 use monolayer::contact::{Freedom, Law, Metric, Mover, Partner, Settings, Solver, Wall};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Twist};
 
 use crate::common::{at, disc, gravity, rectangle, rng, scattered, world};
 use rand::RngExt;

@@ -1,9 +1,9 @@
 //! The stepper of particles: conservation, invariants, extremes, and what it refuses.
 
-use monolayer::body::{Pose, Shape, Twist};
 use monolayer::contact::particles::{Drive, Dynamics, Motion, Particle, Particles};
 use monolayer::contact::{ContactError, Law, Method, Settings, Solver, Wall};
 use monolayer::mesh::Point;
+use monolayer::shape::{Pose, Shape, Twist};
 use rand::RngExt;
 
 use crate::common::{at, disc, gravity, moving, open_box, rectangle, regular, rng, scattered, settings, world};

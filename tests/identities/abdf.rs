@@ -1,4 +1,4 @@
-use monolayer::time::abdf::{Formula, MAX_ORDER, STABILITY_MARGIN, THETA};
+use monolayer::scheme::abdf::{Formula, MAX_ORDER, STABILITY_MARGIN, THETA};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -51,7 +51,7 @@ fn a_formula_is_exact_for_polynomials_of_its_order_on_any_steps() {
 #[test]
 fn theta_zero_is_the_implicit_bdf() {
     let times = [1.0, 0.8, 0.55, 0.1];
-    let weights = monolayer::time::bdf::derivative_weights(&times);
+    let weights = monolayer::scheme::bdf::derivative_weights(&times);
     let formula = Formula::new(&times, 0.0);
     assert_eq!(formula.beta[1], 0.0);
     for (a, d) in formula.alpha.iter().zip(&weights[1..]) {

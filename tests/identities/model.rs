@@ -1,15 +1,17 @@
 use std::sync::Arc;
 
 use crate::common::*;
+use monolayer::expression::Expression;
 use monolayer::form::{Density, Faces, elastic, polarity, upwind};
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::incompressible::{Degrees, Description, Incompressible, State};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
 use monolayer::model::terms::At;
-use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::model::{Conditions, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::scheme::ControlSettings;
 use monolayer::solve::sparse::Matrix;
 use monolayer::space::{Field, project};
-use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, March, MarchSettings};
+use monolayer::time::{CouplingKind, CouplingSettings, March, MarchSettings};
 use rand::{RngExt, SeedableRng};
 
 pub const PARAMETERS: Parameters = Parameters {

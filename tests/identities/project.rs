@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use crate::common::*;
 use monolayer::element::quadrature::{self, MAX_TRIANGLE_DEGREE};
+use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::limiter::Limiter;
-use monolayer::model::{Expression, start};
+use monolayer::model::start;
 use monolayer::space::{Field, project};
 
 fn formula(text: &str) -> Expression {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::common::*;
 use crate::model::{closed, formula};
+use monolayer::expression::Expression;
 use monolayer::form::upwind::Carrier;
 use monolayer::form::words::{Jet, Scalar};
 use monolayer::form::{Bilinear, CellPoint, Density, Faces, Integrator, mass};
@@ -13,7 +14,7 @@ use monolayer::model::parameters::DensityLaw;
 use monolayer::model::terms::{
     At, Functional, Given, MASS, MOLECULAR, MOMENTUM, POLARITY, Strong, Sum, Term, Weak, factor,
 };
-use monolayer::model::{Conditions, ElasticForce, Exact, Expression, Parameters, PolarityCondition};
+use monolayer::model::{Conditions, ElasticForce, Exact, Parameters, PolarityCondition};
 use monolayer::space::{Field, Space, project};
 
 /// Sheets in which every term is on, one of each kind and with either elastic force.

@@ -1,6 +1,6 @@
-use monolayer::time::bdf;
-use monolayer::time::control::{Control, ControlSettings};
-use monolayer::time::schedule::{Schedule, trim};
+use monolayer::scheme::bdf;
+use monolayer::scheme::control::{Control, ControlSettings};
+use monolayer::scheme::schedule::{Schedule, trim};
 
 #[test]
 fn bdf_weights_obey_their_order_conditions_on_unequal_steps() {

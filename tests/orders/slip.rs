@@ -5,11 +5,12 @@
 
 use std::sync::Arc;
 
+use monolayer::expression::Expression;
 use monolayer::mesh::Point;
 use monolayer::mesh::generate::MeshScene;
 use monolayer::model::incompressible::{Degrees, Description, Incompressible};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::model::{Conditions, Parameters, PolarityCondition, Sources, VelocityCondition};
 
 use super::slope;
 

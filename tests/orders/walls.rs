@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use monolayer::expression::Expression;
 use monolayer::form::{Faces, Integrator};
 use monolayer::measure::cut;
 use monolayer::mesh::generate::MeshScene;
@@ -10,7 +11,7 @@ use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::frames::{Frames, WallPoints};
 use monolayer::model::momentum::{Momentum, SlipTreatment};
-use monolayer::model::{Conditions, Expression, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
 use monolayer::space::{Continuity, Field, Space};
 
 /// Minimum of the stream function on x = 1/2 in the cavity with a lid of speed 1: beside the known −0.100076, `ψ(y) =

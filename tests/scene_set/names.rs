@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use monolayer::measure::list;
-use monolayer::model::names::{RENAMED, did_you_mean, nearest};
+use monolayer::names::{RENAMED, did_you_mean, nearest};
 use monolayer::scene::{AnyScene, Field, Quantity, Scene, SceneSource, SlipTreatment, What, renamed};
 
 use super::{DISC, SHEET, STRIP};

@@ -5,16 +5,17 @@ use std::sync::atomic::AtomicBool;
 
 use crate::common::*;
 use monolayer::body::guide::Guide;
-use monolayer::body::{Body, Hold, Pose, Shape, Twist};
+use monolayer::body::{Body, Hold};
+use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::incompressible::{Degrees, Description, Incompressible, State};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{
-    Conditions, ElasticForce, Expression, Parameters, PolarityCondition, Sources, VelocityCondition,
-};
+use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::scheme::ControlSettings;
+use monolayer::shape::{Pose, Shape, Twist};
 use monolayer::space::{Field, project};
 use monolayer::time::moving::{MovingMarch, NoReferee};
-use monolayer::time::{ControlSettings, CouplingKind, CouplingSettings, March, MarchSettings};
+use monolayer::time::{CouplingKind, CouplingSettings, March, MarchSettings};
 
 const ACTIVE: Parameters = Parameters {
     friction: 3.0,

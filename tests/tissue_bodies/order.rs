@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use monolayer::body::cut::{Class, Cover};
-use monolayer::body::{Pose, Shape};
+use monolayer::cut::{Class, Cover};
+use monolayer::expression::Expression;
 use monolayer::form::upwind::Carrier;
 use monolayer::form::{CellPoint, mass};
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::passive::{Continuation, Covered};
 use monolayer::model::polarity::Polarity;
 use monolayer::model::terms::{At, POLARITY, Sum};
-use monolayer::model::{Conditions, Expression, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::shape::{Pose, Shape};
 use monolayer::space::project;
 
 const CENTRE: [f64; 2] = [0.513, 0.478];

@@ -5,8 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::Column;
-use crate::body::penalty::Wrench;
-use crate::body::{Body, Pose, Twist};
+use crate::body::Body;
 use crate::contact::Contact;
 use crate::form::Integrator;
 use crate::measure::{Census, MeasureError, Strain};
@@ -14,6 +13,8 @@ use crate::mesh::Mesh;
 use crate::mesh::generate::Track;
 use crate::mesh::locate::Locator;
 use crate::model::State;
+use crate::shape::Wrench;
+use crate::shape::{Pose, Twist};
 use crate::space::Field;
 use crate::time::{Kind, Sheet};
 

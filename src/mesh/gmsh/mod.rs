@@ -21,7 +21,7 @@ use std::path::Path;
 
 use super::embedding::Slits;
 use super::{Mesh, MeshError};
-use crate::output::mark::MADE_BY;
+use crate::names::MADE_BY;
 
 pub use foreign::is_mesh_file;
 

@@ -21,7 +21,6 @@ pub use viscous::Viscous;
 
 use super::boundary::VelocityCondition;
 use super::closed::ClosedParts;
-use super::expression::ExpressionError;
 use super::formulas::{check_formulas, check_inflow};
 use super::frames::Frames;
 use super::incompressible::{Description, Inputs};
@@ -34,6 +33,7 @@ use super::scales::{Scales, relative};
 use super::state::{Residuals, State};
 use super::terms::{At, Given, MASS, MOMENTUM, Sum};
 use super::{Conditions, Parameters, Sources};
+use crate::expression::ExpressionError;
 use crate::form::upwind::Carrier;
 use crate::form::{CellPoint, Faces, Integrator, mass};
 use crate::mesh::Mesh;

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::Compressible;
+use crate::expression::ExpressionError;
 use crate::form::FacePoint;
 use crate::form::compression::Compression;
 use crate::form::elastic::PolarEnergy;
 use crate::mesh::Point;
-use crate::model::expression::ExpressionError;
 use crate::model::polarity::FORMULA_DEGREE;
 use crate::model::state::State;
 use crate::model::terms::Given;

@@ -11,8 +11,8 @@
 //! doi:10.1002/fld.1650020302).
 
 use super::super::boundary::{Conditions, VelocityCondition};
-use super::super::expression::ExpressionError;
 use super::CORNER;
+use crate::expression::ExpressionError;
 use crate::mesh::Point;
 
 /// A velocity keeps a normal component that differs by this share of its length: rounding.

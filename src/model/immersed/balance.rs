@@ -1,7 +1,7 @@
 //! The elements of the balance with bodies, and what is multiplied by them.
 
 use super::{Rigidity, Sparse};
-use crate::body::penalty::Immersion;
+use crate::model::immersed::penalty::Immersion;
 use crate::model::lagged::{Layout, add_velocity_block};
 use crate::solve::symbolic::Element;
 use crate::solve::{axpy, dot};

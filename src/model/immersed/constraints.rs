@@ -2,11 +2,13 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use super::Immersed;
 use super::balance::sparse_dot;
-use super::{Immersed, Rule};
-use crate::body::penalty::{BodyError, Immersion, Means, Wrench};
+use crate::body::guide::Rule;
 use crate::mesh::Point;
 use crate::model::frames::Frames;
+use crate::model::immersed::penalty::{BodyError, Immersion, Means};
+use crate::shape::Wrench;
 use crate::solve::axpy;
 
 /// Singular values of the constraints below this, relative to the largest one, are those of constraints that the

@@ -11,9 +11,9 @@
 
 mod series;
 
-use super::expression::{Expression, ExpressionError};
 use super::parameters::Parameters;
 use super::terms::{MASS, MOLECULAR, MOMENTUM, POLARITY, Strong, Term};
+use crate::expression::{Expression, ExpressionError};
 use crate::form::words::Jet;
 use crate::mesh::Point;
 pub use series::{Matrix, Series};

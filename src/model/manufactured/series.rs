@@ -4,8 +4,8 @@ use std::cell::OnceCell;
 
 use super::Exact;
 use super::Volume;
+use crate::expression::{Expression, Taylor};
 use crate::mesh::Point;
-use crate::model::expression::{Expression, Taylor};
 use crate::model::parameters::{DensityLaw, Parameters};
 
 /// Two components.

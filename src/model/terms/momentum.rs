@@ -1,12 +1,12 @@
 //! The terms of the momentum balance, test w   [7.11a], [7.34]
 
 use super::{At, Formula, Functional, Side, Strong, Switch, Term, Weak};
+use crate::expression::Taylor;
 use crate::form::compression::Compression;
 use crate::form::power::{self, Power};
 use crate::form::words::Vector;
 use crate::form::{Bilinear, Density, FacePoint, Linear, elastic, mass, polarity, stokes};
 use crate::mesh::Point;
-use crate::model::expression::Taylor;
 use crate::model::parameters::{ElasticForce, Parameters};
 
 /// In the order of the model page.

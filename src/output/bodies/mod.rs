@@ -16,10 +16,11 @@ pub use picture::{Colour, Look, overlay, picture, view};
 pub use vtp::{write_bodies, write_contacts, write_walls};
 
 use super::{OutputError, write_whole};
-use crate::body::{Body, Hold, Pose, Shape, Twist};
+use crate::body::{Body, Hold};
 use crate::contact::{Contact, Partner, Wall};
 use crate::measure::bodies::Load;
 use crate::mesh::Point;
+use crate::shape::{Pose, Shape, Twist};
 
 /// Name of the file in which a run keeps its [`Cast`].
 pub const CAST_FILE: &str = "bodies.json";

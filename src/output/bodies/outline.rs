@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::body::Shape;
 use crate::mesh::Point;
+use crate::shape::Shape;
 
 /// The outline of a shape in its own frame, counterclockwise, beginning on the side of the frame's first axis: straight
 /// parts by their ends, the round ones by points of the outline, about `points` on a whole turn.

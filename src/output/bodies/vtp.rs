@@ -5,11 +5,11 @@ use std::path::Path;
 
 use super::Moment;
 use super::outline::outline;
-use crate::body::Shape;
 use crate::contact::{Contact, Partner, Wall};
 use crate::mesh::Point;
 use crate::output::vtk::{Field, field_array, integers};
-use crate::output::{OutputError, mark, write_whole};
+use crate::output::{OutputError, write_whole};
+use crate::shape::Shape;
 
 /// Points of an outline on a whole turn: a disc is nowhere further than 3·10⁻⁴ of its radius from its polygon.
 const POINTS: usize = 128;
@@ -113,7 +113,7 @@ impl PolyData<'_> {
             Cells::Lines => (cells, 0),
             Cells::Polygons => (0, cells),
         };
-        writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->", mark::MADE_BY)?;
+        writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->", crate::names::MADE_BY)?;
         write!(out, r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64""#)?;
         writeln!(out, r#" compressor="vtkZLibDataCompressor">"#)?;
         writeln!(out, "<PolyData>")?;

@@ -3,7 +3,6 @@
 use super::raster;
 use super::scene::{Anchor, DASH, Group, Image, Paint, Rgb, Scene, Shape, Text};
 use super::text::Level;
-use crate::output::mark;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use std::fmt::Write;
@@ -18,7 +17,7 @@ pub(super) fn render(scene: &Scene) -> String {
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" \
          height=\"{height}\" viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILIES}\" stroke-linejoin=\"round\">\n"
     );
-    out.push_str(&format!("<!-- {} -->\n", mark::MADE_BY));
+    out.push_str(&format!("<!-- {} -->\n", crate::names::MADE_BY));
     out.push_str(&format!("<title>{}</title>\n", escape(&scene.title)));
     out.push_str("<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n");
     scene.groups.iter().for_each(|group| push_group(&mut out, group));

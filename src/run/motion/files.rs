@@ -17,7 +17,7 @@ use crate::run::RunError;
 use crate::run::folder::Resumed;
 use crate::run::maps::failed;
 use crate::scene::{Field, MapRequest, Quantity, What, measured};
-use crate::time::Schedule;
+use crate::scheme::Schedule;
 
 /// Columns of the history before the measures.
 const STEP_COLUMNS: [&str; 4] = ["time", "dt", "iterations", "rejected"];

@@ -5,15 +5,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::body::flow::{self, Flow};
 use crate::body::motion::Motion;
-use crate::body::penalty::Wrench;
 use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
-use crate::body::{Pose, Twist};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moving, Settings, Solver, Wall};
 use crate::form::Integrator;
 use crate::mesh::Mesh;
 use crate::model::immersed::Carried;
+use crate::model::immersed::flow::{self, Flow};
 use crate::model::mobility::Mobility;
 use crate::model::momentum::{MomentumError, outer_force};
 use crate::model::{Parameters, Sources};
@@ -27,8 +25,10 @@ use crate::run::resolution::Resolution;
 use crate::run::writer::nodal;
 use crate::scene::particles::MotionTime;
 use crate::scene::{Field, StokesScene};
+use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
+use crate::shape::Wrench;
+use crate::shape::{Pose, Twist};
 use crate::space;
-use crate::time::pace::{EASY, Pace, Paced, Refusal};
 
 /// What a restart needs.
 #[derive(Debug, Clone, Serialize, Deserialize)]

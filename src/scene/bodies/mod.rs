@@ -11,7 +11,7 @@ use crate::body::Body;
 use crate::contact::{Law, Method, Partner, Settings, Wall};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
-use crate::model::names;
+use crate::names;
 
 /// The bodies of a scene and what they meet.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,11 +5,12 @@ use std::collections::HashMap;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::body::{Body, Hold, Pose, Shape};
+use crate::body::{Body, Hold};
 use crate::contact::gap::{Placed, Touch, touches};
 use crate::contact::pairs::{self, Range};
 use crate::contact::{Partner, Wall, Walls};
 use crate::mesh::Point;
+use crate::shape::{Pose, Shape};
 
 /// Where discs are placed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use crate::contact::Method;
-use crate::model::expression::{Formula, VectorFormula};
+use crate::expression::{Formula, VectorFormula};
 
 /// What a scene of any kind may say about bodies.
 #[derive(Debug, Clone, Default, PartialEq)]

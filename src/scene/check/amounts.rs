@@ -3,7 +3,7 @@
 use super::{Checker, shown};
 use crate::scene::error::SceneError;
 use crate::scene::output::{Output, What};
-use crate::time::Schedule;
+use crate::scheme::Schedule;
 
 /// Most steps of a run: a hundred million rows of its history take some ten gigabytes.
 pub(super) const MOST_STEPS: f64 = 1e9;

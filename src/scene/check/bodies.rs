@@ -2,15 +2,16 @@
 
 use super::groups::MOST;
 use super::{Checker, shown};
-use crate::body::{Body, Hold, Pose, Shape, ShapeError, Twist};
+use crate::body::{Body, Hold};
 use crate::contact::{Partner, Wall};
+use crate::expression::{Expression, Formula, VectorFormula};
 use crate::mesh::Point;
 use crate::model::ModelError;
-use crate::model::expression::{Expression, Formula, VectorFormula};
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
 use crate::scene::bodies::tables::{BodyTable, BodyTables, MotionTable, ShapeTable, zero};
 use crate::scene::bodies::{Bodies, Rigid};
 use crate::scene::error::SceneError;
+use crate::shape::{Pose, Shape, ShapeError, Twist};
 
 /// What surrounds the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND, exact_hint};
-use crate::model::expression::{Expression, Formula, VectorFormula};
-use crate::model::{Exact, ModelError, ModelKind, Parameters, names};
+use crate::expression::{Expression, Formula, VectorFormula};
+use crate::model::{Exact, ModelError, ModelKind, Parameters};
+use crate::names;
 use crate::scene::error::SceneError;
 use crate::scene::start::{DensityStart, DensityTable, PolarityStart, StartTable};
 use crate::scene::tables::{ExactBoundary, ExactTable, SceneFile};

@@ -2,13 +2,14 @@
 
 use super::Checker;
 use super::bodies::{Around, Symbols, numbers, point};
-use crate::body::{Body, Hold, Pose, Shape, Twist};
+use crate::body::{Body, Hold};
 use crate::contact::Wall;
+use crate::expression::{Expression, Formula};
 use crate::mesh::Point;
-use crate::model::expression::{Expression, Formula};
 use crate::scene::bodies::place::{Region, radii, scatter};
 use crate::scene::bodies::tables::{BodiesTable, CircleTable, GroupMotion, Radii, RingTable};
 use crate::scene::error::SceneError;
+use crate::shape::{Pose, Shape, Twist};
 
 /// At most so many bodies.
 pub(super) const MOST: usize = 1_000_000;

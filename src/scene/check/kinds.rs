@@ -6,8 +6,8 @@ use super::amounts::Course;
 use super::bodies::Around;
 use super::outputs::Scope;
 use super::{Checker, shown};
+use crate::expression::Expression;
 use crate::model::boundary::BoundaryScene;
-use crate::model::expression::Expression;
 use crate::model::{ModelError, ModelKind, VelocityCondition};
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
@@ -16,7 +16,7 @@ use crate::scene::path::quoted;
 use crate::scene::stokes::{StokesFile, StokesScene};
 use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
 use crate::scene::{SceneKind, SceneSource};
-use crate::time::pace::{PaceSettings, Smallest};
+use crate::scheme::pace::{PaceSettings, Smallest};
 
 /// What forces that vary with a body's place may change of its way in a step, relative to its size.
 const TOLERANCE: f64 = 1e-3;

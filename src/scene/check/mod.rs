@@ -24,9 +24,9 @@ use super::{
     Time,
 };
 use crate::element::MAX_DEGREE;
+use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::NamedCondition;
-use crate::model::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
 use crate::time::CouplingKind;
 use amounts::Course;

@@ -13,7 +13,7 @@ use crate::scene::error::SceneError;
 use crate::scene::maps::{MapRequest, MapTable};
 use crate::scene::output::{Cut, CutTable, EveryTable, Field, Output, OutputTable, SectionTable, What};
 use crate::scene::{Initial, SceneKind};
-use crate::time::Schedule;
+use crate::scheme::Schedule;
 
 /// What there is to be written.
 #[derive(Debug, Clone, Copy)]

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::Checker;
+use crate::expression::Expression;
 use crate::mesh::generate::MeshScene;
 use crate::model::Conditions;
-use crate::model::expression::Expression;
 use crate::scene::error::SceneError;
 use crate::scene::path::quoted;
 use crate::scene::{Sources, Time};

@@ -1,13 +1,13 @@
 //! Rigid bodies, walls, and what joins bodies that touch.
 
 use super::{Layer, Palette};
-use crate::body::{Pose, Shape as BodyShape};
 use crate::mesh::Point;
 use crate::output::bodies::outline;
 use crate::output::plot::layout::Frame;
 use crate::output::plot::legend::COLOURS;
 use crate::output::plot::scene::{Anchor, INK, Paint, Rect, Rgb, Shape, Text, WHITE};
 use crate::output::plot::text::{Font, Label};
+use crate::shape::{Pose, Shape as BodyShape};
 
 /// Of bodies that no value colours.
 const NEUTRAL: Rgb = [0xc4, 0xc4, 0xc4];

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Deserializer, de};
 
-use crate::model::names::did_you_mean;
+use crate::names::did_you_mean;
 use crate::study::StudyError;
 
 pub(super) use files::{FrameFile, is_pattern, list};

@@ -3,11 +3,11 @@
 use std::sync::{Arc, Mutex};
 
 use super::{Part, curved, face, rule};
-use crate::body::outline::Piece;
 use crate::element::basis;
 use crate::element::quadrature;
 use crate::element::tables::Tables;
 use crate::mesh::Mesh;
+use crate::shape::outline::Piece;
 
 /// A quadrature rule on a part of a cell: reference points with the bases there, and weights in the measure of the
 /// reference triangle.

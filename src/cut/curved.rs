@@ -8,12 +8,12 @@
 use super::face;
 use super::region::NOTHING;
 use super::rule::{add_cone, gauss};
-use crate::body::Placed;
-use crate::body::outline::Piece;
 use crate::element::basis;
 use crate::element::quadrature::Rule;
 use crate::mesh::locate::invert;
 use crate::mesh::{Mesh, Point};
+use crate::shape::Placed;
+use crate::shape::outline::Piece;
 
 /// Intervals along an edge between samples of the distance, in which crossings are sought.
 const SAMPLES: usize = 32;

@@ -1,6 +1,6 @@
 //! Signed distances of shapes, and what a shape must be.
 
-use super::shape::{Shape, edges};
+use super::{Shape, edges};
 use crate::mesh::Point;
 
 /// What can be wrong with a shape.

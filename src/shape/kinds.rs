@@ -75,6 +75,6 @@ impl Shape {
 }
 
 /// The edges of a polygon.
-pub(super) fn edges(vertices: &[Point]) -> impl Iterator<Item = (Point, Point)> {
+pub fn edges(vertices: &[Point]) -> impl Iterator<Item = (Point, Point)> {
     vertices.iter().zip(vertices.iter().cycle().skip(1)).map(|(p, q)| (*p, *q))
 }

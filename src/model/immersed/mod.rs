@@ -1,5 +1,5 @@
-//! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of [`crate::body::penalty`] and
-//! the bodies' own friction on top of a generalised Stokes problem [L1.13].
+//! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of [`penalty`] and the bodies'
+//! own friction on top of a generalised Stokes problem [L1.13].
 //!
 //! With the [`Kernel`] of the penalty as unknowns c in exchange for the nodal unknowns of its hosts, and constraints on
 //! twists with multipliers λ,
@@ -16,6 +16,9 @@
 mod balance;
 mod border;
 mod constraints;
+pub mod flow;
+pub mod kernel;
+pub mod penalty;
 
 use std::collections::BTreeSet;
 
@@ -29,17 +32,18 @@ use constraints::Constraints;
 use super::closed::ClosedParts;
 use super::frames::Frames;
 use super::lagged::{Layout, Structure};
-use crate::body::kernel::{Kernel, Sparse};
-use crate::body::penalty::{Immersion, Wrench};
-use crate::body::{Pose, Twist};
+use crate::body::guide::Rule;
 use crate::form::Integrator;
-use crate::mesh::Point;
 use crate::model::momentum::MomentumError;
+use crate::shape::Wrench;
+use crate::shape::{Pose, Twist};
 use crate::solve::blocks::{self, Neighbours};
 use crate::solve::multifrontal::Multifrontal;
 use crate::solve::symbolic::Element;
 use crate::solve::{axpy, dot};
 use crate::space::Space;
+use kernel::{Kernel, Sparse};
+use penalty::Immersion;
 
 /// What the balance needs to know of the bodies.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,17 +52,6 @@ pub struct Rigidity {
     pub epsilon: f64,
     /// Friction of every body with the substrate, per area.
     pub friction: Vec<f64>,
-}
-
-/// What is prescribed of a body's motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Rule {
-    /// Nothing.
-    Free,
-    /// Velocity and spin.
-    Held(Twist),
-    /// It turns about this point (in space).
-    Pinned(Point),
 }
 
 /// A flow that carries bodies.

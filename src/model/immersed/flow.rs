@@ -3,19 +3,20 @@
 
 use std::sync::Arc;
 
-use super::cut::Cover;
-use super::guide::Guide;
-use super::motion::Motion;
-use super::penalty::{Immersion, Wrench};
-use super::{Body, Hold, Pose, Twist};
+use super::penalty::Immersion;
+use super::{Carried, Rigidity};
+use crate::body::Body;
+use crate::body::guide::{Guide, Rule};
+use crate::body::motion::Motion;
+use crate::cut::Cover;
+use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::form::linear::Linear;
 use crate::form::words::Vector;
-use crate::mesh::{Mesh, Point};
+use crate::mesh::Mesh;
 use crate::model::Conditions;
-use crate::model::expression::{Expression, ExpressionError};
-use crate::model::immersed::{Carried, Rigidity, Rule};
 use crate::model::momentum::{Momentum, MomentumError, SlipTreatment};
+use crate::shape::{Pose, Twist, Wrench};
 use crate::space::{Continuity, Space};
 
 /// How bodies are put into a flow.
@@ -143,36 +144,4 @@ pub fn immerse(
     let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
     let immersion = Immersion::new(&loops, velocity, cover, &names, poses)?;
     Ok((loops, immersion))
-}
-
-/// A formula of a body.
-pub(super) fn value(formula: &Expression, pose: &Pose, t: f64) -> Result<f64, ExpressionError> {
-    let value = formula.eval_at(pose.position, pose.angle, t);
-    if value.is_finite() {
-        return Ok(value);
-    }
-    Err(formula.not_finite(value, pose.position, t))
-}
-
-/// Tells of which body a formula is.
-pub(super) fn of<T>(body: &Body, what: &'static str, result: Result<T, ExpressionError>) -> Result<T, ExpressionError> {
-    result.map_err(|error| ExpressionError::OfBody { place: body.formula(what), error: Box::new(error) })
-}
-
-/// Where a body is at time t if it follows a path, and where it starts otherwise.
-pub(super) fn start(body: &Body, t: f64) -> Result<Pose, ExpressionError> {
-    match &body.hold {
-        Hold::Path { position: [x, y], angle } => {
-            let [x, y, angle] = [x, y, angle].map(|f| of(body, "motion.path", value(f, &body.start, t)));
-            Ok(Pose { position: Point::new(x?, y?), angle: angle? })
-        }
-        Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => Ok(body.start),
-    }
-}
-
-pub(super) fn speed(hold: &Hold) -> Result<Option<[Expression; 3]>, ExpressionError> {
-    match hold {
-        Hold::Path { position: [x, y], angle } => Ok(Some([x.diff("t")?, y.diff("t")?, angle.diff("t")?])),
-        Hold::Free | Hold::Fixed | Hold::Pinned(_) | Hold::Held { .. } => Ok(None),
-    }
 }

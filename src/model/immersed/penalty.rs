@@ -20,10 +20,10 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cut::{Class, Cover};
-use super::{Pose, Twist, perpendicular};
+use crate::cut::{Class, Cover};
 use crate::form::{Integrator, mass, stokes};
 use crate::mesh::Point;
+use crate::shape::{Pose, Twist, Wrench, rigid_motion};
 use crate::space::Space;
 
 /// A part of a cell or of a body that is smaller than this, relative to the smaller of both, adds no viscosity: its
@@ -103,27 +103,6 @@ impl Means {
     pub fn add_load(&self, load: Wrench, f: &mut [f64]) {
         let load = Vector3::new(load.force.x, load.force.y, load.torque);
         self.rows.iter().for_each(|(dof, row)| f[*dof] += row.dot(&load));
-    }
-}
-
-/// Force and torque about the centre.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Wrench {
-    pub force: Point,
-    pub torque: f64,
-}
-
-impl Wrench {
-    pub const ZERO: Wrench = Wrench { force: Point::new(0.0, 0.0), torque: 0.0 };
-}
-
-/// The rigid motion `k` (two translations and the rotation about `centre`) at `x`.
-pub fn rigid_motion(k: usize, centre: Point, x: Point) -> Point {
-    match k {
-        0 => Point::x(),
-        1 => Point::y(),
-        2 => perpendicular(x - centre),
-        other => unreachable!("the plane has three rigid motions, not {other}"),
     }
 }
 

@@ -1,7 +1,12 @@
-//! Hints for names that do not exist: the word that another paper or program has for it, else the nearest name that
-//! does.
+//! The mark of the program's files, and hints for names that do not exist: the word that another paper or program has
+//! for it, else the nearest name that does.
 
-use super::words::{Row, WORDS};
+mod words;
+
+use words::{Row, WORDS};
+
+/// The mark of files that are written where a user's own may lie, in a comment or whatever a format has for it.
+pub const MADE_BY: &str = "made by monolayer";
 
 /// Keys that have had another name, and their names now: one row each. Only the last part of a path changes.
 pub const RENAMED: [(&str, &str); 2] = [("model.slip", "model.alignment"), ("space.slip", "space.walls")];

@@ -2,8 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::shape::{Shape, edges};
-use super::{Pose, turned};
+use super::{Pose, Shape, edges, turned};
 use crate::mesh::Point;
 
 /// A smooth piece of a boundary that is run counterclockwise.

@@ -1,7 +1,7 @@
 //! The part of a straight segment that a body covers.
 
-use crate::body::shape::{Shape, edges};
 use crate::mesh::Point;
+use crate::shape::{Shape, edges};
 
 /// Shares of a face below this are nothing.
 pub(super) const NOTHING: f64 = 1e-14;

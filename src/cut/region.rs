@@ -1,8 +1,8 @@
 //! The part of a straight cell that a body covers: a convex region of the reference triangle, bounded by segments and
 //! arcs of ellipses.
 
-use crate::body::outline::Piece;
 use crate::mesh::Point;
+use crate::shape::outline::Piece;
 
 /// Parts of a cell below this share of it are nothing, and above one less it the whole: rounding of the cuts
 /// themselves.

@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 use super::region::is_full_turn;
-use crate::body::outline::Piece;
 use crate::element::quadrature::{self, Rule};
 use crate::mesh::Point;
+use crate::shape::outline::Piece;
 
 /// Most points of one Gauss rule along an arc.
 const MOST: usize = 48;

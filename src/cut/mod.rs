@@ -20,11 +20,11 @@ use rayon::prelude::*;
 use parts::{Cut, CutCell, CutFace, Region};
 pub(crate) use parts::{CutFaceRule, CutRule};
 
-use super::outline::Piece;
-use super::{Placed, Pose, Shape, turned};
 use crate::element::quadrature::{MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
+use crate::shape::outline::Piece;
+use crate::shape::{Placed, Pose, Shape, turned};
 
 /// Where a cell or face lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,9 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, DVector, Matrix2, SVD};
 
-use super::penalty::{BodyError, Immersion, rigid_motion};
+use super::penalty::{BodyError, Immersion};
 use crate::mesh::Point;
 use crate::model::frames::Frames;
+use crate::shape::rigid_motion;
 
 /// Singular values below this, relative to the largest one, are zero.
 const RANK: f64 = 1e-9;

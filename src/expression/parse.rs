@@ -2,7 +2,7 @@
 
 use super::ExpressionError;
 use super::tree::{Binary, Tree, Unary, Variable, binary, choose, unary};
-use crate::model::names;
+use crate::names;
 
 /// Deeper nesting and longer texts are refused, so that no formula can exhaust the stack.
 const MAX_DEPTH: usize = 100;

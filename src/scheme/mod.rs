@@ -1,0 +1,10 @@
+//! Numbers of time stepping: BDF weights, the A-BDF of the density, step control, and schedules that steps land on.
+
+pub mod abdf;
+pub mod bdf;
+pub mod control;
+pub mod pace;
+pub mod schedule;
+
+pub use control::{Control, ControlSettings};
+pub use schedule::Schedule;
