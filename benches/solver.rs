@@ -71,7 +71,7 @@ impl Bench {
     }
 
     fn id(&self, name: &str) -> BenchmarkId {
-        BenchmarkId::new(name, self.setup.mesh.cells.len())
+        BenchmarkId::new(name, self.setup.ground.mesh.cells.len())
     }
 
     /// Weight `α₀/Δt` of the new polarity in BDF2.

@@ -280,11 +280,11 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
     if verbosity > Verbosity::Quiet {
         say::tell(&format!("{summary}\nresults in {}", out.display()));
     }
-    if summary.estimates_pending() {
+    if summary.estimates_pending {
         // interrupted, if only while it made its estimates
         return Ok(ExitCode::from(130));
     }
-    Ok(match summary.ending() {
+    Ok(match &summary.ending {
         Ending::Failed { reason } => {
             say::note(&format!("error: {reason}; the last good state is in {}", out.display()));
             ExitCode::FAILURE

@@ -6,13 +6,13 @@ use std::sync::atomic::AtomicBool;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
-use monolayer::measure::StreamFunction;
 use monolayer::mesh::Point;
 use monolayer::model::State;
 use monolayer::output::plot::map::{Layer, Map, Palette, Window, contours, nice_levels};
 use monolayer::output::plot::{PNG_SCALE, PlotError};
 use monolayer::output::progress::Verbosity;
 use monolayer::run::maps::{Caption, Draft};
+use monolayer::run::view::TissueFields;
 use monolayer::run::{self, Options, RunError, Setup};
 use monolayer::scene::{ArrowsOf, MapRequest, Quantity, Scene, SceneError, SceneSource};
 use monolayer::space::project::interpolate_vector;
@@ -175,7 +175,8 @@ fn fields_are_exact_and_the_hole_is_white() {
     let scene = scene(STRIP, &[]).expect("scene");
     let setup = Setup::new(&scene).expect("setup");
     let march = setup.start(&scene).expect("start");
-    let draft = Draft::new(&setup, &march.state, 0.0);
+    let fields = TissueFields { model: &*setup.model, state: &march.state, t: 0.0 };
+    let draft = Draft::new(&fields, &setup.ground, 0.0);
     let (low, high) = ([-2.0, -2.0], [2.0, 1.5]);
     let request = MapRequest { window: Some([low, high]), ..request(Quantity::Polarity1) };
     let picture = draft.draw(&request, &Caption::of(&scene)).expect("drawn");
@@ -230,8 +231,8 @@ fn streamlines_of_turning_tissue_are_circles() {
     let model = &setup.model;
     let v = interpolate_vector(model.velocity(), |x| Point::new(2.0 * x.y, -2.0 * x.x));
     let state = State::incompressible(v, march.state.pressure().clone(), march.state.p.clone());
-    let stream = StreamFunction::new(model.loops(), model.velocity()).expect("stream function");
-    let draft = Draft { stream: Some(&stream), ..Draft::new(&setup, &state, 0.0) };
+    let fields = TissueFields { model: &*setup.model, state: &state, t: 0.0 };
+    let draft = Draft::new(&fields, &setup.ground, 0.0);
     let (low, high) = ([-1.2, -1.2], [1.2, 1.2]);
     let request = MapRequest { window: Some([low, high]), streamlines: true, ..request(Quantity::Speed) };
     let svg = draft.draw(&request, &Caption::of(&scene)).expect("drawn").svg();
@@ -314,8 +315,8 @@ fn pictures_are_well_formed_told_and_the_same_every_time() {
     let scene = scene(SQUARE, &[]).expect("scene");
     let setup = Setup::new(&scene).expect("setup");
     let march = setup.start(&scene).expect("start");
-    let stream = StreamFunction::new(setup.model.loops(), setup.model.velocity()).expect("stream function");
-    let draft = Draft { stream: Some(&stream), ..Draft::new(&setup, &march.state, 0.125) };
+    let fields = TissueFields { model: &*setup.model, state: &march.state, t: 0.125 };
+    let draft = Draft::new(&fields, &setup.ground, 0.125);
     let arrows = Some(ArrowsOf::Polarity);
     let request =
         MapRequest { arrows, streamlines: true, mesh: true, range: Some([0.0, 0.5]), ..request(Quantity::Speed) };
@@ -346,7 +347,8 @@ fn every_quantity_can_be_drawn() {
     let scene = scene(STRIP, &[("model.elasticity", "0.4")]).expect("scene");
     let setup = Setup::new(&scene).expect("setup");
     let march = setup.start(&scene).expect("start");
-    let draft = Draft::new(&setup, &march.state, 0.0);
+    let fields = TissueFields { model: &*setup.model, state: &march.state, t: 0.0 };
+    let draft = Draft::new(&fields, &setup.ground, 0.0);
     for of in Quantity::ALL.into_iter().filter(|of| ![Quantity::Density, Quantity::Bodies].contains(of)) {
         let thin = MapRequest { window: Some([[-4.0, 1.1], [6.0, 1.6]]), ..request(of) };
         let [low, high] = draft.extent(&thin, &Caption::of(&scene)).expect("sampled");

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use monolayer::measure::list::{ALL, column};
 use monolayer::output::progress::Verbosity;
-use monolayer::run::any::{self, AnySummary};
+use monolayer::run::any;
 use monolayer::run::{Ending, Options};
 use monolayer::scene::{AnyScene, SceneSource};
 
@@ -185,13 +185,10 @@ fn taken(scene: &AnyScene) -> (Vec<String>, BTreeMap<&'static str, f64>) {
     let out = tempfile::tempdir().unwrap();
     let options = Options { out: out.path().to_owned(), resume: false, verbosity: Verbosity::Quiet, interrupt: &NEVER };
     let summary = any::run(scene, &options).unwrap();
-    assert_eq!(summary.ending(), &Ending::EndTime);
+    assert_eq!(summary.ending, Ending::EndTime);
     let history = std::fs::read_to_string(out.path().join("history.csv")).unwrap();
     let header = history.lines().next().unwrap().split(',').map(str::to_owned).collect();
-    match summary {
-        AnySummary::Tissue(summary) => (header, summary.measures.clone()),
-        AnySummary::Motion(summary) => (header, summary.measures.clone()),
-    }
+    (header, summary.measures)
 }
 
 #[test]

@@ -111,7 +111,8 @@ fn resumes_bit_for_bit(kind: &str) {
     for file in ["history.csv", name.as_str(), "cuts/axis-1.csv", "cuts/oblique.csv"] {
         assert!(bytes(whole.join(file)) == bytes(parts.join(file)), "{file} differs");
     }
-    let saved = |dir: &Path| monolayer::output::checkpoint::Saved::read(&dir.join("checkpoint.bin")).unwrap().march;
+    let saved =
+        |dir: &Path| monolayer::output::checkpoint::Saved::read(&dir.join("checkpoint.bin")).unwrap().march().unwrap();
     assert!(saved(&whole) == saved(&parts), "the checkpoints differ");
 }
 

@@ -3,16 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use monolayer::measure::StreamFunction;
 use monolayer::output::OutputError;
 use monolayer::output::bodies::{Colour, Look, picture};
 use monolayer::output::plot::map::Window;
 use monolayer::output::say;
 use monolayer::results::bodies::Seen;
-use monolayer::run::finished::Finished;
-use monolayer::run::maps::{Caption, Draft};
-use monolayer::run::moved::Moved;
-use monolayer::run::{RunError, tissue};
+use monolayer::run::{RunError, finished};
 use monolayer::scene::renamed::name_now;
 use monolayer::scene::{AnyScene, ArrowsOf, MapOptions, MapRequest, Quantity};
 use serde::Deserialize;
@@ -173,20 +169,13 @@ fn request(options: &MapOptions) -> MapRequest {
     MapRequest { name: of.file_name(), of, arrows, streamlines, mesh, window, range }
 }
 
-/// A run whose fields are drawn.
-enum Read {
-    /// Nothing moves in its tissue.
-    Resting(Box<Finished>),
-    Moving(Moved),
-}
-
-/// Reads a run, the quantities that are drawn of it, and refuses what its model does not have.
+/// Reads the scene of a run and the quantities that are drawn of it, and refuses what its model does not have.
 fn read(
     folder: &Path,
     requests: &[MapRequest],
     options: &dyn Fn(Quantity) -> MapOptions,
     named: bool,
-) -> Result<(Read, Vec<MapRequest>), Failure> {
+) -> Result<(AnyScene, Vec<MapRequest>), Failure> {
     let mut requests = requests.to_vec();
     let path = folder.join("scene.toml");
     if !path.is_file() {
@@ -208,11 +197,7 @@ fn read(
         };
         checked.map_err(|error| format!("{}: option {error}", folder.display()))?;
     }
-    let run = match Moved::has(&scene) {
-        true => Read::Moving(Moved::read(folder, &scene)?),
-        false => Read::Resting(Box::new(Finished::read(folder)?)),
-    };
-    Ok((run, requests))
+    Ok((scene, requests))
 }
 
 /// Gives every quantity the range of its values in all runs.
@@ -224,20 +209,15 @@ fn same_range(
 ) -> Result<(), Failure> {
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; requests.len()];
     for folder in runs {
-        let (run, drawn) = read(folder, requests, options, named)?;
-        for (range, request) in ranges.iter_mut().zip(requests.iter()).filter(|(_, request)| drawn.contains(request)) {
-            let [low, high] = match &run {
-                Read::Moving(run) => run.extent(request)?,
-                Read::Resting(run) => {
-                    let march = run.march();
-                    let bodies = tissue::at_rest(&run.scene, &run.setup);
-                    let moment = bodies.as_ref().map(|bodies| bodies.moment(march.t));
-                    let draft = Draft { bodies: moment.as_ref(), ..Draft::new(&run.setup, &march.state, march.t) };
-                    draft.extent(request, &Caption::of(&run.scene))?
-                }
-            };
-            *range = [range[0].min(low), range[1].max(high)];
-        }
+        let (scene, drawn) = read(folder, requests, options, named)?;
+        finished::look(folder, &scene, &mut |last| {
+            let wanted = ranges.iter_mut().zip(requests.iter()).filter(|(_, request)| drawn.contains(request));
+            for (range, request) in wanted {
+                let [low, high] = last.extent(request)?;
+                *range = [range[0].min(low), range[1].max(high)];
+            }
+            Ok(())
+        })?;
     }
     let found = |range: &[f64; 2]| range[0] <= range[1];
     requests.iter_mut().zip(ranges).filter(|(_, range)| found(range)).for_each(|(r, range)| r.range = Some(range));
@@ -253,35 +233,20 @@ fn draw(
     options: &dyn Fn(Quantity) -> MapOptions,
     named: bool,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let (run, requests) = read(folder, requests, options, named)?;
+    let (scene, requests) = read(folder, requests, options, named)?;
     let plots = out.map_or_else(|| folder.join("maps"), Path::to_owned);
     std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
     // pictures of several runs in one folder are told apart by the runs' names
     let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };
-    let path = |request: &MapRequest, steps: usize| plots.join(format!("{prefix}{}-{steps:06}", request.name));
-    let mut written = Vec::new();
-    match &run {
-        Read::Moving(run) => {
-            for request in &requests {
-                written.push(run.draw(request)?.write_new(&path(request, run.steps))?);
-            }
+    let mut drawn = Vec::new();
+    finished::look(folder, &scene, &mut |last| {
+        for request in &requests {
+            let path = plots.join(format!("{prefix}{}-{:06}", request.name, last.steps));
+            drawn.push((path, last.draw(request)?));
         }
-        Read::Resting(run) => {
-            let (march, model) = (run.march(), &run.setup.model);
-            let stream = match requests.iter().any(|request| request.streamlines) {
-                true => Some(StreamFunction::new(model.loops(), model.velocity())?),
-                false => None,
-            };
-            let bodies = tissue::at_rest(&run.scene, &run.setup);
-            let moment = bodies.as_ref().map(|bodies| bodies.moment(march.t));
-            let (stream, bodies) = (stream.as_ref(), moment.as_ref());
-            let draft = Draft { stream, bodies, ..Draft::new(&run.setup, &march.state, march.t) };
-            for request in &requests {
-                let path = path(request, march.counts.steps);
-                written.push(draft.draw(request, &Caption::of(&run.scene))?.write_new(&path)?);
-            }
-        }
-    }
+        Ok(())
+    })?;
+    let written = drawn.iter().map(|(path, picture)| picture.write_new(path)).collect::<Result<_, _>>()?;
     Ok(written)
 }
 

@@ -1,4 +1,4 @@
-//! The exact state of a march on disc: compressed, checksummed, and tied to the problem that it belongs to.
+//! The exact state of a run on disc: compressed, checksummed, and tied to the problem that it belongs to.
 
 use std::fs::File;
 use std::io::Read;
@@ -12,8 +12,9 @@ use serde::{Deserialize, Serialize};
 use super::{OutputError, write_whole};
 use crate::measure::errors::History;
 use crate::time::Checkpoint;
+use crate::time::march::Counts;
 
-const MAGIC: &str = "monolayer checkpoint 3";
+const MAGIC: &str = "monolayer checkpoint 4";
 
 /// A checkpoint and the scene that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,11 +22,14 @@ pub struct Saved {
     magic: String,
     /// The resolved scene.
     pub scene: String,
-    /// [`crate::mesh::Mesh::fingerprint`] of the mesh that the state lives on.
+    /// [`crate::mesh::Mesh::fingerprint`] of the mesh that the state lives on, 0 without one.
     pub mesh: u64,
-    pub march: Checkpoint,
-    /// Follows the rest in the file, which may end before it.
-    #[serde(skip)]
+    pub t: f64,
+    pub counts: Counts,
+    /// Largest overlap of bodies after a step so far, 0 without one.
+    pub overlap: f64,
+    /// What moves, as its stepper packs it.
+    pub state: Vec<u8>,
     pub kept: Kept,
 }
 
@@ -41,9 +45,17 @@ pub struct Kept {
 }
 
 impl Saved {
-    /// Binds a checkpoint to its scene.
-    pub fn new(scene: String, mesh: u64, march: Checkpoint, kept: Kept) -> Self {
-        Self { magic: MAGIC.into(), scene, mesh, march, kept }
+    /// Binds a state, its time, counts and largest overlap to its scene and mesh.
+    pub fn new(scene: String, mesh: u64, (t, counts, overlap): (f64, Counts, f64), state: Vec<u8>, kept: Kept) -> Self {
+        Self { magic: MAGIC.into(), scene, mesh, t, counts, overlap, state, kept }
+    }
+
+    /// The state of a tissue in which nothing moves.
+    ///
+    /// # Errors
+    /// A state of something else.
+    pub fn march(&self) -> Result<Checkpoint, postcard::Error> {
+        postcard::from_bytes(&self.state)
     }
 
     /// Writes the file, whole or not at all.
@@ -52,8 +64,7 @@ impl Saved {
     /// [`OutputError::Io`]
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         write_whole(path, |file| {
-            let mut bytes = postcard::to_stdvec(self).map_err(std::io::Error::other)?;
-            bytes.extend(postcard::to_stdvec(&self.kept).map_err(std::io::Error::other)?);
+            let bytes = postcard::to_stdvec(self).map_err(std::io::Error::other)?;
             let mut packed = GzEncoder::new(file, Compression::fast());
             std::io::Write::write_all(&mut packed, &bytes)?;
             packed.finish()?;
@@ -74,14 +85,11 @@ impl Saved {
             hint: "it is no checkpoint of this version, or was cut off",
         };
         GzDecoder::new(file).read_to_end(&mut bytes).map_err(|e| damaged(format!("cannot be unpacked ({e})")))?;
-        let parts = postcard::take_from_bytes::<Self>(&bytes);
-        let (mut saved, rest) = parts.map_err(|e| damaged(format!("cannot be read ({e})")))?;
-        if saved.magic != MAGIC {
-            return Err(damaged(format!("is marked `{}`, not `{MAGIC}`", saved.magic)));
+        let (magic, _) =
+            postcard::take_from_bytes::<String>(&bytes).map_err(|e| damaged(format!("cannot be read ({e})")))?;
+        if magic != MAGIC {
+            return Err(damaged(format!("is marked `{magic}`, not `{MAGIC}`")));
         }
-        if !rest.is_empty() {
-            saved.kept = postcard::from_bytes(rest).map_err(|e| damaged(format!("cannot be read ({e})")))?;
-        }
-        Ok(saved)
+        postcard::from_bytes(&bytes).map_err(|e| damaged(format!("cannot be read ({e})")))
     }
 }

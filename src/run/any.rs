@@ -2,51 +2,17 @@
 
 use std::fmt;
 
-use super::motion::MotionSummary;
-use super::{Ending, Options, Record, RunError, Summary, extremes, folder, particles, report, stokes, tissue};
+use super::stepper::{Stage, Wanted};
+use super::{Options, Record, RunError, Summary, extremes, folder, particles, report, stokes, tissue};
 use crate::mesh::Mesh;
 use crate::output::progress::Verbosity;
 use crate::scene::{AnyScene, SceneError};
-
-/// What a run of any kind has come to.
-#[derive(Debug, Clone)]
-pub enum AnySummary {
-    Tissue(Box<Summary>),
-    Motion(Box<MotionSummary>),
-}
-
-impl AnySummary {
-    /// How it ended.
-    pub fn ending(&self) -> &Ending {
-        match self {
-            Self::Tissue(summary) => &summary.ending,
-            Self::Motion(summary) => &summary.ending,
-        }
-    }
-
-    /// Whether estimates are still to come.
-    pub fn estimates_pending(&self) -> bool {
-        match self {
-            Self::Tissue(summary) => summary.estimates_pending,
-            Self::Motion(_) => false,
-        }
-    }
-}
-
-impl fmt::Display for AnySummary {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Tissue(summary) => summary.fmt(out),
-            Self::Motion(summary) => summary.fmt(out),
-        }
-    }
-}
 
 /// Runs a scene to its end and leaves the results in `options.out`.
 ///
 /// # Errors
 /// As [`super::run`].
-pub fn run(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunError> {
+pub fn run(scene: &AnyScene, options: &Options) -> Result<Summary, RunError> {
     folder::alone(options, || run_held(scene, options))
 }
 
@@ -54,24 +20,27 @@ pub fn run(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunError> 
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_held(scene: &AnyScene, options: &Options) -> Result<AnySummary, RunError> {
-    let made = !options.out.exists();
+pub fn run_held(scene: &AnyScene, options: &Options) -> Result<Summary, RunError> {
     announce_mesh(scene, options.verbosity);
-    let result = match scene {
-        AnyScene::Tissue(scene) if tissue::has_moving_bodies(scene) => tissue::run(scene, options),
-        AnyScene::Tissue(scene) => {
-            let summary = super::run_recorded(scene, options, &mut Record::default());
-            return summary.map(|summary| AnySummary::Tissue(Box::new(summary)));
-        }
-        AnyScene::Stokes(scene) => stokes::run(scene, options),
-        AnyScene::Particles(scene) => particles::run(scene, options),
-    };
-    let result = result.map_err(|error| error.blaming(|| suspect(scene)));
-    if result.is_err() && made {
-        // takes away an empty folder only: nothing was found
-        let _ = std::fs::remove_dir(&options.out);
+    let mut record = Record::default();
+    if let AnyScene::Tissue(scene) = scene {
+        return super::run_recorded(scene, options, &mut record);
     }
-    result.map(|summary| AnySummary::Motion(Box::new(summary)))
+    let staged = |wanted: &Wanted, then: &mut Stage| stage(scene, wanted, then);
+    let result = super::drive(&scene.resolved_toml(), options, &mut record, &staged);
+    result.map_err(|error| error.blaming(|| suspect(scene)))
+}
+
+/// Makes a scene ready to move.
+///
+/// # Errors
+/// Anything that is wrong before the first step.
+pub(super) fn stage(scene: &AnyScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
+    match scene {
+        AnyScene::Tissue(scene) => tissue::stage(scene, wanted, then),
+        AnyScene::Stokes(scene) => stokes::stage(scene, wanted, then),
+        AnyScene::Particles(scene) => particles::stage(scene, wanted, then),
+    }
 }
 
 /// The value of a scene that is farthest outside of the usual.

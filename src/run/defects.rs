@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use super::stepper::Plan;
 use crate::measure::defects::{Boundary, Census};
 use crate::measure::list::DEFECTS;
 use crate::output::OutputError;
 use crate::output::history::History;
-use crate::scene::Scene;
 use crate::scheme::Schedule;
 
 /// Columns of `defects.csv` after `step`.
@@ -28,12 +28,12 @@ impl DefectTables {
     /// # Errors
     /// Files that cannot be read or written.
     pub fn open(
-        scene: &Scene,
+        plan: &Plan,
         out: &Path,
         boundaries: &[Boundary],
         resume_after: Option<usize>,
     ) -> Result<Self, OutputError> {
-        let only_last = scene.steady.is_some() || schedules(scene).all(|s| s == Schedule::End);
+        let only_last = plan.is_search() || schedules(plan).all(|s| s == Schedule::End);
         let names: Vec<String> = boundaries.iter().map(|b| b.name.clone()).collect();
         let open = |name: &str, columns: Vec<String>| {
             let path = out.join(name);
@@ -87,12 +87,12 @@ impl DefectTables {
 }
 
 /// When the scene measures defects.
-fn schedules(scene: &Scene) -> impl Iterator<Item = Schedule> + '_ {
-    let with_defects = scene.outputs.iter().filter(|output| output.what.measures().contains(&&DEFECTS));
+fn schedules<'p>(plan: &'p Plan) -> impl Iterator<Item = Schedule> + 'p {
+    let with_defects = plan.outputs.iter().filter(|output| output.what.measures().contains(&&DEFECTS));
     with_defects.map(|output| output.schedule)
 }
 
 /// Whether the scene measures defects at all.
-pub fn named(scene: &Scene) -> bool {
-    schedules(scene).next().is_some()
+pub fn named(plan: &Plan) -> bool {
+    schedules(plan).next().is_some()
 }

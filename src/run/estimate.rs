@@ -168,7 +168,7 @@ fn estimates(scene: &Scene, options: &Options, summary: &Summary) -> Result<Esti
         runs.push((run, coarse.time.control.step));
     }
     let cells: Vec<usize> =
-        std::iter::once(summary).chain(runs.iter().map(|(run, _)| run)).map(|s| s.mesh.cells).collect();
+        std::iter::once(summary).chain(runs.iter().map(|(run, _)| run)).map(|s| s.mesh.cells()).collect();
     if cells.windows(2).any(|pair| pair[0] <= pair[1]) {
         return Err(format!(
             "the mesh of {} cells has no two coarser ones, {} and {} cells",
@@ -225,7 +225,7 @@ fn coarser(scene: &Scene, out: &Path, ratio: f64, to: Option<&Summary>) -> Resul
             let (end, step) = (summary.time, scene.time.control.step);
             // what the mesh has become, as a square has whole numbers of cells
             let cells = build_mesh(&Scene::check(source.clone())?)?.cells.len();
-            let ratio = (summary.mesh.cells as f64 / cells as f64).sqrt();
+            let ratio = (summary.mesh.cells() as f64 / cells as f64).sqrt();
             // whole steps, as in a run whose steps fit its end
             let count = (end / (step * ratio)).round().max(1.0);
             for (key, value) in [("time.end", end), ("time.step", end / count)] {

@@ -2,12 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use super::setup::{self, Setup};
-use super::{OutputError, RunError};
+use super::maps::Draft;
+use super::stepper::{Ground, Plan, Wanted};
+use super::view::View;
+use super::writer::with_moment;
+use super::{RunError, any, setup};
 use crate::mesh::Mesh;
+use crate::output::bodies::Cast;
 use crate::output::checkpoint::Saved;
-use crate::scene::Scene;
-use crate::time::{Checkpoint, March};
+use crate::output::plot::map::Picture;
+use crate::scene::{AnyScene, MapRequest, Scene};
+use crate::time::Checkpoint;
 
 /// Scene and checkpoint of a run, before anything is built of them.
 #[derive(Debug)]
@@ -43,39 +48,68 @@ impl Left {
     /// # Errors
     /// A mesh file that has changed since.
     pub fn on(self, mesh: &Mesh, fits: impl FnOnce(&Checkpoint) -> bool) -> Result<(Scene, Checkpoint), RunError> {
-        if self.saved.mesh != mesh.fingerprint() || !fits(&self.saved.march) {
-            let path = self.file.display().to_string();
-            let what = "does not fit the mesh of its scene".to_owned();
-            let hint = "the mesh file of the run has changed since: restore it, or run the scene again";
-            return Err(RunError::Output(OutputError::Malformed { path, what, hint }));
-        }
-        Ok((self.scene, self.saved.march))
+        let wanted = Wanted { saved: Some(&self.saved), file: &self.file, run: None };
+        wanted.check_mesh(mesh)?;
+        let march = self.saved.march().ok().filter(fits).ok_or_else(|| wanted.unfit("space"))?;
+        Ok((self.scene, march))
     }
 }
 
-/// A run that has ended, or was interrupted.
-#[derive(Debug)]
-pub struct Finished {
-    pub scene: Scene,
-    pub setup: Setup,
-    saved: Checkpoint,
+/// Shows the last state of a run, whatever its kind, to `then`; nothing is solved for that is not shown.
+///
+/// # Errors
+/// A folder without scene or checkpoint; files that do not belong together; those of `then`.
+pub fn look(
+    folder: &Path,
+    scene: &AnyScene,
+    then: &mut dyn FnMut(&Last) -> Result<(), RunError>,
+) -> Result<(), RunError> {
+    let file = folder.join("checkpoint.bin");
+    if !file.is_file() {
+        return Err(RunError::NoRun { folder: folder.display().to_string(), file: "checkpoint.bin" });
+    }
+    let saved = Saved::read(&file)?;
+    if let Some(key) = setup::first_difference(&saved.scene, &scene.resolved_toml()) {
+        return Err(RunError::OtherProblem { file: file.display().to_string(), key });
+    }
+    let wanted = Wanted { saved: Some(&saved), file: &file, run: None };
+    any::stage(scene, &wanted, &mut |plan, ground, stepper| {
+        let cast = Cast::new(plan.bodies, &plan.walls);
+        stepper.look(&mut |view| then(&Last { plan, ground, view, cast: &cast, steps: saved.counts.steps }))
+    })
 }
 
-impl Finished {
-    /// Reads the folder of a run and prepares its fields.
+/// The last state of a run.
+#[derive(Clone, Copy)]
+pub struct Last<'a> {
+    pub plan: &'a Plan<'a>,
+    pub ground: Option<&'a Ground>,
+    pub view: &'a View<'a>,
+    cast: &'a Cast,
+    /// Steps to this state.
+    pub steps: usize,
+}
+
+impl Last<'_> {
+    /// A picture of the fields with the bodies above them.
     ///
     /// # Errors
-    /// As [`Left::read`] and [`Left::on`].
-    pub fn read(folder: &Path) -> Result<Self, RunError> {
-        let left = Left::read(folder)?;
-        // nothing will be solved for, so the memory of a run is not needed
-        let setup = Setup::within(&left.scene, None)?;
-        let (scene, saved) = left.on(&setup.mesh, |saved| setup.fits(saved))?;
-        Ok(Self { scene, setup, saved })
+    /// As [`Draft::draw`].
+    pub fn draw(&self, request: &MapRequest) -> Result<Picture, RunError> {
+        self.with_draft(|draft| draft.draw(request, &self.plan.caption))
     }
 
-    /// The march at its last state.
-    pub fn march(&self) -> March<'_> {
-        March::resume(&*self.setup.model, self.scene.march(), self.saved.clone())
+    /// The smallest and the largest value that the picture would show.
+    ///
+    /// # Errors
+    /// As [`Draft::extent`].
+    pub fn extent(&self, request: &MapRequest) -> Result<[f64; 2], RunError> {
+        self.with_draft(|draft| draft.extent(request, &self.plan.caption))
+    }
+
+    fn with_draft<T>(&self, then: impl FnOnce(&Draft) -> Result<T, RunError>) -> Result<T, RunError> {
+        let both = self.view.fields.zip(self.ground);
+        let (fields, ground) = both.expect("what has no fields is drawn by its bodies");
+        with_moment(self.cast, self.view, |moment| then(&Draft::new(fields, ground, self.view.t).with_bodies(moment)))
     }
 }

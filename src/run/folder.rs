@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::motion::saved::scene_of;
 use super::{Options, RunError};
+use crate::output::checkpoint::Saved;
 use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
 use crate::output::{OutputError, history, mark, say, write_whole};
@@ -96,7 +96,7 @@ pub(super) fn alone<T>(options: &Options, run: impl FnOnce() -> Result<T, RunErr
         return Err(RunError::NothingToResume { folder: out.display().to_string() });
     }
     // a run from before folders were marked is known by its checkpoint
-    let is_known = !lock::is_marked(out) && has_checkpoint && scene_of(&out.join("checkpoint.bin")).is_some();
+    let is_known = !lock::is_marked(out) && has_checkpoint && Saved::read(&out.join("checkpoint.bin")).is_ok();
     lock::alone(out, Room::Without(if is_known { &[] } else { &NAMES }), run)
 }
 

@@ -44,7 +44,8 @@ impl LastState {
             ModelKind::Compressible => Some(space(scene.space.density, 1)),
         };
         let before = density.as_ref().map_or(0, |space| space.dof_count());
-        let values = saved.march.past.into_iter().next().map(|(_, y)| y).unwrap_or_default();
+        let march = saved.march().map_err(|_| wrong("its run was not of a tissue in which nothing moves"))?;
+        let values = march.past.into_iter().next().map(|(_, y)| y).unwrap_or_default();
         if values.len() != before + polarity.dof_count() {
             return Err(wrong("its fields do not fit its mesh"));
         }

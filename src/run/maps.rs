@@ -2,19 +2,18 @@
 
 use std::collections::HashMap;
 
-use super::{RunError, Setup};
+use super::RunError;
+use super::stepper::Ground;
+use super::view::Fields;
 use crate::element::basis;
-use crate::form::Integrator;
-use crate::measure::StreamFunction;
 use crate::mesh::locate::Locator;
 use crate::mesh::{Face, Mesh, Point};
-use crate::model::{ModelKind, State};
+use crate::model::ModelKind;
 use crate::output::bodies::{Moment, overlay};
 use crate::output::plot::PlotError;
 use crate::output::plot::map::{Layer, Look, Map, Palette, Picture, Window};
-use crate::scene::{ArrowsOf, MapRequest, Output, Quantity, Scene, SceneSource, StokesScene, What};
+use crate::scene::{ArrowsOf, Field as Name, MapRequest, Output, Quantity, Scene, SceneSource, StokesScene, What};
 use crate::space::Field;
-use crate::time::Sheet;
 
 /// Straight pieces that a curved face is drawn with.
 const PIECES: usize = 12;
@@ -22,7 +21,7 @@ const PIECES: usize = 12;
 const PROBES: usize = 60;
 
 /// The texts of pictures that a scene determines.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Caption {
     /// Parameters of the model.
     pub parameters: String,
@@ -70,55 +69,12 @@ fn short(value: f64, digits: usize) -> String {
     crate::output::number(rounded).replace('-', "−")
 }
 
-/// What pictures show.
-#[derive(Debug, Clone, Copy)]
-pub enum Source<'s> {
-    /// A tissue in a state.
-    Tissue { model: &'s dyn Sheet, state: &'s State },
-    /// A flow alone.
-    Flow { loops: &'s Integrator, v: &'s Field, pi: &'s Field },
-}
-
-impl<'s> Source<'s> {
-    /// Of the whole mesh.
-    pub(super) fn loops(self) -> &'s Integrator {
-        match self {
-            Source::Tissue { model, .. } => model.loops(),
-            Source::Flow { loops, .. } => loops,
-        }
-    }
-
-    fn kind(self) -> ModelKind {
-        match self {
-            Source::Tissue { model, .. } => model.parameters().kind(),
-            Source::Flow { .. } => ModelKind::Incompressible,
-        }
-    }
-
-    pub(super) fn velocity(self) -> &'s Field {
-        match self {
-            Source::Tissue { state, .. } => &state.v,
-            Source::Flow { v, .. } => v,
-        }
-    }
-
-    fn vector(self, of: ArrowsOf) -> &'s Field {
-        match (of, self) {
-            (ArrowsOf::Velocity, _) => self.velocity(),
-            (ArrowsOf::Polarity, Source::Tissue { state, .. }) => &state.p,
-            (ArrowsOf::Polarity, Source::Flow { .. }) => unreachable!("a flow alone is refused with it"),
-        }
-    }
-}
-
 /// A state of which pictures are drawn.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Draft<'s> {
-    pub source: Source<'s>,
-    pub locator: &'s Locator,
+    pub fields: &'s dyn Fields,
+    pub ground: &'s Ground,
     pub t: f64,
-    /// Needed for streamlines alone.
-    pub stream: Option<&'s StreamFunction>,
     /// Rigid bodies in the flow: they are drawn above the fields, which are not shown inside of them.
     pub bodies: Option<&'s Moment<'s>>,
 }
@@ -132,6 +88,8 @@ enum Part {
 
 /// How a quantity is called and drawn.
 struct Kind {
+    /// The field that it is a part of.
+    of: Name,
     title: &'static str,
     name: &'static str,
     palette: Palette,
@@ -173,24 +131,38 @@ impl Kind {
                 ("diffusion of the polarity", "κ² divₕ(ρ∇p₂)", Diverging, Component(1))
             }
         };
-        Self { title, name, palette, part }
+        Self { of: field_of(quantity), title, name, palette, part }
+    }
+}
+
+/// The field that a quantity is a part of.
+fn field_of(quantity: Quantity) -> Name {
+    use Quantity as Q;
+    match quantity {
+        Q::Speed | Q::Velocity1 | Q::Velocity2 => Name::Velocity,
+        Q::Polarity | Q::Polarity1 | Q::Polarity2 => Name::Polarity,
+        Q::Pressure => Name::Pressure,
+        Q::Density => Name::Density,
+        Q::PolarityLaplacian | Q::PolarityLaplacian1 | Q::PolarityLaplacian2 => Name::PolarityLaplacian,
+        Q::Bodies => unreachable!("bodies alone are drawn without a field"),
     }
 }
 
 impl<'s> Draft<'s> {
-    /// Of a tissue without streamlines and bodies.
-    pub fn new(setup: &'s Setup, state: &'s State, t: f64) -> Self {
-        let source = Source::Tissue { model: &*setup.model, state };
-        Self { source, locator: &setup.locator, t, stream: None, bodies: None }
+    /// Of fields without bodies.
+    pub fn new(fields: &'s dyn Fields, ground: &'s Ground, t: f64) -> Self {
+        Self { fields, ground, t, bodies: None }
+    }
+
+    /// With these bodies above them, if there are some.
+    pub fn with_bodies(self, moment: &'s Moment<'s>) -> Self {
+        Self { bodies: (!moment.cast.bodies.is_empty()).then_some(moment), ..self }
     }
 
     /// The picture that was asked for.
     ///
     /// # Errors
     /// A window that does not meet the domain; a pressure or a stream function that cannot be solved for.
-    ///
-    /// # Panics
-    /// When streamlines are asked for and [`Draft::stream`] is `None`.
     pub fn draw(&self, request: &MapRequest, caption: &Caption) -> Result<Picture, RunError> {
         self.with(request, caption, |map| map.draw())
     }
@@ -210,22 +182,24 @@ impl<'s> Draft<'s> {
         caption: &Caption,
         then: impl FnOnce(&Map) -> Result<R, PlotError>,
     ) -> Result<R, RunError> {
-        let loops = self.source.loops();
+        let loops = self.fields.loops();
         let mesh = &*loops.mesh;
-        let kind = Kind::of(request.of, self.source.kind());
-        let field = self.field(request.of)?;
+        let kind = Kind::of(request.of, self.fields.kind());
+        let field = self.field(kind.of)?;
         let scalar = |x: Point| self.at(x, |cell, xi| value(&field, kind.part, cell, xi));
-        let arrows = request.arrows.map(|of| match of {
-            ArrowsOf::Velocity => (self.source.vector(of), "|v|"),
-            ArrowsOf::Polarity => (self.source.vector(of), "|p|"),
-        });
-        let vector = |x: Point| self.at(x, |cell, xi| arrows.map(|(field, _)| field.vector_at(cell, xi))).flatten();
-        let psi = match (request.streamlines, self.stream) {
-            (true, stream) => {
-                let stream = stream.expect("prepared where streamlines are asked for");
-                Some(stream.of(loops, self.source.velocity())?)
+        let arrows = match request.arrows {
+            Some(ArrowsOf::Velocity) => Some((self.field(Name::Velocity)?, "|v|")),
+            Some(ArrowsOf::Polarity) => Some((self.field(Name::Polarity)?, "|p|")),
+            None => None,
+        };
+        let vector =
+            |x: Point| self.at(x, |cell, xi| arrows.as_ref().map(|(field, _)| field.vector_at(cell, xi))).flatten();
+        let psi = match request.streamlines {
+            true => {
+                let stream = self.ground.stream(self.fields)?.expect("a flow has a stream function");
+                Some(stream.of(loops, &self.field(Name::Velocity)?)?)
             }
-            (false, _) => None,
+            false => None,
         };
         // bodies hide its lines inside of them
         let stream = |x: Point| self.anywhere(x, |cell, xi| psi.as_ref().map(|psi| psi.scalar_at(cell, xi))).flatten();
@@ -237,8 +211,8 @@ impl<'s> Draft<'s> {
         if request.streamlines {
             layers.push(Layer::Contours { name: "Δψ".into(), of: &stream });
         }
-        if let Some((_, name)) = arrows {
-            layers.push(Layer::Arrows { name: name.into(), of: &vector });
+        if let Some((_, name)) = &arrows {
+            layers.push(Layer::Arrows { name: (*name).into(), of: &vector });
         }
         layers.extend(self.bodies.iter().flat_map(|moment| overlay(moment, true)));
         let failed = |error| failed(&request.name, error);
@@ -262,31 +236,8 @@ impl<'s> Draft<'s> {
         format!("{} {}{when}", kind.title, kind.name)
     }
 
-    fn field(&self, quantity: Quantity) -> Result<Field, RunError> {
-        use Quantity as Q;
-        let (model, state) = match self.source {
-            Source::Tissue { model, state } => (model, state),
-            Source::Flow { v, pi, .. } => {
-                return Ok(match quantity {
-                    Q::Speed | Q::Velocity1 | Q::Velocity2 => v.clone(),
-                    Q::Pressure => pi.clone(),
-                    Q::Polarity | Q::Polarity1 | Q::Polarity2 | Q::Density => unreachable!("a flow alone is refused"),
-                    Q::PolarityLaplacian | Q::PolarityLaplacian1 | Q::PolarityLaplacian2 | Q::Bodies => {
-                        unreachable!("a flow alone is refused with it")
-                    }
-                });
-            }
-        };
-        Ok(match quantity {
-            Q::Speed | Q::Velocity1 | Q::Velocity2 => state.v.clone(),
-            Q::Polarity | Q::Polarity1 | Q::Polarity2 => state.p.clone(),
-            Q::Pressure => model.pressure(state)?,
-            Q::Density => state.volume().clone(),
-            Q::Bodies => unreachable!("bodies alone are drawn without a field"),
-            Q::PolarityLaplacian | Q::PolarityLaplacian1 | Q::PolarityLaplacian2 => {
-                model.polarity_laplacian(state, self.t)
-            }
-        })
+    fn field(&self, name: Name) -> Result<Field, RunError> {
+        Ok(self.fields.field(name)?.expect("refused with the scene where there is none"))
     }
 
     /// What a function of cell and reference point has at a point of the domain that lies in no body.
@@ -296,7 +247,7 @@ impl<'s> Draft<'s> {
     }
 
     fn anywhere<T>(&self, x: Point, value: impl FnOnce(usize, Point) -> T) -> Option<T> {
-        self.locator.locate(&self.source.loops().mesh, x).map(|(cell, xi)| value(cell, xi))
+        self.ground.locator.locate(&self.ground.mesh, x).map(|(cell, xi)| value(cell, xi))
     }
 }
 

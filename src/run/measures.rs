@@ -3,14 +3,18 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{RunError, Setup};
+use super::RunError;
+use super::sheet::show_bodies_at_rest;
+use super::stepper::{Ground, Plan};
+use super::view::{Fields, TissueFields, TissueNow, View};
 use crate::measure::Measure;
 use crate::measure::errors::{History, errors};
-use crate::measure::list::{ALL, Domain, FREE_ENERGY, Gauge, OfMarch, Taken, Tissue};
+use crate::measure::list::{ALL, Domain, FREE_ENERGY, Flow, Prepared, Subject, Taken, Tissue};
 use crate::model::{Exact, ModelKind, Residuals, State};
-use crate::scene::{Scene, measured};
+use crate::scene::{Field, Output, Scene, measured};
 use crate::scheme::Schedule;
-use crate::time::{Kind, March, Sheet};
+use crate::time::phases::Phases;
+use crate::time::{Kind, Sheet};
 
 /// What was measured after one step; empty where nothing was due.
 #[derive(Debug, Clone, Default)]
@@ -24,15 +28,17 @@ pub struct Readings {
 /// The measures of a scene, with what they need prepared once.
 #[derive(Debug)]
 pub struct Gauges<'s> {
-    domain: Domain<'s>,
+    domain: Option<Domain<'s>>,
     /// Each measure once, in the order of the columns.
-    gauges: Vec<(&'static Measure, Box<dyn Gauge>)>,
+    gauges: Vec<(&'static Measure, Prepared)>,
     due: Vec<(&'static Measure, Schedule)>,
     residual_each_step: bool,
     energy_each_step: bool,
     exact: Option<Arc<Exact>>,
     /// Errors against the exact fields, step by step, where somebody asks for them.
     pub errors: Option<History>,
+    /// Time that was spent.
+    pub phases: Phases,
 }
 
 impl<'s> Gauges<'s> {
@@ -40,45 +46,64 @@ impl<'s> Gauges<'s> {
     ///
     /// # Errors
     /// A domain in which one of the measures cannot be taken.
-    pub fn new(scene: &Scene, setup: &'s Setup) -> Result<Self, RunError> {
-        let scheduled = scene.outputs.iter().map(|output| (output.what.measures(), output.schedule));
+    pub fn new(plan: &Plan, ground: Option<&'s Ground>) -> Result<Self, RunError> {
+        let scheduled = plan.outputs.iter().map(|output| (output.what.measures(), output.schedule));
         let due = scheduled.flat_map(|(measures, schedule)| measures.iter().map(move |m| (*m, schedule))).collect();
-        let domain = domain(scene, setup);
-        let prepare = |measure: &'static Measure| Ok((measure, measure.prepare(&domain)?));
+        let polarity = plan.tissue.map_or(0, |scene| scene.space.polarity);
+        let domain = ground.map(|ground| domain(ground, polarity));
+        let prepare = |measure: &'static Measure| Ok((measure, measure.prepare(domain.as_ref())?));
         Ok(Self {
-            gauges: measured(&scene.outputs).into_iter().map(prepare).collect::<Result<_, RunError>>()?,
+            gauges: measured(plan.outputs).into_iter().map(prepare).collect::<Result<_, RunError>>()?,
             domain,
             due,
-            residual_each_step: scene.time.stop_residual.is_some(),
-            energy_each_step: scene.time.stop_energy_rate.is_some(),
-            exact: scene.sources.exact.clone(),
+            residual_each_step: plan.limits.stop_residual.is_some(),
+            energy_each_step: plan.limits.stop_energy_rate.is_some(),
+            exact: plan.exact.clone(),
             errors: None,
+            phases: Phases::default(),
         })
     }
 
     /// Forgets the errors of earlier states: those of the current one count alone.
-    pub fn only_now(&mut self, march: &March) {
-        if let (Some(history), Some(exact)) = (&mut self.errors, &self.exact) {
+    pub fn only_now(&mut self, view: &View) {
+        if let (Some(history), Some(exact), Some(now)) = (&mut self.errors, &self.exact, view.tissue) {
             *history = History::default();
-            history.add(&errors(march.model, exact, &march.state, march.t), 1.0);
+            history.add(&errors(now.model, exact, now.state, view.t), 1.0);
         }
+    }
+
+    /// Whether something is to be measured after the step that began at `before`.
+    fn is_due(&self, measure: &Measure, (before, t): (f64, f64), step: usize) -> bool {
+        self.due.iter().any(|(m, s)| *m == measure && s.is_due(before, t, step))
+    }
+
+    /// Whether [`Gauges::read`] has anything to do after the step that began at `before`.
+    pub fn has_work(&self, before: f64, t: f64, step: usize) -> bool {
+        let each = self.errors.is_some() || self.residual_each_step || self.energy_each_step;
+        each || self.gauges.iter().any(|(measure, _)| self.is_due(measure, (before, t), step))
     }
 
     /// Measures what is due after the step that began at `before`.
     ///
     /// # Errors
     /// A measure that cannot be taken.
-    pub fn read(&mut self, march: &mut March, before: f64) -> Result<Readings, RunError> {
-        let (t, step) = (march.t, march.counts.steps);
-        if let (Some(history), Some(exact)) = (&mut self.errors, &self.exact) {
-            history.add(&errors(march.model, exact, &march.state, t), t - before);
+    pub fn read(&mut self, view: &View, before: f64, step: usize) -> Result<Readings, RunError> {
+        if let (Some(history), Some(exact), Some(now)) = (&mut self.errors, &self.exact, view.tissue) {
+            history.add(&errors(now.model, exact, now.state, view.t), view.t - before);
         }
-        let is_due = |measure: &Measure| self.due.iter().any(|(m, s)| *m == measure && s.is_due(before, t, step));
-        let due: Vec<_> = self.gauges.iter().filter(|(measure, _)| is_due(measure)).collect();
-        let residuals = if self.residual_each_step || !due.is_empty() { Some(march.residuals()?) } else { None };
-        let energy = (self.energy_each_step || is_due(&FREE_ENERGY)).then(|| march.energy());
-        let (at, mut taken) = (self.at(march, energy), Taken::default());
-        due.iter().try_for_each(|(_, gauge)| gauge.take(&at, &mut taken))?;
+        let due: Vec<_> =
+            self.gauges.iter().filter(|(measure, _)| self.is_due(measure, (before, view.t), step)).collect();
+        let mut phases = std::mem::take(&mut self.phases);
+        let residuals = match (view.tissue, self.residual_each_step || !due.is_empty()) {
+            (Some(now), true) => Some(phases.measure("residuals", || now.model.residuals(now.state, view.t))?),
+            (_, _) => None,
+        };
+        let needs_energy = self.energy_each_step || self.is_due(&FREE_ENERGY, (before, view.t), step);
+        let energy = view.tissue.filter(|_| needs_energy).map(|now| phases.measure("energy", || energy(&now, view.t)));
+        let mut taken = Taken::default();
+        let gauges = due.iter().map(|(_, gauge)| gauge);
+        self.take(view, energy, gauges, &mut taken)?;
+        self.phases = phases;
         Ok(Readings { residuals, energy, taken })
     }
 
@@ -86,17 +111,20 @@ impl<'s> Gauges<'s> {
     ///
     /// # Errors
     /// A measure that cannot be taken.
-    pub fn all(&self, march: &mut March) -> Result<Taken, RunError> {
-        let energy = self.has(&FREE_ENERGY).then(|| march.energy());
-        self.take(&self.at(march, energy))
+    pub fn all(&mut self, view: &View) -> Result<Taken, RunError> {
+        let wanted = view.tissue.filter(|_| self.has(&FREE_ENERGY));
+        let energy = wanted.map(|now| self.phases.measure("energy", || energy(&now, view.t)));
+        let mut taken = Taken::default();
+        self.take(view, energy, self.gauges.iter().map(|(_, gauge)| gauge), &mut taken)?;
+        Ok(taken)
     }
 
     /// As [`Gauges::all`] after a failure: what cannot be measured is left out, and the energy.
-    pub fn finite(&self, march: &March) -> Taken {
-        let (at, mut taken) = (self.at(march, None), Taken::default());
+    pub fn finite(&self, view: &View) -> Taken {
+        let mut taken = Taken::default();
         for (_, gauge) in &self.gauges {
             // the run has failed already: a measure that fails too adds nothing
-            let _ = gauge.take(&at, &mut taken);
+            let _ = self.take(view, None, std::iter::once(gauge), &mut taken);
         }
         taken.values.retain(|_, v| v.is_finite());
         taken
@@ -110,13 +138,22 @@ impl<'s> Gauges<'s> {
     pub fn at_rest(&self, model: &dyn Sheet, state: &State) -> Result<BTreeMap<&'static str, f64>, RunError> {
         let (still, t) = (vec![0.0; state.p.values.len()], 0.0);
         let energy = self.has(&FREE_ENERGY).then(|| (model.free_energy(state, t), model.energy_rate(state, &still, t)));
-        let at = Tissue { domain: &self.domain, model, state, t, rate_of_p: &still, energy, march: None };
+        let fields = TissueFields { model, state, t };
+        let v = state.v.clone();
+        let flowing = fields.flowing();
+        let domain = self.domain.as_ref().expect("a tissue has a domain");
+        let tissue = Tissue { domain, model, state, t, rate_of_p: &still, energy, march: None };
+        let mut taken = Taken::default();
+        show_bodies_at_rest(model, state, t, &mut |bodies| {
+            let at = Subject { flow: Some(Flow { v: &v, loops: &flowing }), bodies, tissue: Some(tissue) };
+            Ok(self.gauges.iter().try_for_each(|(_, gauge)| gauge.take(&at, &mut taken))?)
+        })?;
         let residuals = model.residuals(state, t)?;
         let volume = match model.kind() {
             Kind::Incompressible(_) => "residual_pressure",
             Kind::Compressible(_) => "residual_density",
         };
-        let mut values = self.take(&at)?.values;
+        let mut values = taken.values;
         values.extend([
             ("residual", residuals.total()),
             ("residual_velocity", residuals.velocity),
@@ -130,58 +167,66 @@ impl<'s> Gauges<'s> {
         self.gauges.iter().any(|(other, _)| *other == measure)
     }
 
-    fn take(&self, at: &Tissue) -> Result<Taken, RunError> {
-        let mut taken = Taken::default();
-        self.gauges.iter().try_for_each(|(_, gauge)| gauge.take(at, &mut taken))?;
-        Ok(taken)
-    }
-
-    /// The current state of a march.
-    fn at<'a>(&'a self, march: &'a March, energy: Option<(f64, f64)>) -> Tissue<'a> {
-        Tissue {
-            domain: &self.domain,
-            model: march.model,
-            state: &march.state,
-            t: march.t,
-            rate_of_p: march.rate_of_p(),
+    fn take<'g>(
+        &self,
+        view: &View,
+        energy: Option<(f64, f64)>,
+        mut gauges: impl Iterator<Item = &'g Prepared>,
+        taken: &mut Taken,
+    ) -> Result<(), RunError> {
+        let v = view.fields.map(|fields| fields.field(Field::Velocity)).transpose()?.flatten();
+        let flowing = view.fields.map(Fields::flowing);
+        let flow = v.as_ref().zip(flowing.as_ref()).map(|(v, loops)| Flow { v, loops });
+        let tissue = view.tissue.zip(self.domain.as_ref()).map(|(now, domain)| Tissue {
+            domain,
+            model: now.model,
+            state: now.state,
+            t: view.t,
+            rate_of_p: now.rate_of_p,
             energy,
-            march: Some(OfMarch { limited: march.limited(), mass_counted: march.mass_counted() }),
-        }
+            march: Some(now.march),
+        });
+        let at = Subject { flow, bodies: view.bodies, tissue };
+        Ok(gauges.try_for_each(|gauge| gauge.take(&at, taken))?)
     }
 }
 
-/// The domain of a scene, as measures know it.
-fn domain<'s>(scene: &Scene, setup: &'s Setup) -> Domain<'s> {
-    let mut centre = scene.mesh.centre();
-    let mut radius = scene.mesh.radius();
-    if let Some((middle, end)) = super::tissue::wake(scene) {
-        (centre, radius) = (middle.into(), end - middle.x);
-    }
+/// `F` and `dF/dt`
+pub(super) fn energy(now: &TissueNow, t: f64) -> (f64, f64) {
+    let rate = now.model.energy_rate(now.state, now.rate_of_p, t);
+    (now.model.free_energy(now.state, t), rate)
+}
+
+/// The domain of a run, as measures know it.
+fn domain(ground: &Ground, polarity: usize) -> Domain<'_> {
+    let (centre, radius) = ground.disc();
     Domain {
-        model: &*setup.model,
-        mesh: &setup.mesh,
-        locator: &setup.locator,
+        mesh: &ground.mesh,
+        locator: &ground.locator,
         centre,
         radius,
-        end: setup.mesh.vertices.iter().fold(f64::MIN, |m, x| m.max(x.x)),
-        track: scene.mesh.track(),
-        strain: setup.strain.as_ref(),
+        end: ground.mesh.vertices.iter().fold(f64::MIN, |m, x| m.max(x.x)),
+        track: ground.shape.track(),
+        strain: ground.strain.as_ref(),
+        polarity,
     }
 }
 
 /// Columns of the history that a scene's measures fill, in the order in which they are written.
-pub fn columns(scene: &Scene) -> Vec<&'static str> {
-    let named = measured(&scene.outputs);
+pub fn columns(outputs: &[Output], tissue: Option<&Scene>) -> Vec<&'static str> {
+    let named = measured(outputs);
     let mut columns = Vec::new();
-    let residuals = named.iter().any(|measure| measure.with_residuals);
-    if residuals || scene.time.stop_residual.is_some() || scene.steady.is_some() {
+    let with_residuals = named.iter().any(|measure| measure.with_residuals);
+    if let Some(scene) = tissue
+        && (with_residuals || scene.time.stop_residual.is_some() || scene.steady.is_some())
+    {
         let volume = match scene.parameters.kind() {
             ModelKind::Incompressible => "residual_pressure",
             ModelKind::Compressible => "residual_density",
         };
         columns.extend(["residual", "residual_velocity", volume, "residual_polarity"]);
     }
-    let stops_by_energy = scene.time.stop_energy_rate.is_some();
+    let stops_by_energy = tissue.is_some_and(|scene| scene.time.stop_energy_rate.is_some());
     let is_written = |measure: &&&Measure| named.contains(measure) || ***measure == FREE_ENERGY && stops_by_energy;
     columns.extend(ALL.iter().filter(is_written).flat_map(|measure| measure.column_names()));
     columns

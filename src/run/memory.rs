@@ -12,9 +12,9 @@
 use std::sync::Arc;
 
 use super::RunError;
+use super::cuts;
 use super::forecast::{Count, Samples};
 use super::setup::describe;
-use super::writer;
 use crate::form::Faces;
 use crate::measure::Strain;
 use crate::mesh::Mesh;
@@ -277,7 +277,7 @@ fn pictures(scene: &Scene) -> f64 {
         What::Cuts(cuts) => cuts.iter().map(Cut::points).max(),
         What::Measures(_) | What::Fields(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
     });
-    let batch = writer::CHUNK * writer::CHUNKS * rayon::current_num_threads();
+    let batch = cuts::CHUNK * cuts::CHUNKS * rayon::current_num_threads();
     let rows = points.max().unwrap_or(0).min(batch);
     drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max) + ROW * rows as f64
 }

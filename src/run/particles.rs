@@ -7,29 +7,27 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::bodies::BodiesReport;
-use super::maps::Source;
+use super::maps::Caption;
 use super::memory::MIB;
-use super::motion::easel::Easel;
-use super::motion::{self, MotionSummary, Mover, Plan, Stride, shortened};
+use super::stepper::{Halt, Limits, Plan, Stage, Stepper, Stride, Wanted, shortened};
 use super::stokes::{contact_term, head};
-use super::{Options, RunError, disk};
+use super::summary::Unknowns;
+use super::view::View;
+use super::{RunError, disk};
 use crate::body::Hold;
 use crate::body::stiffness::Stiffness;
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
 use crate::contact::{Contact, ContactError, Settings, Solver};
 use crate::expression::Expression;
-use crate::form::Integrator;
+use crate::measure::list::Bodies as BodiesNow;
 use crate::mesh::Point;
 use crate::model::TermStatus;
-use crate::output::OutputError;
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::given_overlap;
 use crate::scene::particles::Dynamics;
-use crate::scene::{Field, ParticlesScene, measured};
+use crate::scene::{ParticlesScene, measured};
 use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
-use crate::shape::Wrench;
 use crate::shape::{Pose, Twist};
-use crate::space;
 
 /// What will be computed, and with how much.
 #[derive(Debug, Clone, Serialize)]
@@ -60,7 +58,7 @@ pub struct ParticlesReport {
 /// # Errors
 /// All that a run could say before its first step, besides what its folder holds.
 pub fn report(scene: &ParticlesScene) -> Result<ParticlesReport, RunError> {
-    Stepper::new(scene)?;
+    Swarm::new(scene)?;
     let bytes = written(scene);
     let bodies = &scene.bodies.bodies;
     let moves = |hold: &Hold| match hold {
@@ -144,44 +142,45 @@ impl fmt::Display for ParticlesReport {
     }
 }
 
-/// Runs a scene to its end and leaves the results in `options.out`.
+/// Prepares particles, at their start or where a checkpoint has them.
 ///
 /// # Errors
-/// Anything that is wrong before the first step, and results that cannot be written.
-pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, RunError> {
+/// Anything that is wrong before the first step.
+pub(super) fn stage(scene: &ParticlesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
     let begin = Instant::now();
-    let text = scene.resolved_toml();
-    let saved = motion::prepare(&text, options)?;
-    disk::check(scene.source(), written(scene), &options.out)?;
-    let mut stepper = Stepper::new(scene)?;
-    if let Some(saved) = &saved {
-        stepper.restore(&saved.state, &options.out.join("checkpoint.bin"))?;
+    wanted.run.map_or(Ok(()), |options| disk::check(scene.source(), written(scene), &options.out))?;
+    let mut stepper = Swarm::new(scene)?;
+    if let Some(state) = wanted.unpack()? {
+        stepper.restore(state, wanted)?;
     }
     let bodies = &scene.bodies;
     let unknowns = 3 * bodies.bodies.len();
     let plan = Plan {
         title: scene.title.as_deref(),
-        origin: scene.source().origin(),
-        text,
-        end: scene.time.end,
-        max_steps: scene.time.max_steps,
+        source: scene.source(),
+        text: scene.resolved_toml(),
+        limits: Limits::at(scene.time.end, scene.time.max_steps),
         suspect: super::extremes::of_source(scene.source()),
         outputs: &scene.outputs,
         bodies: &bodies.bodies,
         walls: bodies.walls.clone(),
+        tells_of_bodies: true,
         terms: terms(scene),
         remarks: remarks(scene),
-        mesh: None,
-        fingerprint: 0,
-        unknowns: [unknowns, 0, unknowns],
+        said_of_start: None,
+        exact: None,
+        tissue: None,
+        caption: Caption::default(),
+        unknowns: Unknowns { velocity: unknowns, stokes_system: unknowns, ..Unknowns::default() },
         setup_seconds: begin.elapsed().as_secs_f64(),
     };
-    motion::run(&plan, &mut stepper, options, saved)
+    then(&plan, None, &mut stepper)
 }
 
 /// The bodies of a scene, and what acts on them.
-struct Stepper<'s> {
+struct Swarm<'s> {
     scene: &'s ParticlesScene,
+    t: f64,
     particles: Particles,
     pace: Pace,
     stiffness: Stiffness,
@@ -191,9 +190,9 @@ struct Stepper<'s> {
 }
 
 /// What a checkpoint holds.
-type State = (ParticleState, Vec<Contact>, Pace);
+type State = (f64, ParticleState, Vec<Contact>, Pace);
 
-impl<'s> Stepper<'s> {
+impl<'s> Swarm<'s> {
     fn new(scene: &'s ParticlesScene) -> Result<Self, RunError> {
         let origin =
             |error: ContactError| RunError::Contact { origin: scene.source().origin().into(), error: Box::new(error) };
@@ -224,6 +223,7 @@ impl<'s> Stepper<'s> {
         let stiffness = Stiffness::new(bodies).map_err(formula)?;
         let mut stepper = Self {
             scene,
+            t: 0.0,
             particles,
             pace: Pace::default(),
             stiffness,
@@ -240,16 +240,12 @@ impl<'s> Stepper<'s> {
         self.twists = self.particles.bodies().iter().map(|body| body.twist).collect();
     }
 
-    fn restore(&mut self, state: &[u8], file: &Path) -> Result<(), RunError> {
-        let read = postcard::from_bytes::<State>(state).ok();
-        let fits = read.filter(|(state, ..)| state.poses.len() == self.poses.len());
-        let Some((state, contacts, pace)) = fits else {
-            let (path, what) = (file.display().to_string(), "does not fit the bodies of its scene".to_owned());
-            let hint = "run the scene again";
-            return Err(RunError::Output(OutputError::Malformed { path, what, hint }));
-        };
+    fn restore(&mut self, (t, state, contacts, pace): State, wanted: &Wanted) -> Result<(), RunError> {
+        if state.poses.len() != self.poses.len() {
+            return Err(wanted.unfit("body"));
+        }
         self.particles.restore(state);
-        (self.contacts, self.pace) = (contacts, pace);
+        (self.t, self.contacts, self.pace) = (t, contacts, pace);
         self.take_state();
         Ok(())
     }
@@ -315,8 +311,8 @@ impl Drive for Acting<'_> {
     }
 }
 
-impl Mover for Stepper<'_> {
-    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String> {
+impl Stepper for Swarm<'_> {
+    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, Halt> {
         let Self { scene, particles, pace, stiffness, .. } = self;
         let paced = pace.advance((t, landing), &scene.time.pace, |t, dt| {
             let acting = Acting { scene, t, end: t + dt };
@@ -333,41 +329,21 @@ impl Mover for Stepper<'_> {
             Ok((particles.step_along(stiffness, dt, &acting).map_err(failure)?, easy))
         })?;
         let Paced { t, dt, rejected, why, done: report } = paced;
-        self.contacts = report.contacts;
+        (self.t, self.contacts) = (t, report.contacts);
         self.take_state();
         let notes = why.iter().map(|why| shortened(t, dt, why)).collect();
-        Ok(Stride { t, dt, iterations: report.effort.iterations, rejected, notes })
+        Ok(Stride { t, dt, iterations: report.effort.iterations, rejected, coupled: None, notes })
     }
 
     fn state(&self) -> Vec<u8> {
-        postcard::to_stdvec(&(self.particles.state(), &self.contacts, &self.pace)).expect("numbers are always written")
+        let state = (self.t, self.particles.state(), &self.contacts, &self.pace);
+        postcard::to_stdvec(&state).expect("numbers are always written")
     }
 
-    fn poses(&self) -> &[Pose] {
-        &self.poses
-    }
-
-    fn twists(&self) -> &[Twist] {
-        &self.twists
-    }
-
-    fn contacts(&self) -> &[Contact] {
-        &self.contacts
-    }
-
-    fn holding(&self) -> Option<Wrench> {
-        None
-    }
-
-    fn flow(&self) -> Option<(space::Field, Integrator)> {
-        None
-    }
-
-    fn write_fields(&mut self, _: &Path, _: f64, _: &[Field]) -> Result<(), RunError> {
-        unreachable!("fields of particles are refused with the scene")
-    }
-
-    fn show(&self, _: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
-        Ok(())
+    fn look(&mut self, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
+        let (bodies, poses, twists, contacts) =
+            (&self.scene.bodies.bodies[..], &self.poses, &self.twists, &self.contacts);
+        let bodies = BodiesNow { bodies, poses, twists, contacts, holding: &|| Ok(None) };
+        then(&View { t: self.t, fields: None, bodies: Some(bodies), tissue: None })
     }
 }

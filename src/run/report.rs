@@ -13,8 +13,8 @@ use super::extremes;
 use super::forecast::{self, COUNTED, Count};
 use super::measures::{self, Gauges};
 use super::memory::{self, Unknowns};
-use super::writer::Writer;
-use super::{RunError, Setup, setup, tissue};
+use super::stepper::Wanted;
+use super::{RunError, cuts, maps, setup, tissue};
 use crate::mesh::quality::Quality;
 use crate::model::{ModelKind, TermStatus, rotation};
 use crate::scene::Scene;
@@ -235,13 +235,13 @@ const TRIED: f64 = 700.0;
 
 /// Begins a run as far as its first step, and leaves nothing.
 fn try_start(scene: &Scene) -> Result<(), RunError> {
-    let setup = Setup::within(scene, None)?;
-    Writer::check(scene, &setup)?;
-    if tissue::has_moving_bodies(scene) {
-        return tissue::try_start(scene, &setup);
-    }
-    setup.start(scene)?;
-    Gauges::new(scene, &setup).map(|_| ())
+    let wanted = Wanted { saved: None, file: Path::new("checkpoint.bin"), run: None };
+    tissue::stage(scene, &wanted, &mut |plan, ground, _| {
+        let ground = ground.expect("a tissue has a mesh");
+        maps::check_all_windows(plan.outputs, plan.source, &ground.mesh)?;
+        cuts::check(plan.outputs, ground)?;
+        Gauges::new(plan, Some(ground)).map(|_| ())
+    })
 }
 
 /// Whether an error on a coarser mesh is one of the scene itself, not of these cells.
@@ -265,7 +265,7 @@ pub(super) fn written_on(scene: &Scene, cells: f64, unknowns: [f64; 4]) -> f64 {
         degree: degree.into_iter().max().unwrap_or(1),
         bodies: scene.bodies.as_ref().map_or(0, |bodies| bodies.bodies.len()),
         checkpoint: unknowns[0] + (scene.time.order + 2) as f64 * (unknowns[1] + unknowns[2]),
-        columns: measures::columns(scene).len(),
+        columns: measures::columns(&scene.outputs, Some(scene)).len(),
         steps: disk::steps(scene.time.control.step, scene.time.end, scene.time.max_steps),
         end: scene.time.end,
     };

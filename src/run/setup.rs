@@ -11,12 +11,12 @@ use super::forecast::{COUNTED, Count, Samples};
 use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Need, Unknowns};
 use super::resolution;
+use super::stepper::Ground;
 use crate::expression::Expression;
 use crate::form::Integrator;
 use crate::measure::list::Premise;
-use crate::measure::{Inlet, MeasureError, Strain};
+use crate::measure::{Inlet, MeasureError};
 use crate::mesh::Mesh;
-use crate::mesh::locate::Locator;
 use crate::mesh::quality::Quality;
 use crate::model::boundary::PolarityCondition;
 use crate::model::compressible::Compressible;
@@ -33,12 +33,8 @@ use crate::time::{Checkpoint, Kind, March, Sheet};
 /// All that is built before the first step.
 #[derive(Debug)]
 pub struct Setup {
-    pub mesh: Arc<Mesh>,
-    pub quality: Quality,
-    pub locator: Locator,
+    pub ground: Ground,
     pub model: Box<dyn Sheet>,
-    /// The equation of the elastic strain, where some output needs it.
-    pub strain: Option<Strain>,
     /// Wall seconds that the setup took.
     pub seconds: f64,
     /// A remark on the start of a run, once it was made.
@@ -154,10 +150,10 @@ impl Setup {
         if let Some(structure) = need.structure {
             model.know_structure(structure);
         }
-        let locator = Locator::new(&mesh);
-        let strain = super::strain::prepare(scene, &mesh, model.conditions())?;
-        let seconds = begin.elapsed().as_secs_f64();
-        Ok(Self { quality: mesh.quality(), locator, model, strain, mesh, seconds, said_of_start: OnceLock::new() })
+        let mut ground = Ground::new(&mesh, &scene.mesh);
+        ground.strain = super::strain::prepare(scene, &mesh, model.conditions())?;
+        ground.disc = super::tissue::wake(scene).map(|(middle, end)| (middle.into(), end - middle.x));
+        Ok(Self { ground, model, seconds: begin.elapsed().as_secs_f64(), said_of_start: OnceLock::new() })
     }
 
     /// The polarity at t = 0.
@@ -297,17 +293,23 @@ impl Setup {
     pub fn check_disk(&self, scene: &Scene, folder: &Path) -> Result<(), RunError> {
         let model = &self.model;
         let counts = [model.velocity().dof_count(), model.volume().dof_count(), model.polarity().space.dof_count(), 0];
-        let bytes = super::report::written_on(scene, self.mesh.cells.len() as f64, counts.map(|n| n as f64));
+        let bytes = super::report::written_on(scene, self.ground.mesh.cells.len() as f64, counts.map(|n| n as f64));
         super::disk::check(scene.source(), bytes, folder)
     }
 
     /// Remarks of the scene, and those that need the mesh.
     pub fn remarks(&self, scene: &Scene) -> Vec<String> {
         let mut remarks = scene.remarks();
-        remarks.extend(mesh_remarks(&self.mesh));
-        remarks.extend(resolution_remarks(scene, &self.mesh, &self.quality));
+        remarks.extend(mesh_remarks(&self.ground.mesh));
+        remarks.extend(resolution_remarks(scene, &self.ground.mesh, &self.ground.quality));
         let (model, friction) = (&self.model, scene.parameters.friction);
-        remarks.extend(rotation::remark(&self.mesh, model.velocity(), model.conditions(), friction, scene.space.slip));
+        remarks.extend(rotation::remark(
+            &self.ground.mesh,
+            model.velocity(),
+            model.conditions(),
+            friction,
+            scene.space.slip,
+        ));
         remarks
     }
 }

@@ -4,11 +4,13 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::measures::{Gauges, Readings};
+use super::measures::Readings;
+use super::sheet::show;
+use super::stepper::{Coupled, Stepper, Stride};
+use super::stepping::Course;
 use super::summary::Ending;
-use super::writer::Writer;
-use super::{Options, RunError, extremes};
-use crate::output::progress::{Progress, Status};
+use super::{RunError, extremes};
+use crate::output::progress::Status;
 use crate::scene::Scene;
 use crate::steady::spectrum::Disc;
 use crate::steady::{
@@ -48,57 +50,67 @@ pub struct Eigenvalue {
     pub residual: f64,
 }
 
-/// A failure to write that a search has to carry through.
-type Broken = Option<RunError>;
-
-/// Searches from the state of `march` and leaves what was found there.
+/// Searches from the state of a march and leaves there what was found.
 ///
 /// # Errors
 /// Rows that cannot be written; a momentum balance or a formula that fails.
+///
+/// # Panics
+/// Where there is no march to search from: such scenes are refused.
 pub(super) fn search(
     scene: &Scene,
     settings: &SteadySettings,
-    options: &Options,
+    stepper: &mut dyn Stepper,
+    course: &mut Course,
+) -> Result<(Ending, SteadyReport), RunError> {
+    let mut result = None;
+    stepper.with_march(&mut |march| result = Some(search_from(scene, settings, march, course)));
+    result.expect("a scene with a search has a march")
+}
+
+fn search_from(
+    scene: &Scene,
+    settings: &SteadySettings,
     march: &mut March,
-    gauges: &mut Gauges,
-    writer: &mut Writer,
-    progress: &mut Progress,
+    course: &mut Course,
 ) -> Result<(Ending, SteadyReport), RunError> {
     let model = march.model;
     let (start, mut rows) = (model.carried(&march.state), march.counts.steps);
     let mut phases = std::mem::take(&mut march.phases);
-    let mut broken: Broken = None;
+    let mut broken: Option<RunError> = None;
+    let interrupt = course.options.interrupt;
     let mut seen = |event: Event| {
-        let row = match event {
+        let (stride, readings) = match event {
             Event::Note(text) => {
-                progress.say(&format!("note: {text}"));
+                course.progress.say(&format!("note: {text}"));
                 return Ok(());
             }
             Event::Pseudo(step, _) => {
-                progress.show_search(step.step, step.dt, step.residual, settings.residual);
-                (report_of(step), Ok(Readings::of_residual(step.residual)))
+                course.progress.show_search(step.step, step.dt, step.residual, settings.residual);
+                (stride_of(step), Ok(Readings::of_residual(step.residual)))
             }
             Event::Step(report, other) => {
-                let readings = gauges.read(other, report.t - report.dt);
+                let readings = read(course, report, other);
                 let residual = readings.as_ref().ok().and_then(|r| r.value("residual"));
                 let (step, iterations) = (report.step, report.iterations);
                 let status = Status { step, t: report.t, end: settings.march, dt: report.dt, iterations, residual };
-                progress.show(&status);
-                (report.clone(), readings)
+                course.progress.show(&status);
+                (Stride::from(report.clone()), readings)
             }
         };
         rows += 1;
-        let report = StepReport { step: rows, ..row.0 };
-        row.1.and_then(|readings| writer.append_history(&report, &readings)).map_err(|error| {
+        let written = readings.and_then(|readings| course.writer.append_history(rows, &stride, &readings));
+        written.map_err(|error| {
             broken = Some(error);
             Stall::Interrupted
         })
     };
-    let outcome = find(model, start, settings, scene.march(), options.interrupt, &mut phases, &mut seen);
+    let outcome = find(model, start, settings, scene.march(), interrupt, &mut phases, &mut seen);
     march.phases.add(&phases);
     if let Some(error) = broken {
         return Err(error);
     }
+    let progress = &course.progress;
     let search = outcome
         .map_err(|stall| RunError::Steady { origin: scene.source().origin().to_owned(), reason: stall.to_string() })?;
     let report = SteadyReport::new(&search);
@@ -127,19 +139,21 @@ pub(super) fn search(
     Ok((ending, report))
 }
 
+/// Measures what is due after a step of a march on the way of a search.
+fn read(course: &mut Course, report: &StepReport, march: &March) -> Result<Readings, RunError> {
+    let (before, mut readings) = (report.t - report.dt, Readings::default());
+    show(march, &mut |view| {
+        readings = course.gauges.read(view, before, report.step)?;
+        Ok(())
+    })?;
+    Ok(readings)
+}
+
 /// A pseudo-step as a row of the history.
-fn report_of(step: &PseudoStep) -> StepReport {
-    StepReport {
-        step: step.step,
-        t: step.t,
-        dt: step.dt,
-        order: 1,
-        iterations: step.products,
-        increment: step.change,
-        rate: f64::INFINITY,
-        converged: true,
-        rejected: step.rejected,
-    }
+fn stride_of(step: &PseudoStep) -> Stride {
+    let coupled = Some(Coupled { order: 1, increment: step.change, rate: f64::INFINITY });
+    let PseudoStep { t, dt, products: iterations, rejected, .. } = *step;
+    Stride { t, dt, iterations, rejected, coupled, notes: Vec::new() }
 }
 
 impl SteadyReport {

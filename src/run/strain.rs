@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{RunError, Setup};
+use super::RunError;
+use super::stepper::Ground;
+use super::view::Fields;
 use crate::measure::{MeasureError, Strain, Tensor};
 use crate::mesh::Mesh;
 use crate::model::momentum::tagged;
-use crate::model::{Conditions, Residuals, State, VelocityCondition};
-use crate::scene::Scene;
-use crate::time::March;
+use crate::model::{Conditions, VelocityCondition};
+use crate::scene::{Field, Scene};
 
 /// A residual above this belongs to a flow that changes.
 const STEADY: f64 = 1e-4;
@@ -26,41 +27,40 @@ pub(super) fn prepare(scene: &Scene, mesh: &Arc<Mesh>, conditions: &[Conditions]
 /// The strain in the flow of a state; what flows in is not strained.
 ///
 /// # Errors
-/// As [`Strain::of`].
-pub(super) fn at(setup: &Setup, state: &State) -> Result<Option<Tensor>, RunError> {
-    let Some(strain) = &setup.strain else { return Ok(None) };
-    let found = strain.of(setup.model.loops(), &state.v, |_| [0.0; 3]).map_err(MeasureError::from)?;
+/// A strain that cannot be solved for.
+pub(super) fn at(ground: &Ground, fields: &dyn Fields) -> Result<Option<Tensor>, RunError> {
+    let (Some(strain), Some(v)) = (&ground.strain, fields.field(Field::Velocity)?) else { return Ok(None) };
+    let found = strain.of(fields.loops(), &v, |_| [0.0; 3]).map_err(MeasureError::from)?;
     Ok(Some(found))
 }
 
-/// What is to be said of the strain of the last state.
-pub(super) fn notes(setup: &Setup, march: &mut March) -> Vec<String> {
+/// What is to be said of the strain of the last state, whose stationary equations leave that residual.
+pub(super) fn notes(ground: &Ground, fields: &dyn Fields, residual: Option<f64>) -> Result<Vec<String>, RunError> {
     let mut notes = Vec::new();
-    let Some(strain) = &setup.strain else { return notes };
-    let growth = strain.growth(setup.model.loops(), &march.state.v).filter(|growth| growth.value >= 1.0);
+    let (Some(strain), Some(v)) = (&ground.strain, fields.field(Field::Velocity)?) else { return Ok(notes) };
+    let growth = strain.growth(fields.loops(), &v).filter(|growth| growth.value >= 1.0);
     if let Some(growth) = growth {
         notes.push(format!(
-            "the elastic strain has no bound: near ({:.4}, {:.4}), where the flow comes to rest, 2 We λ(∇v) = {:.3} is not below 1, and \
-             what is shown there depends on the mesh; a `strain.weissenberg` below {:.3} gives a bounded one",
+            "the elastic strain has no bound: near ({:.4}, {:.4}), where the flow comes to rest, 2 We λ(∇v) = {:.3} is not \
+             below 1, and what is shown there depends on the mesh; a `strain.weissenberg` below {:.3} gives a bounded one",
             growth.x.x,
             growth.x.y,
             growth.value,
             strain.weissenberg / growth.value
         ));
     }
-    let stretch = at(setup, &march.state).ok().flatten().map(|tensor| tensor.least_stretch());
+    let stretch = at(ground, fields).ok().flatten().map(|tensor| tensor.least_stretch());
     if let Some(stretch) = stretch.filter(|stretch| stretch.value <= 0.0) {
         notes.push(format!(
-            "the elastic strain is no strain near ({:.4}, {:.4}): the least eigenvalue of I + ε is {:.3}, which must be positive; take a \
-             finer mesh or a smaller `strain.weissenberg`",
+            "the elastic strain is no strain near ({:.4}, {:.4}): the least eigenvalue of I + ε is {:.3}, which must be \
+             positive; take a finer mesh or a smaller `strain.weissenberg`",
             stretch.x.x, stretch.x.y, stretch.value
         ));
     }
-    let residual = march.residuals().ok().as_ref().map(Residuals::total);
     if let Some(residual) = residual.filter(|r| *r > STEADY) {
         notes.push(format!(
             "the elastic strain is that of a flow that stays as it is, but this one still changes (residual {residual:.1e})"
         ));
     }
-    notes
+    Ok(notes)
 }

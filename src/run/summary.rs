@@ -2,23 +2,22 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Duration;
 
 use serde::Serialize;
 
-use super::Setup;
+use super::Totals;
 use super::estimate::{self, Estimated};
 use super::steady::SteadyReport;
-use super::writer::Writer;
+use super::stepper::{Ground, Plan};
+use super::stepping::Begin;
 use crate::measure::Strain;
 use crate::measure::errors::{History, Norm};
 use crate::mesh::quality::Quality;
 use crate::model::Residuals;
 use crate::model::TermStatus;
 use crate::output::{OutputError, write_whole};
-use crate::scene::Scene;
-use crate::time::March;
 use crate::time::march::Counts;
+use crate::time::phases::Phases;
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -73,17 +72,56 @@ impl Ending {
 }
 
 /// Unknowns by field, and of the linear systems.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Unknowns {
     pub velocity: usize,
     pub pressure: usize,
     pub polarity: usize,
-    /// Of the Stokes system, boundary conditions removed.
+    /// Of the linear system of the flow, boundary conditions removed; of particles three per body.
     pub stokes_system: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stream_function: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elastic_strain: Option<usize>,
+}
+
+/// The mesh of a flow; particles have none.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum MeshFacts {
+    Flow(Box<Quality>),
+    None { cells: usize },
+}
+
+impl MeshFacts {
+    /// How many cells there are.
+    pub fn cells(&self) -> usize {
+        match self {
+            MeshFacts::Flow(quality) => quality.cells,
+            MeshFacts::None { cells } => *cells,
+        }
+    }
+}
+
+/// What is told of rigid bodies that move.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BodyFacts {
+    /// Number of bodies.
+    pub bodies: usize,
+    pub walls: usize,
+    /// Largest overlap of bodies with each other or with walls after any step, 0 without one; of pairs whose motion is
+    /// given, too.
+    pub largest_overlap: f64,
+}
+
+/// What a run has come to.
+pub(super) struct Found {
+    pub ending: Ending,
+    /// That was reached.
+    pub time: f64,
+    pub residuals: Option<Residuals>,
+    pub measures: BTreeMap<&'static str, f64>,
+    pub errors: Option<History>,
 }
 
 /// Everything in `summary.json`.
@@ -96,8 +134,10 @@ pub struct Summary {
     /// Time that was reached.
     pub time: f64,
     pub terms: Vec<TermStatus>,
-    pub mesh: Quality,
+    pub mesh: MeshFacts,
     pub unknowns: Unknowns,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<BodyFacts>,
     #[serde(flatten)]
     pub counts: Counts,
     /// Sparse factorisations of this process during the run: Stokes, masses, stream function; a polarity matrix only
@@ -106,7 +146,9 @@ pub struct Summary {
     /// Solves with these factors.
     pub direct_solves: usize,
     /// Residuals of the stationary equations at the last state.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub residual: Option<f64>,
     pub measures: BTreeMap<&'static str, f64>,
     /// Of the measures' discretisation errors, where the scene asks for them.
@@ -130,6 +172,7 @@ pub struct Summary {
     pub seconds: BTreeMap<&'static str, f64>,
     pub seconds_total: f64,
     /// Wall seconds of one iteration of the coupling, on average.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub seconds_per_iteration: Option<f64>,
     /// Largest resident memory of the process, where the system tells.
     pub peak_memory_mib: Option<f64>,
@@ -148,44 +191,42 @@ fn is_false(flag: &bool) -> bool {
 const ITERATION: [&str; 5] = ["force", "stokes", "polarity assembly", "polarity factors", "polarity solve"];
 
 impl Summary {
-    #[allow(clippy::too_many_arguments)]
     pub(super) fn new(
-        scene: &Scene,
-        setup: &Setup,
-        march: &March,
-        writer: &Writer,
-        ending: Ending,
-        residuals: Option<Residuals>,
-        measures: BTreeMap<&'static str, f64>,
-        total: Duration,
-        counts_before: [usize; 2],
+        plan: &Plan,
+        ground: Option<&Ground>,
+        totals: Totals,
+        found: Found,
+        phases: &Phases,
+        begin: Begin,
     ) -> Self {
         let [factorisations, direct_solves] = crate::solve::sparse::counts();
-        let model = &setup.model;
-        let mut seconds = march.phases.seconds();
-        seconds.insert("setup", setup.seconds);
+        let mut seconds = phases.seconds();
+        seconds.insert("setup", plan.setup_seconds);
         let inner: f64 = ITERATION.iter().filter_map(|name| seconds.get(name)).sum();
         // every iteration computes the force once, those of rejected steps as well
-        let here = march.phases.calls("force");
-        Self {
-            title: scene.title.clone(),
+        let here = phases.calls("force");
+        let Found { ending, time, residuals, measures, errors } = found;
+        let mut summary = Self {
+            title: plan.title.map(str::to_owned),
             status: ending.status(),
-            estimates_pending: estimate::is_pending(scene, &ending),
+            estimates_pending: plan.tissue.is_some_and(|scene| estimate::is_pending(scene, &ending)),
             ending,
-            time: march.t,
-            terms: scene.terms(),
-            mesh: setup.quality.clone(),
+            time,
+            terms: plan.terms.clone(),
+            mesh: ground.map_or(MeshFacts::None { cells: 0 }, |g| MeshFacts::Flow(Box::new(g.quality.clone()))),
             unknowns: Unknowns {
-                velocity: model.velocity().dof_count(),
-                pressure: model.volume().dof_count(),
-                polarity: model.polarity().space.dof_count(),
-                stokes_system: model.flow_unknowns(),
-                stream_function: writer.stream_unknowns(),
-                elastic_strain: setup.strain.as_ref().map(Strain::unknowns),
+                stream_function: ground.and_then(Ground::stream_unknowns),
+                elastic_strain: ground.and_then(|ground| ground.strain.as_ref()).map(Strain::unknowns),
+                ..plan.unknowns
             },
-            counts: march.counts,
-            factorisations: factorisations - counts_before[0],
-            direct_solves: direct_solves - counts_before[1],
+            bodies: plan.tells_of_bodies.then_some(BodyFacts {
+                bodies: plan.bodies.len(),
+                walls: plan.walls.len(),
+                largest_overlap: totals.overlap,
+            }),
+            counts: totals.counts,
+            factorisations: factorisations - begin.counts[0],
+            direct_solves: direct_solves - begin.counts[1],
             residuals,
             residual: residuals.as_ref().map(Residuals::total),
             measures,
@@ -195,13 +236,15 @@ impl Summary {
             errors: BTreeMap::new(),
             steady: None,
             seconds,
-            seconds_total: total.as_secs_f64(),
+            seconds_total: begin.at.elapsed().as_secs_f64(),
             seconds_per_iteration: (here > 0).then(|| inner / here as f64),
             peak_memory_mib: peak_memory_mib(),
             threads: rayon::current_num_threads(),
             said: Vec::new(),
             version: env!("CARGO_PKG_VERSION"),
-        }
+        };
+        summary.take_errors(errors.as_ref());
+        summary
     }
 
     /// Takes the errors against exact fields over; without a step there are none.
@@ -262,7 +305,13 @@ impl std::fmt::Display for Summary {
             writeln!(out, "t = {} after {steps} steps ({rejected} rejected): {end}", self.time)?;
             let mean = self.counts.nonlinear_iterations as f64 / steps.max(1) as f64;
             let each = self.seconds_per_iteration.map_or_else(String::new, |s| format!(", {} each", duration(s)));
-            writeln!(out, "{mean:.1} iterations a step{each}; {:.1} s in all", self.seconds_total)?;
+            let (bodies, of) = match self.bodies {
+                Some(BodyFacts { bodies: 1, .. }) => ("1 body, ".to_owned(), " of contact"),
+                Some(BodyFacts { bodies, .. }) => (format!("{bodies} bodies, "), " of contact"),
+                None => (String::new(), ""),
+            };
+            let of = if self.seconds_per_iteration.is_some() { "" } else { of };
+            writeln!(out, "{bodies}{mean:.1} iterations{of} a step{each}; {:.1} s in all", self.seconds_total)?;
         }
         if let Some(residual) = self.residual {
             writeln!(out, "residual of the stationary equations {residual:.3e}")?;
@@ -280,6 +329,9 @@ impl std::fmt::Display for Summary {
                 Some(error) => writeln!(out, " ± {error:.1e}")?,
                 None => writeln!(out)?,
             }
+        }
+        if let Some(overlap) = self.bodies.map(|facts| facts.largest_overlap).filter(|overlap| *overlap > 0.0) {
+            writeln!(out, "largest overlap {overlap:.3e}, over all steps")?;
         }
         let memory = self.peak_memory_mib.map_or_else(|| "unknown".into(), |m| format!("{m:.0} MiB"));
         write!(out, "peak memory {memory}")

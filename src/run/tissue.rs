@@ -2,36 +2,28 @@
 //!
 //! Bodies that are all fixed need none of this: their scene runs like any other, search for a steady state included.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
-use super::maps::{self, Caption, Source};
-use super::motion::easel::Easel;
-use super::motion::saved::SavedMotion;
-use super::motion::{self, MotionSummary, Mover, Plan, Stride};
 use super::resolution::Resolution;
-use super::setup::{Setup, describe};
-use super::{Options, RunError, writer};
+use super::sheet;
+use super::stepper::{Halt, MARCH_COLUMNS, Stage, Stepper, Stride, Wanted};
+use super::view::{TissueFields, TissueNow, View};
+use super::{RunError, Setup};
 use crate::body::guide::Guide;
 use crate::body::{Body, Hold};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moved, Solver, Wall};
-use crate::form::Integrator;
-use crate::measure::bodies::Load;
+use crate::measure::list::{Bodies as BodiesNow, OfMarch};
 use crate::mesh::{Mesh, Point};
 use crate::model::incompressible::{Description, Incompressible};
 use crate::model::momentum::MomentumError;
-use crate::output::OutputError;
-use crate::output::bodies::{Cast, Moment};
-use crate::output::vtk::{self, Grid, write_vtu};
 use crate::scene::bodies::Bodies;
-use crate::scene::{Field, Scene, SceneError, What};
+use crate::scene::{Scene, SceneError, What};
 use crate::scheme::pace::Refusal;
-use crate::shape::Wrench;
 use crate::shape::{Pose, Shape, Twist};
+use crate::time::march::Counts;
 use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
-use crate::time::{Kind, Sheet, StepReport};
+use crate::time::{Kind, March, OwnedSheet};
 
 /// Whether a scene has bodies that move.
 pub fn has_moving_bodies(scene: &Scene) -> bool {
@@ -86,22 +78,11 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
                     let rule = "bodies that are all fixed neither move nor touch anything anew";
                     return refuse(key, &name, rule, "take `holding`, the force that holds the first body, or `body`");
                 }
-                for measure in measures.iter().filter(|measure| measure.is_of_tissue()) {
-                    let key = format!("output.{at}.measures");
-                    let name = format!("\"{}\"", measure.name);
-                    if moving {
-                        let rule = "this measure is not taken in a tissue with bodies that move";
-                        return refuse(key, &name, rule, "measure the bodies (`body`, `gap`, …), or fix them");
-                    }
-                    if measure.reads_bodies() {
-                        let rule = "this measure would take the inside of bodies for tissue";
-                        return refuse(key, &name, rule, "leave it out, or take a mesh with a hole");
-                    }
+                if let Some(measure) = measures.iter().find(|measure| measure.reads_bodies()) {
+                    let (key, name) = (format!("output.{at}.measures"), format!("\"{}\"", measure.name));
+                    let rule = "this measure would take the inside of bodies for tissue";
+                    return refuse(key, &name, rule, "leave it out, or take a mesh with a hole");
                 }
-            }
-            What::Cuts(_) if moving => {
-                let rule = "there are no cuts of a tissue with bodies that move";
-                return refuse(format!("output.{at}.cuts"), "(given)", rule, "ask for `fields`");
             }
             What::Maps(_) | What::Cuts(_) | What::Fields(_) | What::Bodies { .. } | What::Checkpoint => {}
         }
@@ -121,171 +102,79 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
     Ok(())
 }
 
-/// The bodies of a run in which all of them are fixed.
-#[derive(Debug, Clone)]
-pub struct AtRest {
-    pub cast: Cast,
-    poses: Vec<Pose>,
-    twists: Vec<Twist>,
-    loads: Vec<Load>,
-}
-
-impl AtRest {
-    /// At a time.
-    pub fn moment(&self, time: f64) -> Moment<'_> {
-        let Self { cast, poses, twists, loads } = self;
-        Moment { cast, time, poses, twists, loads, contacts: &[] }
+/// Prepares a tissue, with bodies that move or without, at its start or where its checkpoint has it.
+///
+/// # Errors
+/// Anything that is wrong before the first step.
+pub(super) fn stage(scene: &Scene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
+    if !has_moving_bodies(scene) {
+        return sheet::stage(scene, wanted, then);
     }
-}
-
-/// The bodies of a scene that are all fixed, if it has some.
-pub fn at_rest(scene: &Scene, setup: &Setup) -> Option<AtRest> {
-    let bodies = scene.bodies.as_ref()?;
-    let Kind::Incompressible(model) = setup.model.kind() else { return None };
-    let cast = Cast::new(&bodies.bodies, &bodies.walls_on(&setup.mesh));
-    let count = bodies.bodies.len();
-    Some(AtRest {
-        cast,
-        poses: model.poses().to_vec(),
-        twists: vec![Twist::ZERO; count],
-        loads: vec![Load::ZERO; count],
-    })
-}
-
-/// The tissue and the bodies that a run has left in its folder, and the walls.
-///
-/// # Errors
-/// A checkpoint that does not belong to the scene.
-pub(super) fn finished(
-    scene: &Scene,
-    saved: &SavedMotion,
-    file: &Path,
-) -> Result<(Box<dyn Mover>, Vec<Wall>), RunError> {
-    // nothing will be solved for, so the memory of a run is not needed
-    let setup = Setup::within(scene, None)?;
-    let (mesh, p) = (setup.mesh.clone(), setup.initial(scene)?.values);
-    drop(setup);
-    let bodies = scene.bodies.as_ref().expect("the scene has bodies");
-    let model = around(&mesh, &describe(scene, &mesh), bodies);
-    let model =
-        model.map_err(|error| RunError::Model { origin: scene.source().origin().into(), error: Box::new(error) })?;
-    let walls = bodies.walls_on(&mesh);
-    let mover = swimmers((scene, bodies, &walls), model, p, Some(saved), file)?;
-    Ok((Box::new(mover), walls))
-}
-
-/// The bodies at the start of a run, or as its checkpoint in `file` has them.
-fn swimmers(
-    (scene, bodies, walls): (&Scene, &Bodies, &[Wall]),
-    model: Incompressible,
-    p: Vec<f64>,
-    saved: Option<&SavedMotion>,
-    file: &Path,
-) -> Result<Swimmers, RunError> {
-    let origin = scene.source().origin();
-    let failed = |error: MomentumError| RunError::Model { origin: origin.into(), error: Box::new(error) };
-    let mut contact = match &bodies.contact {
-        None => None,
-        Some(settings) => {
-            let settings = crate::contact::Settings { overlap: 1e-3, ..settings.settings() };
-            let solver = Solver::new(walls, settings);
-            let solver = solver.map_err(|error| RunError::Contact { origin: origin.into(), error: Box::new(error) })?;
-            let (kept, bodies, friction) = (solver.bonds().clone(), bodies.bodies.clone(), scene.parameters.friction);
-            Some(Pushed { bodies, solver, kept, contacts: Vec::new(), friction })
-        }
-    };
-    let mut contacts = Vec::new();
-    let march = match saved {
-        None => MovingMarch::start(model, scene.march(), p, bodies.rigid.order)
-            .map_err(|error| RunError::begin(origin, error))?,
-        Some(saved) => {
-            let (hint, what) = ("run the scene again", "does not fit its scene".to_owned());
-            let unfit = || RunError::Output(OutputError::Malformed { path: file.display().to_string(), what, hint });
-            saved.check_mesh(&model.loops.mesh, file)?;
-            let (state, found, bonds): (MovingCheckpoint, Vec<Contact>, Option<Bonds>) =
-                postcard::from_bytes(&saved.state).map_err(|_| unfit())?;
-            contacts = found;
-            if let (Some(pushed), Some(bonds)) = (&mut contact, bonds) {
-                pushed.kept = bonds;
-            }
-            MovingMarch::resume(model, scene.march(), state).map_err(failed)?
-        }
-    };
-    let mesh = &march.model().loops.mesh;
-    let mut resolution = Resolution::new(mesh, bodies.bodies.len());
-    // the run has told of those that are small at its start
-    resolution.of_bodies(mesh, &bodies.bodies, march.poses());
-    resolution.of_boundary(mesh, &bodies.bodies, march.poses());
-    let easel = Easel::new(Caption::of(scene));
-    Ok(Swimmers { resolution, march, contact, grid: None, contacts, easel })
-}
-
-/// Prepares the bodies of a scene and the flow about them, as a run does before its first step.
-///
-/// # Errors
-/// As those of a run.
-pub(super) fn try_start(scene: &Scene, setup: &Setup) -> Result<(), RunError> {
-    let bodies = scene.bodies.as_ref().expect("the scene has bodies");
+    let setup = wanted.setup(scene)?;
     let p = setup.initial(scene)?.values;
-    let model = around(&setup.mesh, &describe(scene, &setup.mesh), bodies)
-        .map_err(|error| RunError::Model { origin: scene.source().origin().into(), error: Box::new(error) })?;
-    let walls = bodies.walls_on(&setup.mesh);
-    swimmers((scene, bodies, walls.as_slice()), model, p, None, Path::new("checkpoint.bin")).map(|_| ())
-}
-
-/// Runs a scene with bodies that move to its end and leaves the results in `options.out`.
-///
-/// # Errors
-/// Anything that is wrong before the first step, and results that cannot be written.
-pub fn run(scene: &Scene, options: &Options) -> Result<MotionSummary, RunError> {
-    let begin = Instant::now();
-    let text = scene.resolved_toml();
-    let saved = motion::prepare(&text, options)?;
-    let setup = Setup::new(scene)?;
-    setup.check_disk(scene, &options.out)?;
-    let origin = scene.source().origin();
-    let bodies = scene.bodies.as_ref().expect("the scene has bodies");
-    let p = setup.initial(scene)?.values;
-    let remarks = setup.remarks(scene);
-    maps::check_all_windows(&scene.outputs, scene.source(), &setup.mesh)?;
-    let Setup { mesh, quality, model, .. } = setup;
-    let unknowns =
-        [model.velocity().dof_count(), model.volume().dof_count(), model.flow_unknowns() + model.carried_len()];
-    // the model is needed by value
-    drop(model);
-    let failed = |error: MomentumError| RunError::Model { origin: origin.into(), error: Box::new(error) };
-    let model = around(&mesh, &describe(scene, &mesh), bodies).map_err(failed)?;
-    let walls = bodies.walls_on(&mesh);
-    let given = (scene, bodies, walls.as_slice());
-    let mut mover = swimmers(given, model, p, saved.as_ref(), &options.out.join("checkpoint.bin"))?;
-    let plan = Plan {
-        title: scene.title.as_deref(),
-        origin: scene.source().origin(),
-        text,
-        end: scene.time.end,
-        max_steps: scene.time.max_steps,
-        suspect: super::extremes::of_scene(scene),
-        outputs: &scene.outputs,
-        bodies: &bodies.bodies,
-        walls,
-        terms: scene.parameters.terms(),
-        remarks,
-        mesh: Some(quality),
-        fingerprint: mesh.fingerprint(),
-        unknowns,
-        setup_seconds: begin.elapsed().as_secs_f64(),
+    let plan = setup.plan(scene);
+    let Setup { ground, model, .. } = setup;
+    let OwnedSheet::Incompressible(model) = model.owned() else {
+        unreachable!("bodies in a compressible sheet are refused with the scene")
     };
-    motion::run(&plan, &mut mover, options, saved)
+    let bodies = scene.bodies.as_ref().expect("the scene has bodies");
+    let mut stepper = MovingTissue::new((scene, bodies, &plan.walls), *model, p, wanted)?;
+    then(&plan, Some(&ground), &mut stepper)
 }
 
-/// Bodies in a tissue.
-struct Swimmers {
+/// Bodies that move in a tissue.
+struct MovingTissue {
     march: MovingMarch,
     contact: Option<Pushed>,
-    grid: Option<Grid>,
     contacts: Vec<Contact>,
-    easel: Easel,
     resolution: Resolution,
+}
+
+/// What a checkpoint holds.
+type State = (MovingCheckpoint, Vec<Contact>, Option<Bonds>);
+
+impl MovingTissue {
+    /// The bodies at the start of a run, or as its checkpoint has them.
+    fn new(
+        (scene, bodies, walls): (&Scene, &Bodies, &[Wall]),
+        model: Incompressible,
+        p: Vec<f64>,
+        wanted: &Wanted,
+    ) -> Result<Self, RunError> {
+        let origin = scene.source().origin();
+        let failed = |error: MomentumError| RunError::Model { origin: origin.into(), error: Box::new(error) };
+        let mut contact = match &bodies.contact {
+            None => None,
+            Some(settings) => {
+                let settings = crate::contact::Settings { overlap: 1e-3, ..settings.settings() };
+                let solver = Solver::new(walls, settings);
+                let solver =
+                    solver.map_err(|error| RunError::Contact { origin: origin.into(), error: Box::new(error) })?;
+                let (kept, bodies, friction) =
+                    (solver.bonds().clone(), bodies.bodies.clone(), scene.parameters.friction);
+                Some(Pushed { bodies, solver, kept, contacts: Vec::new(), friction })
+            }
+        };
+        let mut contacts = Vec::new();
+        wanted.check_mesh(&model.loops.mesh)?;
+        let march = match wanted.unpack::<State>()? {
+            None => MovingMarch::start(model, scene.march(), p, bodies.rigid.order)
+                .map_err(|error| RunError::begin(origin, error))?,
+            Some((state, found, bonds)) => {
+                contacts = found;
+                if let (Some(pushed), Some(bonds)) = (&mut contact, bonds) {
+                    pushed.kept = bonds;
+                }
+                MovingMarch::resume(model, scene.march(), state).map_err(failed)?
+            }
+        };
+        let mesh = &march.model().loops.mesh;
+        let mut resolution = Resolution::new(mesh, bodies.bodies.len());
+        // the run has told of those that are small at its start
+        resolution.of_bodies(mesh, &bodies.bodies, march.poses());
+        resolution.of_boundary(mesh, &bodies.bodies, march.poses());
+        Ok(Self { resolution, march, contact, contacts })
+    }
 }
 
 /// What contact leaves of the twists that a tissue gives to bodies.
@@ -321,24 +210,24 @@ impl Referee for Pushed {
 /// No step is given up half-way: the loop ends after it.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-impl Mover for Swimmers {
-    fn advance(&mut self, _: f64, landing: f64) -> Result<Stride, String> {
+impl Stepper for MovingTissue {
+    fn advance(&mut self, _: f64, landing: f64) -> Result<Stride, Halt> {
         let referee: &mut dyn Referee = match &mut self.contact {
             Some(pushed) => pushed,
             None => &mut NoReferee,
         };
-        let report = self.march.advance(landing, &NEVER, referee).map_err(|error: MovingError| error.to_string())?;
+        let report = self.march.advance(landing, &NEVER, referee);
+        let report = report.map_err(|error: MovingError| Halt::from(error.to_string()))?;
         if let Some(pushed) = &self.contact {
             self.contacts.clone_from(&pushed.contacts);
         }
-        let StepReport { t, dt, iterations, rejected, .. } = report;
         let model = self.march.model();
         let (mesh, bodies) = (&model.loops.mesh, model.bodies.as_ref().expect("a tissue with bodies").bodies());
         let mut notes: Vec<String> = Vec::new();
         notes.extend(self.resolution.of_bodies(mesh, bodies, self.march.poses()));
         notes.extend(self.resolution.of_boundary(mesh, bodies, self.march.poses()));
         notes.extend(self.resolution.of_gaps(mesh, bodies, &self.contacts));
-        Ok(Stride { t, dt, iterations, rejected, notes })
+        Ok(Stride { notes, ..Stride::from(report) })
     }
 
     fn state(&self) -> Vec<u8> {
@@ -346,69 +235,35 @@ impl Mover for Swimmers {
         postcard::to_stdvec(&(self.march.checkpoint(), &self.contacts, bonds)).expect("numbers are always written")
     }
 
-    fn poses(&self) -> &[Pose] {
-        self.march.poses()
+    fn counts(&mut self) -> Option<Counts> {
+        Some(self.march.with(|march| march.counts))
     }
 
-    fn twists(&self) -> &[Twist] {
-        self.march.twists()
+    fn look(&mut self, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
+        let Self { march: moving, contacts, .. } = self;
+        let (poses, twists) = (moving.poses().to_vec(), moving.twists().to_vec());
+        moving.with(|march| {
+            let (state, t) = (&march.state, march.t);
+            let Kind::Incompressible(model) = march.model.kind() else {
+                unreachable!("bodies move in an incompressible sheet")
+            };
+            let floating = model.bodies.as_ref().expect("a tissue with bodies");
+            // a flow that was solved for can be solved for again
+            let holding = || Ok(model.holding(state, t).ok().and_then(|held| held.first().copied()));
+            let (bodies, contacts) = (floating.bodies(), &contacts[..]);
+            let bodies = BodiesNow { bodies, poses: &poses, twists: &twists, contacts, holding: &holding };
+            let counted = OfMarch { limited: march.limited(), mass_counted: march.mass_counted() };
+            let tissue = TissueNow { model: march.model, state, rate_of_p: march.rate_of_p(), march: counted };
+            let fields = TissueFields { model: march.model, state, t };
+            then(&View { t, fields: Some(&fields), bodies: Some(bodies), tissue: Some(tissue) })
+        })
     }
 
-    fn contacts(&self) -> &[Contact] {
-        &self.contacts
+    fn step_columns(&self) -> &'static [&'static str] {
+        MARCH_COLUMNS
     }
 
-    fn show(&self, then: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
-        then(&self.easel, Source::Tissue { model: self.march.model(), state: self.march.state() })
+    fn with_march(&mut self, then: &mut dyn FnMut(&mut March)) {
+        self.march.with(|march| then(march));
     }
-
-    fn holding(&self) -> Option<Wrench> {
-        let t = self.march.time();
-        // a flow that was solved for can be solved for again
-        self.march.model().holding(self.march.state(), t).ok()?.first().copied()
-    }
-
-    fn flow(&self) -> Option<(crate::space::Field, Integrator)> {
-        Some((self.march.state().v.clone(), self.march.model().tissue().clone()))
-    }
-
-    fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError> {
-        let model = self.march.model();
-        let degree = model.momentum.velocity.degree.max(model.polarity.space.degree);
-        let bent = model.loops.mesh.curved.iter().flatten().map(|nodes| nodes.degree).max().unwrap_or(1);
-        let grid = self.grid.get_or_insert_with(|| Grid::new(&model.loops.mesh, degree.max(bent)));
-        let named = self.march.with(|march| -> Result<Vec<_>, RunError> {
-            fields.iter().map(|field| Ok((*field, of(march, *field)?))).collect()
-        })?;
-        let at_nodes: Vec<_> =
-            named.iter().map(|(field, values)| (*field, writer::nodal(values, grid.degree))).collect();
-        let list: Vec<vtk::Field> = at_nodes
-            .iter()
-            .map(|(field, (components, values))| vtk::Field { name: field.name(), components: *components, values })
-            .collect();
-        Ok(write_vtu(path, grid, t, &list)?)
-    }
-}
-
-/// A field at the current state.
-fn of(march: &crate::time::March, field: Field) -> Result<crate::space::Field, RunError> {
-    let (state, model): (_, &dyn Sheet) = (&march.state, march.model);
-    Ok(match field {
-        Field::Velocity => state.v.clone(),
-        Field::Pressure => model.pressure(state)?,
-        Field::Density => state.volume().clone(),
-        Field::Polarity => state.p.clone(),
-        Field::MolecularField => model.molecular_field(state, march.t),
-        Field::StreamFunction => {
-            crate::measure::StreamFunction::new(model.loops(), model.velocity())?.of(model.loops(), &state.v)?
-        }
-        Field::PolarityLaplacian => model.polarity_laplacian(state, march.t),
-        Field::TissueVelocity => {
-            let speed = model.parameters().traction / model.parameters().friction;
-            let mut v = state.v.clone();
-            v.values.iter_mut().step_by(2).for_each(|v1| *v1 -= speed);
-            v
-        }
-        Field::ElasticStrain => unreachable!("refused with the scene"),
-    })
 }

@@ -74,7 +74,7 @@ fn find_and_follow(
     for remark in base.remarks(&scene) {
         progress.say(&format!("note: {remark}"));
     }
-    let gauges = Gauges::new(&scene, &base)?;
+    let gauges = Gauges::new(&base.plan(&scene), Some(&base.ground))?;
     let settings = scene.steady.expect("the study asks for steady states");
     let (residual, eigenvalues) = (settings.residual, settings.eigenvalues.max(1));
     let mut seen = |event: Event| -> Result<(), Stall> {
@@ -110,7 +110,7 @@ fn find_and_follow(
     }
     let model = |value: f64| {
         let scene = study.scene_at(value).map_err(|error| outside(&error))?;
-        let description = setup::describe(&scene, &base.mesh);
+        let description = setup::describe(&scene, &base.ground.mesh);
         let changed = base.model.changed(&description.parameters, &description.conditions, &description.sources);
         changed.map_err(|error| Stall::Failed(error.into()))
     };

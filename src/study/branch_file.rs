@@ -147,7 +147,7 @@ impl BranchStudy {
         // both ends must be scenes, or every point near them would fail
         for value in [study.start, study.range[0], study.range[1]] {
             let scene = study.scene_at(value)?;
-            study.check_measure(&crate::run::measures::columns(&scene))?;
+            study.check_measure(&crate::run::measures::columns(&scene.outputs, Some(&scene)))?;
         }
         Ok(study)
     }

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use super::child::{self, Job, RunSummary};
 use super::pool::{self, Gate};
 use super::results::Found;
+use crate::output::checkpoint::Saved;
 use crate::output::lock::{LOCK, Lock};
 use crate::output::progress::Verbosity;
 use crate::output::{OutputError, say};
-use crate::run::motion::saved::scene_of;
 use crate::run::{Options, any, estimate};
 use crate::scene::{AnyScene, renamed};
 
@@ -47,7 +47,7 @@ impl Workshop<'_> {
         }
         let resumable = same
             && scene.tissue().is_none_or(|scene| scene.steady.is_none())
-            && scene_of(&folder.join("checkpoint.bin")).is_some_and(|saved| renamed::modern(&saved).0 == text);
+            && Saved::read(&folder.join("checkpoint.bin")).is_ok_and(|saved| renamed::modern(&saved.scene).0 == text);
         let pass = self.gate.as_ref().map(|gate| gate.enter(pool::need(scene).unwrap_or(0.0)));
         if self.interrupt.load(Ordering::Relaxed) {
             return Ok(None);

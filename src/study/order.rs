@@ -165,15 +165,15 @@ fn run_level(
     let model = &setup.model;
     Ok(Level {
         n,
-        h: setup.quality.h_max,
+        h: setup.ground.quality.h_max,
         dt: (0..2).map(|k| scene.march().length(scene.time.control.step, k)).fold(0.0, f64::max),
-        cells: setup.mesh.cells.len(),
+        cells: setup.ground.mesh.cells.len(),
         unknowns: model.flow_unknowns() + model.carried_len(),
         errors,
         counts: steps.counts,
         factorisations: crate::solve::sparse::counts()[0] - before,
         seconds: begin.elapsed().as_secs_f64(),
-        promise: Promise::of(&scene, &setup.mesh),
+        promise: Promise::of(&scene, &setup.ground.mesh),
         failure,
     })
 }

@@ -221,7 +221,8 @@ pub(super) fn measures_of(scene: &AnyScene) -> Vec<&'static str> {
 }
 
 fn measures_of_tissue(scene: &Scene) -> Vec<&'static str> {
-    let mut names: Vec<&str> = columns(scene).into_iter().filter(|name| !name.starts_with("residual")).collect();
+    let mut names: Vec<&str> =
+        columns(&scene.outputs, Some(scene)).into_iter().filter(|name| !name.starts_with("residual")).collect();
     if !measured(&scene.outputs).contains(&&FREE_ENERGY) {
         names.retain(|name| !name.starts_with("free_energy"));
     }

@@ -6,7 +6,7 @@ use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
 use super::incompressible::{LINEAR_REDUCTION, scaled};
-use super::sheet::{Kind, Passes, Settled, Sheet, Tangent, Weights};
+use super::sheet::{Kind, OwnedSheet, Passes, Settled, Sheet, Tangent, Weights};
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::model::compressible::{self, Compressible, Squeezed};
@@ -24,6 +24,10 @@ use crate::space::{Field, Space};
 impl Sheet for Compressible {
     fn kind(&self) -> Kind<'_> {
         Kind::Compressible(self)
+    }
+
+    fn owned(self: Box<Self>) -> OwnedSheet {
+        OwnedSheet::Compressible(self)
     }
 
     fn parameters(&self) -> &Parameters {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
-use super::sheet::{Kind, Passes, Settled, Sheet, Tangent, Weights};
+use super::sheet::{Kind, OwnedSheet, Passes, Settled, Sheet, Tangent, Weights};
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::model::incompressible::{Incompressible, Inputs};
@@ -27,6 +27,10 @@ pub(super) const LINEAR_REDUCTION: f64 = 1e-2;
 impl Sheet for Incompressible {
     fn kind(&self) -> Kind<'_> {
         Kind::Incompressible(self)
+    }
+
+    fn owned(self: Box<Self>) -> OwnedSheet {
+        OwnedSheet::Incompressible(self)
     }
 
     fn parameters(&self) -> &Parameters {

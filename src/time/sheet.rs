@@ -56,6 +56,13 @@ pub enum Kind<'m> {
     Compressible(&'m Compressible),
 }
 
+/// A model of its own, by its kind.
+#[derive(Debug)]
+pub enum OwnedSheet {
+    Incompressible(Box<Incompressible>),
+    Compressible(Box<Compressible>),
+}
+
 /// The exact derivative of the equations of one step with the flow eliminated, `R′`.
 pub trait Tangent: Sync {
     /// `out = R′ y`
@@ -84,6 +91,8 @@ pub trait Passes {
 pub trait Sheet: Debug + Sync {
     /// Which one it is.
     fn kind(&self) -> Kind<'_>;
+    /// The model itself, by its kind.
+    fn owned(self: Box<Self>) -> OwnedSheet;
     fn parameters(&self) -> &Parameters;
     /// One per mesh tag.
     fn conditions(&self) -> &[Conditions];

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use monolayer::output::progress::Verbosity;
-use monolayer::run::motion::MotionSummary;
-use monolayer::run::{Ending, Options, any};
+use monolayer::run::{Ending, Options, Summary, any};
 use monolayer::scene::AnyScene;
 use tempfile::TempDir;
 
@@ -28,7 +27,7 @@ pub struct Row {
 /// What a run left.
 pub struct Left {
     pub folder: TempDir,
-    pub summary: MotionSummary,
+    pub summary: Summary,
     pub rows: Vec<Row>,
 }
 
@@ -45,6 +44,11 @@ impl Left {
 
     pub fn measure(&self, name: &str) -> f64 {
         self.summary.measures.get(name).copied().unwrap_or_else(|| panic!("{name}: {:?}", self.summary.measures))
+    }
+
+    /// The largest overlap of all steps.
+    pub fn overlap(&self) -> f64 {
+        self.summary.bodies.expect("the scene has bodies").largest_overlap
     }
 
     /// Largest value of a column of `history.csv`.
@@ -77,14 +81,11 @@ fn folder_of(folder: &TempDir) -> std::path::PathBuf {
     folder.path().join("out")
 }
 
-fn attempt(text: &str, folder: &Path, resume: bool) -> Result<MotionSummary, String> {
+fn attempt(text: &str, folder: &Path, resume: bool) -> Result<Summary, String> {
     let scene = AnyScene::parse(text, &folder.join("scene.toml")).map_err(|error| error.to_string())?;
     let interrupt = AtomicBool::new(false);
     let options = Options { out: folder.join("out"), resume, verbosity: Verbosity::Quiet, interrupt: &interrupt };
-    match any::run(&scene, &options).map_err(|error| error.to_string())? {
-        any::AnySummary::Motion(summary) => Ok(*summary),
-        any::AnySummary::Tissue(summary) => panic!("the bodies of this scene do not move: {}", summary.time),
-    }
+    any::run(&scene, &options).map_err(|error| error.to_string())
 }
 
 /// Runs a scene, or tells why it is refused.
@@ -108,7 +109,7 @@ pub fn resume(left: Left, text: &str) -> Left {
     read(left.folder, summary)
 }
 
-fn read(folder: TempDir, summary: MotionSummary) -> Left {
+fn read(folder: TempDir, summary: Summary) -> Left {
     let table = folder_of(&folder).join("bodies.csv");
     let rows = match csv::Reader::from_path(table) {
         Ok(mut table) => table.deserialize().map(|row| row.expect("a row of numbers")).collect(),

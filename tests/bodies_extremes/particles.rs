@@ -440,7 +440,7 @@ fn given_bodies_that_are_led_into_each_other_overlap() {
         let deepest = left.most("overlap");
         assert!(deepest > 0.15, "{deepest}");
         // at the end they are apart again, and the summary still knows
-        assert_eq!(left.summary.largest_overlap, deepest);
+        assert_eq!(left.overlap(), deepest);
         assert!(left.summary.to_string().contains(&format!("largest overlap {deepest:.3e}")), "{}", left.summary);
         assert!(name != "`post`" || left.measure("overlap") == 0.0, "{}", left.measure("overlap"));
         let told = left
@@ -465,12 +465,12 @@ fn the_largest_overlap_is_that_of_all_parts_of_a_run() {
         text[..text.find("[[output]]").unwrap()].to_owned()
     };
     let first = run(&scene(1.0)).ended();
-    assert!((first.summary.largest_overlap - 0.3).abs() < 1e-9, "{}", first.summary.largest_overlap);
+    assert!((first.overlap() - 0.3).abs() < 1e-9, "{}", first.overlap());
     let whole = resume(first, &scene(2.0)).ended();
     assert!((whole.summary.time - 2.0).abs() < 1e-12, "the led disc has passed: {}", whole.summary.time);
-    assert!((whole.summary.largest_overlap - 0.3).abs() < 1e-9, "{}", whole.summary.largest_overlap);
+    assert!((whole.overlap() - 0.3).abs() < 1e-9, "{}", whole.overlap());
     let apart = run(&particles("", &disc("one", 0.2, 0.0, 0.0, ""), 0.1, 0.2)).ended();
-    assert_eq!(apart.summary.largest_overlap, 0.0);
+    assert_eq!(apart.overlap(), 0.0);
     assert!(!apart.summary.to_string().contains("largest overlap"), "{}", apart.summary);
 }
 

@@ -95,7 +95,8 @@ fn a_resumed_run_has_the_bits_of_an_uninterrupted_one() {
             let [a, b] = [&whole, &parts].map(|folder| std::fs::read(folder.join(file)).unwrap());
             assert!(a == b, "{kind}: {file} differs");
         }
-        let [a, b] = [&whole, &parts].map(|folder| Saved::read(&folder.join("checkpoint.bin")).unwrap().march);
+        let [a, b] =
+            [&whole, &parts].map(|folder| Saved::read(&folder.join("checkpoint.bin")).unwrap().march().unwrap());
         assert!(a == b, "{kind}: the checkpoints differ");
     }
 }

@@ -29,7 +29,7 @@ pub fn run_and_count(text: &str, sets: &[(&str, String)]) -> (f64, History, Coun
         let dt = march.advance(scene.time.end).unwrap().dt;
         history.add(&errors(&*setup.model, scene.sources.exact.as_ref().unwrap(), &march.state, march.t), dt);
     }
-    (setup.quality.h_max, history, march.counts)
+    (setup.ground.quality.h_max, history, march.counts)
 }
 
 /// Orders of every field in both norms between runs of sizes and errors, least squares; prints the table.

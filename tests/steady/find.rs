@@ -245,7 +245,7 @@ fn an_interrupted_run_is_resumed_where_it_was() {
     });
     assert_eq!(summary.ending, Ending::Interrupted);
     let before = rows();
-    let saved = monolayer::output::checkpoint::Saved::read(&out.join("checkpoint.bin")).unwrap().march;
+    let saved = monolayer::output::checkpoint::Saved::read(&out.join("checkpoint.bin")).unwrap().march().unwrap();
     let (scene, setup) = channel(&[("steady.residual", "1e-9"), ("steady.want", "any"), ("time.end", "1e6")]);
     let start = setup.initial(&scene).unwrap();
     let moved: Vec<f64> = saved.past[0].1.iter().zip(&start.values).map(|(a, b)| a - b).collect();
@@ -255,7 +255,7 @@ fn an_interrupted_run_is_resumed_where_it_was() {
     assert_eq!(summary.ending, Ending::Steady);
     assert!(rows() >= before, "the history goes on");
     let found = search(&scene, &setup);
-    let last = monolayer::output::checkpoint::Saved::read(&out.join("checkpoint.bin")).unwrap().march;
+    let last = monolayer::output::checkpoint::Saved::read(&out.join("checkpoint.bin")).unwrap().march().unwrap();
     let apart: Vec<f64> = last.past[0].1.iter().zip(&steady(&found).state.p.values).map(|(a, b)| a - b).collect();
     near(size(model_of(&setup), &apart), 0.0, 1e-7, "the state of the resumed run");
 }

@@ -1,6 +1,7 @@
 //! Up–down asymmetry of velocity and polarity.
 
 use super::{Column, DIMENSIONLESS, Domain, Gauge, Measure, Of, Region, Taken, Taking, Tissue};
+use crate::form::Integrator;
 use crate::measure::{MeasureError, Mirror};
 
 const COLUMNS: [Column; 2] = [
@@ -19,8 +20,8 @@ pub const ASYMMETRY: Measure = Measure {
 };
 
 fn prepare(domain: &Domain) -> Result<Box<dyn Gauge>, MeasureError> {
-    let degree = 2 * domain.model.polarity().space.degree;
-    Ok(Box::new(Mirror::new(domain.model.loops(), domain.locator, domain.centre[1], degree)?))
+    let loops = Integrator::new(domain.mesh);
+    Ok(Box::new(Mirror::new(&loops, domain.locator, domain.centre[1], 2 * domain.polarity)?))
 }
 
 impl Gauge for Mirror {

@@ -24,7 +24,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE};
 pub use column::{Column, DIMENSIONLESS};
-pub use subject::{Bodies, Domain, Flow, Gauge, OfBodies, OfFlow, OfMarch, OfState, Taken, Tissue};
+pub use subject::{Bodies, Domain, Flow, Gauge, OfBodies, OfFlow, OfMarch, OfState, Prepared, Subject, Taken, Tissue};
 
 pub use self::asymmetry::ASYMMETRY;
 pub use self::circulation::CIRCULATION;
@@ -189,19 +189,24 @@ impl Measure {
         }
     }
 
-    /// What takes it in a tissue whose bodies, if it has some, are fixed.
+    /// What takes it, in this domain if there is one.
     ///
     /// # Errors
     /// A domain in which it cannot be taken.
-    pub fn prepare(&self, domain: &Domain) -> Result<Box<dyn Gauge>, MeasureError> {
-        match self.of {
-            Of::Flow(take) => Ok(Box::new(subject::InTissue(take))),
-            Of::Tissue(_, Taking::At(take)) | Of::Compressible(Taking::At(take)) => {
-                Ok(Box::new(subject::OfTissue(take)))
+    pub fn prepare(&self, domain: Option<&Domain>) -> Result<Prepared, MeasureError> {
+        Ok(match (self.of, domain) {
+            (Of::Flow(take), _) => Prepared::Flow(take),
+            (Of::Bodies(_, take), _) => Prepared::Bodies(take),
+            (Of::Tissue(_, Taking::Prepared(make)) | Of::Compressible(Taking::Prepared(make)), Some(domain)) => {
+                Prepared::Tissue(make(domain)?)
             }
-            Of::Tissue(_, Taking::Prepared(make)) | Of::Compressible(Taking::Prepared(make)) => make(domain),
-            Of::Bodies(_, take) => Ok(Box::new(subject::AtRest(take))),
-        }
+            (Of::Tissue(_, Taking::At(take)) | Of::Compressible(Taking::At(take)), _) => {
+                Prepared::Tissue(Box::new(subject::OfTissue(take)))
+            }
+            (Of::Tissue(_, Taking::Prepared(_)) | Of::Compressible(Taking::Prepared(_)), None) => {
+                unreachable!("a tissue has a domain")
+            }
+        })
     }
 }
 

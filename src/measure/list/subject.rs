@@ -16,12 +16,11 @@ use crate::model::State;
 use crate::shape::Wrench;
 use crate::shape::{Pose, Twist};
 use crate::space::Field;
-use crate::time::{Kind, Sheet};
+use crate::time::Sheet;
 
-/// The domain of a tissue: what stays while its state changes.
+/// The domain of a flow: what stays while its state changes.
 #[derive(Debug, Clone, Copy)]
 pub struct Domain<'a> {
-    pub model: &'a dyn Sheet,
     pub mesh: &'a Arc<Mesh>,
     pub locator: &'a Locator,
     /// Of the disc, which axes refer to.
@@ -33,6 +32,8 @@ pub struct Domain<'a> {
     pub track: Option<Track>,
     /// The equation of the elastic strain, where the scene needs it.
     pub strain: Option<&'a Strain>,
+    /// Degree of the polarity, where there is one.
+    pub polarity: usize,
 }
 
 /// A tissue in a state.
@@ -58,6 +59,14 @@ pub struct OfMarch {
     pub limited: usize,
     /// The mass at the start and what came in since.
     pub mass_counted: f64,
+}
+
+/// All that measures can be taken of at a moment.
+#[derive(Clone, Copy, Default)]
+pub struct Subject<'a> {
+    pub flow: Option<Flow<'a>>,
+    pub bodies: Option<Bodies<'a>>,
+    pub tissue: Option<Tissue<'a>>,
 }
 
 /// A flow.
@@ -124,31 +133,24 @@ impl Gauge for OfTissue {
     }
 }
 
-/// Of the flow of a tissue.
+/// A measure with what it has prepared.
 #[derive(Debug)]
-pub(super) struct InTissue(pub OfFlow);
-
-impl Gauge for InTissue {
-    fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
-        let loops = match at.model.kind() {
-            Kind::Incompressible(model) => model.tissue(),
-            Kind::Compressible(model) => &model.loops,
-        };
-        (self.0)(&Flow { v: &at.state.v, loops }, taken)
-    }
+pub enum Prepared {
+    Flow(OfFlow),
+    Bodies(OfBodies),
+    Tissue(Box<dyn Gauge>),
 }
 
-/// Of the bodies of a tissue, which are fixed.
-#[derive(Debug)]
-pub(super) struct AtRest(pub OfBodies);
-
-impl Gauge for AtRest {
-    fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
-        let Kind::Incompressible(model) = at.model.kind() else { return Ok(()) };
-        let Some(floating) = &model.bodies else { return Ok(()) };
-        let twists = model.twists(&at.state.v);
-        let holding = || Ok(model.holding(at.state, at.t)?.first().copied());
-        let (bodies, poses) = (floating.bodies(), model.poses());
-        (self.0)(&Bodies { bodies, poses, twists: &twists, contacts: &[], holding: &holding }, taken)
+impl Prepared {
+    /// Puts down its numbers; nothing where there is nothing that it is taken of.
+    ///
+    /// # Errors
+    /// A measure that cannot be taken.
+    pub fn take(&self, at: &Subject, taken: &mut Taken) -> Result<(), MeasureError> {
+        match self {
+            Prepared::Flow(take) => at.flow.map_or(Ok(()), |flow| take(&flow, taken)),
+            Prepared::Bodies(take) => at.bodies.map_or(Ok(()), |bodies| take(&bodies, taken)),
+            Prepared::Tissue(gauge) => at.tissue.map_or(Ok(()), |tissue| gauge.take(&tissue, taken)),
+        }
     }
 }

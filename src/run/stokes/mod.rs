@@ -12,11 +12,12 @@ use serde::Serialize;
 use super::available::available;
 use super::bodies::BodiesReport;
 use super::forecast::{COUNTED, Count, Samples, smaller};
-use super::motion::saved::SavedMotion;
-use super::motion::{self, MotionSummary, Mover, Plan};
+use super::maps::Caption;
 use super::report::{Expected, MeshReport};
-use super::{Options, RunError, disk, domain, maps, memory, resolution};
-use crate::contact::{Law, Wall};
+use super::stepper::{Ground, Limits, Plan, Stage, Wanted};
+use super::summary::Unknowns;
+use super::{RunError, disk, domain, maps, memory, resolution};
+use crate::contact::Law;
 use crate::mesh::Mesh;
 use crate::model::closed::ClosedParts;
 use crate::model::frames::Frames;
@@ -25,7 +26,7 @@ use crate::model::{TermStatus, rotation};
 use crate::scene::bodies::Bodies;
 use crate::scene::{StokesScene, ZERO_MEAN, measured};
 use crate::space::{Continuity, Space};
-use stepper::{Checkpoint, Stepper};
+use stepper::FlowStepper;
 
 /// What will be solved, and with how much.
 #[derive(Debug, Clone, Serialize)]
@@ -170,7 +171,7 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
             let Sizes { mesh, count } = sizes(scene)?;
             if count.bytes <= QUICK && available.is_none_or(|available| count.bytes <= available) {
                 let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
-                Stepper::new(scene, &mesh, &walls, None)?;
+                FlowStepper::new(scene, &mesh, &walls, None)?;
             }
             said = remarks(scene, &mesh);
             (MeshReport::Built(mesh.quality()), count)
@@ -286,60 +287,42 @@ pub(super) fn head(out: &mut fmt::Formatter<'_>, title: Option<&str>, terms: &[T
     Ok(())
 }
 
-/// The flow and the bodies that a run has left in its folder, and the walls.
+/// Prepares a Stokes flow and its bodies, at the start or where a checkpoint has them.
 ///
 /// # Errors
-/// A checkpoint that does not belong to the scene.
-pub(super) fn finished(
-    scene: &StokesScene,
-    saved: &SavedMotion,
-    file: &Path,
-) -> Result<(Box<dyn Mover>, Vec<Wall>), RunError> {
-    let mesh = sizes(scene)?.mesh;
-    saved.check_mesh(&mesh, file)?;
-    let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
-    let stepper = Stepper::new(scene, &mesh, &walls, Some(Checkpoint::read(&saved.state, file)?))?;
-    Ok((Box::new(stepper), walls))
-}
-
-/// Runs a scene to its end and leaves the results in `options.out`.
-///
-/// # Errors
-/// Anything that is wrong before the first step, and results that cannot be written.
-pub fn run(scene: &StokesScene, options: &Options) -> Result<MotionSummary, RunError> {
+/// Anything that is wrong before the first step.
+pub(super) fn stage(scene: &StokesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
     let begin = Instant::now();
-    let text = scene.resolved_toml();
-    let saved = motion::prepare(&text, options)?;
-    let available = available()?;
-    if scene.mesh.expected().is_some_and(|cells| cells > COUNTED) {
+    let available = if wanted.run.is_some() { available()? } else { None };
+    if available.is_some() && scene.mesh.expected().is_some_and(|cells| cells > COUNTED) {
         // before the mesh is made, which takes its time and memory, too
         check_memory(scene, forecast(scene)?.bytes, available)?;
     }
     let Sizes { mesh, count } = sizes(scene)?;
     check_memory(scene, count.bytes, available)?;
-    disk::check(scene.source(), written(scene, &count), &options.out)?;
-    let file = options.out.join("checkpoint.bin");
-    saved.iter().try_for_each(|saved| saved.check_mesh(&mesh, &file))?;
+    wanted.run.map_or(Ok(()), |options| disk::check(scene.source(), written(scene, &count), &options.out))?;
+    wanted.check_mesh(&mesh)?;
     let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
-    let resumed = saved.as_ref().map(|saved| Checkpoint::read(&saved.state, &file)).transpose()?;
-    let mut stepper = Stepper::new(scene, &mesh, &walls, resumed)?;
-    let none = Vec::new();
+    let mut stepper = FlowStepper::new(scene, &mesh, &walls, wanted.unpack()?)?;
+    let [velocity, pressure, stokes_system] = [0, 1, 3].map(|k| count.unknowns[k] as usize);
     let plan = Plan {
         title: scene.title.as_deref(),
-        origin: scene.source().origin(),
-        text,
-        end: scene.time.end,
-        max_steps: scene.time.max_steps,
+        source: scene.source(),
+        text: scene.resolved_toml(),
+        limits: Limits::at(scene.time.end, scene.time.max_steps),
         suspect: super::extremes::of_source(scene.source()),
         outputs: &scene.outputs,
-        bodies: scene.bodies.as_ref().map_or(&none, |bodies| &bodies.bodies),
+        bodies: scene.bodies.as_ref().map_or(&[], |bodies| &bodies.bodies),
         walls,
+        tells_of_bodies: true,
         terms: terms(scene),
         remarks: remarks(scene, &mesh),
-        mesh: Some(mesh.quality()),
-        fingerprint: mesh.fingerprint(),
-        unknowns: [0, 1, 3].map(|k| count.unknowns[k] as usize),
+        said_of_start: None,
+        exact: None,
+        tissue: None,
+        caption: Caption::of_flow(scene),
+        unknowns: Unknowns { velocity, pressure, stokes_system, ..Unknowns::default() },
         setup_seconds: begin.elapsed().as_secs_f64(),
     };
-    motion::run(&plan, &mut stepper, options, saved)
+    then(&plan, Some(&Ground::new(&mesh, &scene.mesh)), &mut stepper)
 }

@@ -1,6 +1,5 @@
 //! Steps of a Stokes flow and its bodies.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -8,27 +7,21 @@ use serde::{Deserialize, Serialize};
 use crate::body::motion::Motion;
 use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moving, Settings, Solver, Wall};
-use crate::form::Integrator;
+use crate::measure::list::Bodies;
 use crate::mesh::Mesh;
 use crate::model::immersed::Carried;
 use crate::model::immersed::flow::{self, Flow};
 use crate::model::mobility::Mobility;
 use crate::model::momentum::{MomentumError, outer_force};
 use crate::model::{Parameters, Sources};
-use crate::output::OutputError;
-use crate::output::vtk::{self, Grid, write_vtu};
 use crate::run::RunError;
-use crate::run::maps::{Caption, Source};
-use crate::run::motion::easel::Easel;
-use crate::run::motion::{Mover, Stride, shortened};
 use crate::run::resolution::Resolution;
-use crate::run::writer::nodal;
+use crate::run::stepper::{Halt, Stepper, Stride, shortened};
+use crate::run::view::{FlowFields, View};
+use crate::scene::StokesScene;
 use crate::scene::particles::MotionTime;
-use crate::scene::{Field, StokesScene};
 use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
-use crate::shape::Wrench;
-use crate::shape::{Pose, Twist};
-use crate::space;
+use crate::shape::Twist;
 
 /// What a restart needs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -42,21 +35,8 @@ pub struct Checkpoint {
     pace: Pace,
 }
 
-impl Checkpoint {
-    /// Unpacks what [`Mover::state`] has packed.
-    ///
-    /// # Errors
-    /// Bytes that are something else.
-    pub fn read(bytes: &[u8], file: &Path) -> Result<Self, RunError> {
-        postcard::from_bytes(bytes).map_err(|error| {
-            let (path, what) = (file.display().to_string(), format!("cannot be read ({error})"));
-            RunError::Output(OutputError::Malformed { path, what, hint: "run the scene again" })
-        })
-    }
-}
-
 /// A flow with its bodies, and the last good state.
-pub struct Stepper {
+pub struct FlowStepper {
     flow: Flow,
     solver: Option<Solver>,
     parameters: Parameters,
@@ -67,8 +47,6 @@ pub struct Stepper {
     carried: Carried,
     /// What a checkpoint holds.
     good: Checkpoint,
-    grid: Option<Grid>,
-    easel: Easel,
     resolution: Resolution,
 }
 
@@ -76,7 +54,7 @@ pub struct Stepper {
 /// than contact does.
 const OVERLAP: f64 = 1e-6;
 
-impl Stepper {
+impl FlowStepper {
     pub fn new(
         scene: &StokesScene,
         mesh: &Arc<Mesh>,
@@ -122,14 +100,13 @@ impl Stepper {
             contacts: Vec::new(),
             pace: Pace::default(),
         });
-        let easel = Easel::new(Caption::of_flow(scene));
         let stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| model(error.into()))?;
         let time = scene.time;
         let mut resolution = Resolution::new(mesh, flow.guide.bodies.len());
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, &flow.guide.bodies, &flow.motion.poses);
         resolution.of_boundary(mesh, &flow.guide.bodies, &flow.motion.poses);
-        Ok(Self { resolution, flow, solver, parameters, sources, time, stiffness, carried, good, grid: None, easel })
+        Ok(Self { resolution, flow, solver, parameters, sources, time, stiffness, carried, good })
     }
 
     /// Whether the step is easy to follow.
@@ -202,8 +179,8 @@ fn parameters(friction: f64) -> Parameters {
     Parameters { friction, traction: 0.0, ..Parameters::default() }
 }
 
-impl Mover for Stepper {
-    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String> {
+impl Stepper for FlowStepper {
+    fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, Halt> {
         let (mut pace, settings) = (self.good.pace.clone(), self.time.pace);
         let paced = pace.advance((t, landing), &settings, |t, dt| self.step(t, dt))?;
         self.good.pace = pace;
@@ -213,64 +190,20 @@ impl Mover for Stepper {
         notes.extend(self.resolution.of_bodies(mesh, bodies, &self.flow.motion.poses));
         notes.extend(self.resolution.of_boundary(mesh, bodies, &self.flow.motion.poses));
         notes.extend(self.resolution.of_gaps(mesh, bodies, &self.good.contacts));
-        Ok(Stride { t, dt, iterations, rejected, notes })
+        Ok(Stride { t, dt, iterations, rejected, coupled: None, notes })
     }
 
     fn state(&self) -> Vec<u8> {
         postcard::to_stdvec(&self.good).expect("numbers are always written")
     }
 
-    fn poses(&self) -> &[Pose] {
-        &self.good.motion.poses
-    }
-
-    fn twists(&self) -> &[Twist] {
-        &self.good.twists
-    }
-
-    fn contacts(&self) -> &[Contact] {
-        &self.good.contacts
-    }
-
-    fn holding(&self) -> Option<Wrench> {
-        self.carried.holding.first().copied()
-    }
-
-    fn flow(&self) -> Option<(space::Field, Integrator)> {
-        let (momentum, loops) = (&self.flow.momentum, &self.flow.loops);
-        let v = space::Field::new(&momentum.velocity, self.carried.v.clone());
-        let outside = momentum.bodies().map(|bodies| loops.outside(&bodies.immersion.cover));
-        Some((v, outside.unwrap_or_else(|| loops.clone())))
-    }
-
-    fn write_fields(&mut self, path: &Path, t: f64, fields: &[Field]) -> Result<(), RunError> {
-        let momentum = &self.flow.momentum;
-        let mesh = &momentum.velocity.mesh;
-        let bent = mesh.curved.iter().flatten().map(|nodes| nodes.degree);
-        let degree = bent.chain([momentum.velocity.degree]).max().unwrap_or(1);
-        let grid = self.grid.get_or_insert_with(|| Grid::new(mesh, degree));
-        let at_nodes: Vec<(usize, Vec<f64>)> = fields
-            .iter()
-            .map(|field| match field {
-                Field::Velocity => nodal(&space::Field::new(&momentum.velocity, self.carried.v.clone()), degree),
-                Field::Pressure => nodal(&space::Field::new(&momentum.pressure, self.carried.pi.clone()), degree),
-                Field::Density | Field::Polarity | Field::MolecularField | Field::StreamFunction => {
-                    unreachable!("refused")
-                }
-                Field::TissueVelocity | Field::PolarityLaplacian | Field::ElasticStrain => unreachable!("refused"),
-            })
-            .collect();
-        let named = fields.iter().zip(&at_nodes);
-        let list: Vec<vtk::Field> = named
-            .map(|(field, (components, values))| vtk::Field { name: field.name(), components: *components, values })
-            .collect();
-        Ok(write_vtu(path, grid, t, &list)?)
-    }
-
-    fn show(&self, then: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
-        let momentum = &self.flow.momentum;
-        let v = space::Field::new(&momentum.velocity, self.carried.v.clone());
-        let pi = space::Field::new(&momentum.pressure, self.carried.pi.clone());
-        then(&self.easel, Source::Flow { loops: &self.flow.loops, v: &v, pi: &pi })
+    fn look(&mut self, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
+        let fields = FlowFields { flow: &self.flow, carried: &self.carried };
+        let Checkpoint { t, motion, twists, contacts, .. } = &self.good;
+        let holding = || Ok(self.carried.holding.first().copied());
+        let (bodies, poses) = (&*self.flow.guide.bodies, &motion.poses[..]);
+        let bodies = Bodies { bodies, poses, twists, contacts, holding: &holding };
+        let bodies = (!bodies.bodies.is_empty()).then_some(bodies);
+        then(&View { t: *t, fields: Some(&fields), bodies, tissue: None })
     }
 }

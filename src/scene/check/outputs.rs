@@ -195,18 +195,18 @@ impl Checker<'_> {
         let flow = scope.kind == SceneKind::Stokes;
         self.require(flow, &key, "(given)", "particles have no fields", "write `bodies = true` instead")?;
         for field in fields {
-            let holds = matches!(field, Field::Velocity | Field::Pressure);
+            let holds = matches!(field, Field::Velocity | Field::Pressure | Field::StreamFunction);
             let rule = format!("{} has no such field", scope.kind.shown());
-            let hint = "the fields that it has are velocity, pressure";
+            let hint = "the fields that it has are velocity, pressure, stream_function";
             self.require(holds, &key, format!("\"{}\"", field.name()), &rule, hint)?;
         }
         Ok(fields.to_vec())
     }
 
     fn cuts_of(&self, key: &str, cuts: &[CutTable], scope: Scope) -> Result<Vec<Cut>, SceneError> {
-        let rule = format!("{} has no sections", scope.kind.shown());
-        let tissue = scope.tissue.is_some();
-        self.require(tissue, &format!("{key}.cuts"), "(given)", &rule, "remove it; only scenes of tissue have them")?;
+        let rule = "particles have no fields that could be cut";
+        let flow = scope.kind != SceneKind::Particles;
+        self.require(flow, &format!("{key}.cuts"), "(given)", rule, "write `bodies = true` instead")?;
         self.cuts(key, cuts)
     }
 

@@ -1,15 +1,15 @@
 //! What a run looks at after every step: bodies that are lost, and given motions that lead bodies into each other.
 
-use super::{Mover, Plan};
-use crate::body::{Body, Hold};
+use crate::body::Hold;
 use crate::contact::{Contact, Partner};
+use crate::measure::list::Bodies;
 
 /// Rounding of a position, or of an angle, that is no longer small against a body, relative to its size.
 const COARSE: f64 = 1e-3;
 
 /// The first body that is so far away, or turned so often, that its place is rounding.
-pub(super) fn lost(bodies: &[Body], mover: &dyn Mover, t: f64) -> Option<String> {
-    for (body, (pose, twist)) in bodies.iter().zip(mover.poses().iter().zip(mover.twists())) {
+pub(super) fn lost(now: &Bodies, t: f64) -> Option<String> {
+    for (body, (pose, twist)) in now.bodies.iter().zip(now.poses.iter().zip(now.twists)) {
         let size = body.shape.circumradius();
         let [away, turned] = [pose.position.norm() / size, pose.angle.abs()];
         let most = COARSE / f64::EPSILON;
@@ -38,8 +38,8 @@ pub(super) struct Overlaps {
 
 impl Overlaps {
     /// Looks at a state; a note when the first overlap is found.
-    pub fn look(&mut self, plan: &Plan, mover: &dyn Mover, t: f64) -> Option<String> {
-        let given = |body: usize| match plan.bodies[body].hold {
+    pub fn look(&mut self, now: &Bodies, t: f64) -> Option<String> {
+        let given = |body: usize| match now.bodies[body].hold {
             Hold::Free | Hold::Pinned(_) => false,
             Hold::Fixed | Hold::Held { .. } | Hold::Path { .. } => true,
         };
@@ -51,14 +51,14 @@ impl Overlaps {
                     Partner::Wall(_) => true,
                 }
         };
-        let deepest = mover.contacts().iter().filter(nothing_parts).min_by(|a, b| a.gap.total_cmp(&b.gap))?;
+        let deepest = now.contacts.iter().filter(nothing_parts).min_by(|a, b| a.gap.total_cmp(&b.gap))?;
         let first = self.deepest.is_none();
         if first || self.deepest.as_ref().is_some_and(|(depth, ..)| -deepest.gap > *depth) {
             let partner = match deepest.partner {
-                Partner::Body(other) => format!("`{}`", plan.bodies[other].name),
+                Partner::Body(other) => format!("`{}`", now.bodies[other].name),
                 Partner::Wall(wall) => format!("wall {}", wall + 1),
             };
-            self.deepest = Some((-deepest.gap, format!("`{}` and {partner}", plan.bodies[deepest.body].name), t));
+            self.deepest = Some((-deepest.gap, format!("`{}` and {partner}", now.bodies[deepest.body].name), t));
         }
         first.then(|| {
             self.told = -deepest.gap;
