@@ -20,9 +20,10 @@ use monolayer::mesh::gmsh::{self, Encoding};
 use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
 use monolayer::output::{OutputError, lock, mark, say};
+use monolayer::run::AnyScene;
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::path;
-use monolayer::scene::{AnyScene, Scene, SceneKind, SceneSource};
+use monolayer::scene::{Scene, SceneSource, kinds};
 use monolayer::study::{self, BranchStudy, OrderStudy};
 
 /// Set by Ctrl-C.
@@ -182,8 +183,8 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
             if let Some(kind) = study::check::kind(&scene.scene) {
                 return check_study(kind, scene, *json);
             }
-            let report = run::any::check(&scene.any(*steady)?)?;
-            say::answer(&if *json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
+            let report = run::kinds::check(&scene.any(*steady)?)?;
+            say::answer(&if *json { report.json()? } else { report.to_string() })?;
             Ok(refuse(report.refused().iter().cloned()))
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
@@ -216,7 +217,7 @@ impl Cli {
 impl SceneArgs {
     fn any(&self, steady: bool) -> Result<AnyScene, Failure> {
         let mut source = self.sets.source(&self.scene)?;
-        if steady && source.kind() != SceneKind::Tissue {
+        if steady && *source.kind() != kinds::TISSUE {
             // refuses the kind
             Scene::check(source.clone())?;
         }
@@ -273,9 +274,9 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
     signals::catch("finishing this step and writing a checkpoint")?;
     let summary = if leash {
         lock::sign(out);
-        run::any::run_held(scene, options)?
+        run::kinds::run_held(scene, options)?
     } else {
-        run::any::run(scene, options)?
+        run::kinds::run(scene, options)?
     };
     if verbosity > Verbosity::Quiet {
         say::tell(&format!("{summary}\nresults in {}", out.display()));
@@ -386,8 +387,8 @@ fn mesh(cli: &Cli, input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -
         gmsh::read(input)?
     } else {
         let scene = sets.apply(input)?;
-        run::any::announce_mesh(&scene, cli.verbosity());
-        run::any::mesh(&scene)?
+        run::kinds::announce_mesh(&scene, cli.verbosity());
+        run::kinds::mesh(&scene)?
     };
     let notes = run::domain::mesh_remarks(&mesh).into_iter().map(|note| format!("\nnote: {note}"));
     let quality = mesh.quality().to_string() + &notes.collect::<String>();

@@ -6,9 +6,10 @@ use std::sync::atomic::AtomicBool;
 
 use monolayer::measure::list::{ALL, column};
 use monolayer::output::progress::Verbosity;
-use monolayer::run::any;
+use monolayer::run::AnyScene;
+use monolayer::run::kinds;
 use monolayer::run::{Ending, Options};
-use monolayer::scene::{AnyScene, SceneSource};
+use monolayer::scene::SceneSource;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
@@ -176,7 +177,7 @@ fn measuring(scene: &str, measures: &[&str]) -> Result<AnyScene, String> {
     let text = format!("{scene}\n[[output]]\nmeasures = [{}]\nevery = {{ steps = 1 }}\n", quoted.join(", "));
     let source = SceneSource::parse(&text, Path::new("test.toml")).map_err(|error| error.to_string())?;
     let scene = AnyScene::check(source).map_err(|error| error.to_string())?;
-    any::check(&scene).map_err(|error| error.to_string())?;
+    kinds::check(&scene).map_err(|error| error.to_string())?;
     Ok(scene)
 }
 
@@ -184,7 +185,7 @@ fn measuring(scene: &str, measures: &[&str]) -> Result<AnyScene, String> {
 fn taken(scene: &AnyScene) -> (Vec<String>, BTreeMap<&'static str, f64>) {
     let out = tempfile::tempdir().unwrap();
     let options = Options { out: out.path().to_owned(), resume: false, verbosity: Verbosity::Quiet, interrupt: &NEVER };
-    let summary = any::run(scene, &options).unwrap();
+    let summary = kinds::run(scene, &options).unwrap();
     assert_eq!(summary.ending, Ending::EndTime);
     let history = std::fs::read_to_string(out.path().join("history.csv")).unwrap();
     let header = history.lines().next().unwrap().split(',').map(str::to_owned).collect();

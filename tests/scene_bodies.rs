@@ -5,8 +5,9 @@ use std::path::Path;
 use monolayer::body::Hold;
 use monolayer::contact::{Law, Wall};
 use monolayer::mesh::Point;
+use monolayer::run::AnyScene;
 use monolayer::run::domain::mesh_of;
-use monolayer::scene::{AnyScene, ParticlesScene, Scene, SceneSource, StokesScene};
+use monolayer::scene::{ParticlesScene, Scene, SceneSource, StokesScene};
 use monolayer::shape::Shape;
 
 const PARTICLES: &str = r#"title = "two discs and a box"
@@ -94,10 +95,13 @@ fn wrong_in(base: &str, from: &str, to: &str, lined: bool, parts: &[&str]) {
     let line = base[..at].matches('\n').count() + 1;
     let text = base.replacen(from, to, 1);
     let message = match AnyScene::parse(&text, Path::new("scene.toml")) {
-        Ok(AnyScene::Stokes(scene)) => match mesh_of(&scene.mesh, scene.source()) {
-            Ok(mesh) => scene.check_mesh(&mesh).expect_err("the scene is wrong").to_string(),
-            Err(error) => error.to_string(),
-        },
+        Ok(scene) if scene.mesh().is_some() => {
+            let scene = StokesScene::check(scene.source().clone()).expect("a Stokes flow");
+            match mesh_of(&scene.mesh, scene.source()) {
+                Ok(mesh) => scene.check_mesh(&mesh).expect_err("the scene is wrong").to_string(),
+                Err(error) => error.to_string(),
+            }
+        }
         Ok(_) => panic!("the scene is wrong, and was taken: {to}"),
         Err(error) => error.to_string(),
     };

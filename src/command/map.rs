@@ -8,9 +8,10 @@ use monolayer::output::bodies::{Colour, Look, picture};
 use monolayer::output::plot::map::Window;
 use monolayer::output::say;
 use monolayer::results::bodies::Seen;
+use monolayer::run::AnyScene;
 use monolayer::run::{RunError, finished};
 use monolayer::scene::renamed::name_now;
-use monolayer::scene::{AnyScene, ArrowsOf, MapOptions, MapRequest, Quantity};
+use monolayer::scene::{ArrowsOf, MapOptions, MapRequest, Quantity};
 use serde::Deserialize;
 use serde::de::value::{Error as NameError, StrDeserializer};
 
@@ -182,20 +183,14 @@ fn read(
         return Err(RunError::NoRun { folder: folder.display().to_string(), file: "scene.toml" }.into());
     }
     let scene = AnyScene::read(&path)?;
-    if let AnyScene::Stokes(_) = scene
-        && !named
-    {
-        // a usual quantity that a flow alone does not have
-        requests.retain(|request| request.of != Quantity::Polarity);
+    if !named {
+        // a usual quantity that not every kind has
+        let has = |of: Quantity| of.field().is_some_and(|field| scene.source().kind().has(field));
+        requests.retain(|request| has(request.of));
     }
     for request in &requests {
         let options = options(request.of);
-        let checked = match &scene {
-            AnyScene::Tissue(scene) => options.check(&scene.parameters),
-            AnyScene::Stokes(_) => options.check_flow(),
-            AnyScene::Particles(_) => options.check_frame(),
-        };
-        checked.map_err(|error| format!("{}: option {error}", folder.display()))?;
+        scene.check_map(&options).map_err(|error| format!("{}: option {error}", folder.display()))?;
     }
     Ok((scene, requests))
 }

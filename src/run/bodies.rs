@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::stokes::contact_term;
+use super::kinds::stokes::contact_term;
 use crate::body::Hold;
 use crate::scene::Bodies;
 

@@ -142,7 +142,7 @@ fn of_numbers(source: &SceneSource) -> impl Iterator<Item = Suspect> {
 /// What is not given and follows from a key.
 fn follower(source: &SceneSource, key: &str) -> String {
     let follows = FOLLOWERS.iter().find(|(from, other)| *from == key && source.at(other).is_none());
-    let tissue = source.kind() == crate::scene::SceneKind::Tissue;
+    let tissue = *source.kind() == crate::scene::kinds::TISSUE;
     let said = |(_, other): &(&str, &str)| format!(", and `{other}`, which is not given, follows from it");
     follows.filter(|_| tissue).map_or_else(String::new, said)
 }

@@ -6,12 +6,12 @@ use super::maps::Draft;
 use super::stepper::{Ground, Plan, Wanted};
 use super::view::View;
 use super::writer::with_moment;
-use super::{RunError, any, setup};
+use super::{AnyScene, RunError, setup};
 use crate::mesh::Mesh;
 use crate::output::bodies::Cast;
 use crate::output::checkpoint::Saved;
 use crate::output::plot::map::Picture;
-use crate::scene::{AnyScene, MapRequest, Scene};
+use crate::scene::{MapRequest, Scene};
 use crate::time::Checkpoint;
 
 /// Scene and checkpoint of a run, before anything is built of them.
@@ -73,7 +73,7 @@ pub fn look(
         return Err(RunError::OtherProblem { file: file.display().to_string(), key });
     }
     let wanted = Wanted { saved: Some(&saved), file: &file, run: None };
-    any::stage(scene, &wanted, &mut |plan, ground, stepper| {
+    scene.stage(&wanted, &mut |plan, ground, stepper| {
         let cast = Cast::new(plan.bodies, &plan.walls);
         stepper.look(&mut |view| then(&Last { plan, ground, view, cast: &cast, steps: saved.counts.steps }))
     })

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Options, RunError};
+use super::{AnyScene, Options, RunError};
 use crate::output::checkpoint::Saved;
 use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
 use crate::output::{OutputError, history, mark, say, write_whole};
-use crate::scene::{AnyScene, SceneSource};
+use crate::scene::SceneSource;
 
 /// Names of all that runs leave.
 pub const NAMES: [&str; 19] = [

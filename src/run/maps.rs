@@ -131,20 +131,7 @@ impl Kind {
                 ("diffusion of the polarity", "κ² divₕ(ρ∇p₂)", Diverging, Component(1))
             }
         };
-        Self { of: field_of(quantity), title, name, palette, part }
-    }
-}
-
-/// The field that a quantity is a part of.
-fn field_of(quantity: Quantity) -> Name {
-    use Quantity as Q;
-    match quantity {
-        Q::Speed | Q::Velocity1 | Q::Velocity2 => Name::Velocity,
-        Q::Polarity | Q::Polarity1 | Q::Polarity2 => Name::Polarity,
-        Q::Pressure => Name::Pressure,
-        Q::Density => Name::Density,
-        Q::PolarityLaplacian | Q::PolarityLaplacian1 | Q::PolarityLaplacian2 => Name::PolarityLaplacian,
-        Q::Bodies => unreachable!("bodies alone are drawn without a field"),
+        Self { of: quantity.field().expect("bodies alone are drawn without a field"), title, name, palette, part }
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::RunError;
-use super::sheet::show_bodies_at_rest;
+use super::kinds::sheet::show_bodies_at_rest;
 use super::stepper::{Ground, Plan};
 use super::view::{Fields, TissueFields, TissueNow, View};
 use crate::measure::Measure;

@@ -1,10 +1,9 @@
 //! One scene from its description to its folder of results.
 //!
-//! A kind of scene makes itself ready (`stage` of [`tissue`], [`stokes`], [`particles`]): a [`stepper::Plan`], a
-//! [`stepper::Ground`] where there is a mesh, and a [`stepper::Stepper`]. One loop moves it, one writer writes it, one
-//! checkpoint holds it, one summary tells of it.
+//! A kind of scene ([`kinds::Kind`]) makes itself ready: a [`stepper::Plan`], a [`stepper::Ground`] where there is a
+//! mesh, and a [`stepper::Stepper`]. One loop moves it, one writer writes it, one checkpoint holds it, one summary
+//! tells of it.
 
-pub mod any;
 pub mod available;
 pub mod bodies;
 pub mod cuts;
@@ -18,23 +17,20 @@ mod extremes;
 pub mod finished;
 pub mod folder;
 pub mod forecast;
+pub mod kinds;
 pub mod last_state;
 pub mod maps;
 pub mod measures;
 pub mod memory;
-pub mod particles;
 pub mod report;
 mod resolution;
 pub mod setup;
-mod sheet;
 pub mod stake;
 pub mod steady;
 pub mod stepper;
 mod stepping;
-pub mod stokes;
 mod strain;
 pub mod summary;
-pub mod tissue;
 pub mod view;
 mod watch;
 pub mod writer;
@@ -49,8 +45,10 @@ use crate::scene::Scene;
 use crate::time::march::Counts;
 
 pub use error::RunError;
+pub use kinds::AnyScene;
+use kinds::Kind;
 pub use setup::Setup;
-use stepper::{Stage, Wanted};
+use stepper::Wanted;
 use stepping::Begin;
 pub use summary::{Ending, Summary};
 
@@ -98,38 +96,35 @@ pub fn run(scene: &Scene, options: &Options) -> Result<Summary, RunError> {
 /// # Errors
 /// As [`run`].
 pub fn run_recorded(scene: &Scene, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
-    let staged = |wanted: &Wanted, then: &mut Stage| tissue::stage(scene, wanted, then);
-    let mut result = drive(&scene.resolved_toml(), options, record, &staged);
-    if let (Ok(summary), true) = (&mut result, estimate::is_asked_for(scene)) {
+    run_kind(scene, options, record)
+}
+
+/// Runs a scene of any kind, from its checkpoint where it is to be resumed.
+fn run_kind(scene: &dyn Kind, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
+    let made = !options.out.exists();
+    let mut result = begin(scene, options, record).map_err(|error| error.blaming(|| scene.suspect()));
+    if let (Ok(summary), Some(scene)) = (&mut result, scene.tissue().filter(|scene| estimate::is_asked_for(scene))) {
         // what the run itself has found is on disk by now, and its memory free
         estimate::add(scene, options, summary, record);
         summary.write(&options.out.join("summary.json"))?;
     }
-    result.map_err(|error| error.blaming(|| extremes::of_scene(scene)))
-}
-
-/// Runs what `staged` makes ready, from its checkpoint where it is to be resumed. `text` is the resolved scene.
-fn drive(
-    text: &str,
-    options: &Options,
-    record: &mut Record,
-    staged: &dyn Fn(&Wanted, &mut Stage) -> Result<(), RunError>,
-) -> Result<Summary, RunError> {
-    let (begin, made) = (Begin::now(), !options.out.exists());
-    let file = options.out.join("checkpoint.bin");
-    let mut summary = None;
-    let result = checkpoint_of(text, options).and_then(|saved| {
-        let wanted = Wanted { saved: saved.as_ref(), file: &file, run: Some(options) };
-        staged(&wanted, &mut |plan, ground, stepper| {
-            summary = Some(stepping::run((plan, begin), ground, stepper, options, saved.as_ref(), record)?);
-            Ok(())
-        })
-    });
     if result.is_err() && made {
         // takes away an empty folder only: nothing was found
         let _ = std::fs::remove_dir(&options.out);
     }
-    result.map(|()| summary.expect("what is ready is run"))
+    result
+}
+
+fn begin(scene: &dyn Kind, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
+    let (begin, file) = (Begin::now(), options.out.join("checkpoint.bin"));
+    let saved = checkpoint_of(&scene.resolved_toml(), options)?;
+    let wanted = Wanted { saved: saved.as_ref(), file: &file, run: Some(options) };
+    let mut summary = None;
+    scene.stage(&wanted, &mut |plan, ground, stepper| {
+        summary = Some(stepping::run((plan, begin), ground, stepper, options, saved.as_ref(), record)?);
+        Ok(())
+    })?;
+    Ok(summary.expect("what is ready is run"))
 }
 
 /// The checkpoint to go on from, where there is one to; the folder is there then.

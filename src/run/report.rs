@@ -14,7 +14,7 @@ use super::forecast::{self, COUNTED, Count};
 use super::measures::{self, Gauges};
 use super::memory::{self, Unknowns};
 use super::stepper::Wanted;
-use super::{RunError, cuts, maps, setup, tissue};
+use super::{RunError, cuts, maps, setup};
 use crate::mesh::quality::Quality;
 use crate::model::{ModelKind, TermStatus, rotation};
 use crate::scene::Scene;
@@ -236,7 +236,7 @@ const TRIED: f64 = 700.0;
 /// Begins a run as far as its first step, and leaves nothing.
 fn try_start(scene: &Scene) -> Result<(), RunError> {
     let wanted = Wanted { saved: None, file: Path::new("checkpoint.bin"), run: None };
-    tissue::stage(scene, &wanted, &mut |plan, ground, _| {
+    super::kinds::tissue::stage(scene, &wanted, &mut |plan, ground, _| {
         let ground = ground.expect("a tissue has a mesh");
         maps::check_all_windows(plan.outputs, plan.source, &ground.mesh)?;
         cuts::check(plan.outputs, ground)?;

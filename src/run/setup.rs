@@ -55,7 +55,7 @@ const ALIGNED_LENGTH: f64 = 1.0;
 pub fn check_on(scene: &Scene, mesh: &Arc<Mesh>) -> Result<(), RunError> {
     scene.check_tags(&mesh.tags)?;
     scene.check_bodies(mesh)?;
-    super::tissue::check(scene)?;
+    super::kinds::tissue::check(scene)?;
     check_measures(scene, mesh)?;
     check_exact(scene, mesh)?;
     if scene.parameters.friction == 0.0 {
@@ -143,7 +143,7 @@ impl Setup {
         memory::check(scene, need.bytes, available)?;
         let model: Result<Box<dyn Sheet>, _> = match &scene.bodies {
             None => build(scene.parameters.kind(), &mesh, &description),
-            Some(bodies) => super::tissue::around(&mesh, &description, bodies).map(|model| Box::new(model) as _),
+            Some(bodies) => super::kinds::tissue::around(&mesh, &description, bodies).map(|model| Box::new(model) as _),
         };
         let model =
             model.map_err(|e| RunError::Model { origin: scene.source().origin().into(), error: Box::new(e) })?;
@@ -152,7 +152,7 @@ impl Setup {
         }
         let mut ground = Ground::new(&mesh, &scene.mesh);
         ground.strain = super::strain::prepare(scene, &mesh, model.conditions())?;
-        ground.disc = super::tissue::wake(scene).map(|(middle, end)| (middle.into(), end - middle.x));
+        ground.disc = super::kinds::tissue::wake(scene).map(|(middle, end)| (middle.into(), end - middle.x));
         Ok(Self { ground, model, seconds: begin.elapsed().as_secs_f64(), said_of_start: OnceLock::new() })
     }
 
@@ -340,7 +340,7 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
     let Some(measure) = asked.map(|measure| measure.name) else { return Ok(()) };
     let behind = scene.mesh.centre()[0] + scene.mesh.radius();
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.track().is_none();
-    let wake = super::tissue::wake(scene);
+    let wake = super::kinds::tissue::wake(scene);
     let carried = wake.is_some_and(|(_, end)| mesh.vertices.iter().any(|x| x.x > end));
     if !(carried || single_disc && mesh.vertices.iter().any(|x| x.x > behind)) {
         return Err(RunError::Measure(MeasureError::NoDisc { measure, behind }));

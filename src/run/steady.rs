@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::kinds::sheet::show;
 use super::measures::Readings;
-use super::sheet::show;
 use super::stepper::{Coupled, Stepper, Stride};
 use super::stepping::Course;
 use super::summary::Ending;

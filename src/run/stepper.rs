@@ -243,10 +243,10 @@ pub fn phases_of(stepper: &mut dyn Stepper) -> Phases {
 }
 
 /// What is done with a scene that is ready to move.
-pub(super) type Stage<'s> = dyn FnMut(&Plan, Option<&Ground>, &mut dyn Stepper) -> Result<(), RunError> + 's;
+pub type Stage<'s> = dyn FnMut(&Plan, Option<&Ground>, &mut dyn Stepper) -> Result<(), RunError> + 's;
 
 /// What a scene is made ready for.
-pub(super) struct Wanted<'a> {
+pub struct Wanted<'a> {
     /// To go on from, and its file.
     pub saved: Option<&'a Saved>,
     pub file: &'a Path,

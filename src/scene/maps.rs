@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, de};
 
+use super::output::Field;
+
 /// A scalar that a map shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -66,6 +68,19 @@ impl Quantity {
         Quantity::PolarityLaplacian2,
         Quantity::Bodies,
     ];
+
+    /// The field that it is a part of; bodies alone have none.
+    pub fn field(self) -> Option<Field> {
+        use Quantity as Q;
+        match self {
+            Q::Speed | Q::Velocity1 | Q::Velocity2 => Some(Field::Velocity),
+            Q::Polarity | Q::Polarity1 | Q::Polarity2 => Some(Field::Polarity),
+            Q::Pressure => Some(Field::Pressure),
+            Q::Density => Some(Field::Density),
+            Q::PolarityLaplacian | Q::PolarityLaplacian1 | Q::PolarityLaplacian2 => Some(Field::PolarityLaplacian),
+            Q::Bodies => None,
+        }
+    }
 
     /// Default name of its pictures.
     pub fn file_name(self) -> String {

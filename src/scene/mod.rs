@@ -2,22 +2,20 @@
 //!
 //! [`SceneSource`] is the text with its overrides, [`Scene`] what the solver reads. Every default is filled in.
 
-mod any;
 pub mod bodies;
 mod check;
 mod edit;
 mod error;
+pub mod kinds;
 mod locate;
 pub mod maps;
 pub mod output;
-pub mod particles;
 pub mod path;
 pub mod presets;
 pub mod renamed;
 mod resolve;
 mod source;
 pub mod start;
-pub mod stokes;
 pub mod tables;
 mod translate;
 
@@ -35,14 +33,15 @@ pub use crate::model::momentum::SlipTreatment;
 pub use crate::scheme::{ControlSettings, Schedule};
 pub use crate::steady::{SteadySettings, Want};
 pub use crate::time::{CouplingSettings, MarchSettings};
-pub use any::AnyScene;
 pub use bodies::Bodies;
+pub use check::MapRule;
 pub use error::{Place, SceneError};
+pub use kinds::SceneKind;
+pub use kinds::particles::ParticlesScene;
+pub use kinds::stokes::StokesScene;
 pub use maps::{ArrowsOf, MapOptions, MapRequest, Quantity};
 pub use output::{Axis, AxisLine, Cut, Field, Output, What, measured};
-pub use particles::ParticlesScene;
-pub use source::{SceneKind, SceneSource};
-pub use stokes::StokesScene;
+pub use source::SceneSource;
 
 /// One computation, checked as far as possible without its mesh.
 #[derive(Debug, Clone)]
@@ -218,7 +217,7 @@ impl Scene {
     /// # Errors
     /// The first condition without a tag, else the first tag without a condition.
     pub fn check_tags(&self, tags: &[String]) -> Result<(), SceneError> {
-        stokes::check_tags(&self.source, self.boundary.keys(), tags)
+        kinds::stokes::check_tags(&self.source, self.boundary.keys(), tags)
     }
 
     /// Compares walls and bodies, if there are any, with the mesh.
@@ -252,7 +251,7 @@ impl Scene {
     /// The scene on another mesh, for counting: tags that it does not know take the conditions of those that it does,
     /// in turn.
     pub fn on(&self, mesh: &MeshScene, tags: &[String]) -> Scene {
-        Scene { mesh: mesh.clone(), boundary: stokes::conditions_on(&self.boundary, tags), ..self.clone() }
+        Scene { mesh: mesh.clone(), boundary: kinds::stokes::conditions_on(&self.boundary, tags), ..self.clone() }
     }
 
     /// The model's terms and the sources, on and off.

@@ -7,47 +7,12 @@ use toml_edit::{Document, DocumentMut, Item};
 
 use super::edit;
 use super::error::{Place, SceneError};
-use super::particles::ParticlesFile;
+use super::kinds::{self, SceneKind};
 use super::renamed;
-use super::stokes::StokesFile;
-use super::tables::SceneFile;
 use super::translate;
 use super::{locate, path};
 use crate::mesh::generate::MeshScene;
 use crate::names;
-
-/// What a scene is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SceneKind {
-    /// `"incompressible"` and `"compressible"`, and whatever is no kind at all.
-    Tissue,
-    /// `"stokes"`
-    Stokes,
-    /// `"particles"`
-    Particles,
-}
-
-impl SceneKind {
-    pub const ALL: [SceneKind; 3] = [SceneKind::Tissue, SceneKind::Stokes, SceneKind::Particles];
-
-    /// By the text of `model.kind`.
-    pub fn of(kind: &str) -> Self {
-        match kind {
-            "stokes" => SceneKind::Stokes,
-            "particles" => SceneKind::Particles,
-            _ => SceneKind::Tissue,
-        }
-    }
-
-    /// As in messages.
-    pub fn shown(self) -> &'static str {
-        match self {
-            SceneKind::Tissue => "tissue (kind = \"incompressible\" or \"compressible\")",
-            SceneKind::Stokes => "a Stokes flow (kind = \"stokes\")",
-            SceneKind::Particles => "particles (kind = \"particles\")",
-        }
-    }
-}
 
 /// A scene that is well-formed TOML; nothing else is checked yet.
 #[derive(Debug, Clone)]
@@ -117,11 +82,7 @@ impl SceneSource {
             "model.kind" => SceneKind::of(value.trim().trim_matches('"')),
             _ => self.kind(),
         };
-        match kind {
-            SceneKind::Tissue => self.set_in::<SceneFile>(path, value),
-            SceneKind::Stokes => self.set_in::<StokesFile>(path, value),
-            SceneKind::Particles => self.set_in::<ParticlesFile>(path, value),
-        }
+        (kind.set)(self, path, value)
     }
 
     /// The command for a text that is a study of scenes, not one of them.
@@ -139,9 +100,9 @@ impl SceneSource {
     }
 
     /// What `model.kind` makes of the scene.
-    pub fn kind(&self) -> SceneKind {
+    pub fn kind(&self) -> &'static SceneKind {
         let kind = self.value("model").and_then(|model| model.as_table_like()?.get("kind")?.as_str());
-        kind.map_or(SceneKind::Tissue, SceneKind::of)
+        kind.map_or(&kinds::TISSUE, SceneKind::of)
     }
 
     /// Top-level keys.

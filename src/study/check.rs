@@ -8,11 +8,12 @@ use serde::Serialize;
 
 use super::compare::CompareStudy;
 use super::{BranchStudy, OrderStudy, StudyError, SweepStudy, TradeoffStudy};
-use crate::run::any::{self, Amounts};
+use crate::run::AnyScene;
 use crate::run::available::available;
 use crate::run::disk;
+use crate::run::kinds::{self, Amounts};
 use crate::run::memory::MIB;
-use crate::scene::{AnyScene, SceneSource};
+use crate::scene::SceneSource;
 
 /// What a file is a study of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -99,7 +100,7 @@ pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<Study
             let study = OrderStudy::read(file, sets)?;
             let all = study.variants.iter().flat_map(|variant| study.levels.iter().map(move |n| (variant, *n)));
             let runs = all.map(|(variant, n)| {
-                let scene = study.scene_at(variant, n).map(|scene| AnyScene::Tissue(Box::new(scene)));
+                let scene = study.scene_at(variant, n).map(|scene| AnyScene::new(scene));
                 (format!("{}{}n = {n}", variant.name, if variant.name.is_empty() { "" } else { ", " }), scene)
             });
             gather(kind, study.title.clone(), runs)?
@@ -107,14 +108,14 @@ pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<Study
         Kind::Tradeoff => {
             let study = TradeoffStudy::read(file, sets)?;
             let runs = study.settings.iter().map(|setting| {
-                let scene = study.scene_of(setting, None).map(|scene| AnyScene::Tissue(Box::new(scene)));
+                let scene = study.scene_of(setting, None).map(|scene| AnyScene::new(scene));
                 (setting.name.clone(), scene)
             });
             gather(kind, study.title.clone(), runs)?
         }
         Kind::Branch => {
             let study = BranchStudy::read(file, sets)?;
-            let scene = study.scene_at(study.start).map(|scene| AnyScene::Tissue(Box::new(scene)));
+            let scene = study.scene_at(study.start).map(|scene| AnyScene::new(scene));
             let name = format!("{} = {}", study.parameter, study.start);
             let mut report = gather(kind, study.title.clone(), std::iter::once((name, scene)))?;
             report.runs = study.settings.max_points.saturating_mul(study.settings.max_branches);
@@ -175,7 +176,7 @@ fn look(scene: &AnyScene, whole: bool, seen: &mut HashMap<String, Looked>) -> Re
     if let (false, Some(known)) = (whole, seen.get(&key)) {
         return Ok(known.clone());
     }
-    let report = any::check(scene)?;
+    let report = kinds::check(scene)?;
     let looked = Looked { amounts: report.amounts(), refused: report.refused().first().cloned() };
     seen.insert(key, looked.clone());
     Ok(looked)

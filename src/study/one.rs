@@ -11,8 +11,9 @@ use crate::output::checkpoint::Saved;
 use crate::output::lock::{LOCK, Lock};
 use crate::output::progress::Verbosity;
 use crate::output::{OutputError, say};
-use crate::run::{Options, any, estimate};
-use crate::scene::{AnyScene, renamed};
+use crate::run::AnyScene;
+use crate::run::{Options, estimate, kinds};
+use crate::scene::renamed;
 
 /// How runs are done.
 #[derive(Debug)]
@@ -80,7 +81,7 @@ impl Workshop<'_> {
             // what a summary of an earlier process says is not about this one
             let _ = std::fs::remove_file(folder.join("summary.json"));
             let options = Options { out: folder.into(), resume, verbosity: self.verbosity, interrupt: self.interrupt };
-            let found = match any::run_held(scene, &options) {
+            let found = match kinds::run_held(scene, &options) {
                 Ok(_) => RunSummary::read(folder).map(|summary| Found::Ran(Box::new(summary))),
                 Err(error) => Some(Found::Refused(error.to_string())),
             };

@@ -2,7 +2,7 @@
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::scene::AnyScene;
+use crate::run::AnyScene;
 
 /// Lets runs in as long as their estimates fit together; one alone is always let in, and decides by itself.
 #[derive(Debug)]
@@ -59,11 +59,7 @@ impl Drop for Pass<'_> {
 /// Estimate of a run's largest memory in bytes; `None` for a scene that will be refused anyway, or that needs next to
 /// none.
 pub fn need(scene: &AnyScene) -> Option<f64> {
-    match scene {
-        AnyScene::Tissue(scene) => crate::run::setup::forecast(scene).ok().map(|count| count.bytes),
-        AnyScene::Stokes(scene) => crate::run::stokes::forecast(scene).ok().map(|count| count.bytes),
-        AnyScene::Particles(_) => None,
-    }
+    scene.bytes()
 }
 
 #[cfg(test)]

@@ -13,8 +13,9 @@ use crate::measure::errors::{ErrorField, Norm};
 use crate::measure::list::FREE_ENERGY;
 use crate::output::{OutputError, number, write_whole};
 use crate::results::names::{estimate_of, estimated};
+use crate::run::AnyScene;
 use crate::run::measures::columns;
-use crate::scene::{AnyScene, Scene, measured};
+use crate::scene::{Scene, measured};
 
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -212,12 +213,8 @@ impl Row {
 
 /// Names of the measures that runs of a scene can have, without those that only a name of the scene's makes.
 pub(super) fn measures_of(scene: &AnyScene) -> Vec<&'static str> {
-    match scene {
-        AnyScene::Tissue(scene) => measures_of_tissue(scene),
-        AnyScene::Stokes(_) | AnyScene::Particles(_) => {
-            measured(scene.outputs()).into_iter().flat_map(Measure::column_names).collect()
-        }
-    }
+    let named = || measured(scene.outputs()).into_iter().flat_map(Measure::column_names).collect();
+    scene.tissue().map_or_else(named, measures_of_tissue)
 }
 
 fn measures_of_tissue(scene: &Scene) -> Vec<&'static str> {

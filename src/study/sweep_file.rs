@@ -11,7 +11,8 @@ use super::forms::{Plots, WarmStart};
 use super::slurm::SlurmTable;
 use super::source::{self, Kind, Values, check_name, check_values, override_of, refuse};
 use super::{StudyError, results};
-use crate::scene::{AnyScene, SceneError, SceneSource};
+use crate::run::AnyScene;
+use crate::scene::{SceneError, SceneSource};
 
 /// One scene with other values, run by run.
 ///
@@ -151,7 +152,7 @@ impl SweepStudy {
         if scene.tissue().is_none() && !study.warm.is_empty() {
             let rule = format!(
                 "only scenes of tissue start from the states of others, and this is {}",
-                scene.source().kind().shown()
+                scene.source().kind().shown
             );
             return Err(refuse(&study.source, "warm_start", "(given)".to_owned(), &rule, "remove it"));
         }

@@ -14,7 +14,7 @@ use super::{StudyError, warm};
 use crate::output::lock::{self, Lock, Room};
 use crate::output::progress::Verbosity;
 use crate::output::say;
-use crate::scene::AnyScene;
+use crate::run::AnyScene;
 
 pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use monolayer::output::progress::Verbosity;
-use monolayer::run::{Ending, Options, Summary, any};
-use monolayer::scene::AnyScene;
+use monolayer::run::AnyScene;
+use monolayer::run::{Ending, Options, Summary, kinds};
 use tempfile::TempDir;
 
 /// A state of one body in `bodies.csv`.
@@ -85,7 +85,7 @@ fn attempt(text: &str, folder: &Path, resume: bool) -> Result<Summary, String> {
     let scene = AnyScene::parse(text, &folder.join("scene.toml")).map_err(|error| error.to_string())?;
     let interrupt = AtomicBool::new(false);
     let options = Options { out: folder.join("out"), resume, verbosity: Verbosity::Quiet, interrupt: &interrupt };
-    any::run(&scene, &options).map_err(|error| error.to_string())
+    kinds::run(&scene, &options).map_err(|error| error.to_string())
 }
 
 /// Runs a scene, or tells why it is refused.

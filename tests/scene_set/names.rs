@@ -5,7 +5,8 @@ use std::process::{Command, Output};
 
 use monolayer::measure::list;
 use monolayer::names::{RENAMED, did_you_mean, nearest};
-use monolayer::scene::{AnyScene, Field, Quantity, Scene, SceneSource, SlipTreatment, What, renamed};
+use monolayer::run::AnyScene;
+use monolayer::scene::{Field, Quantity, Scene, SceneSource, SlipTreatment, What, renamed};
 
 use super::{DISC, SHEET, STRIP};
 

@@ -6,8 +6,8 @@ use super::outputs::Scope;
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::model::{ModelKind, Parameters};
 use crate::output::plot::map::{LONGEST, Window};
-use crate::scene::SceneKind;
 use crate::scene::error::SceneError;
+use crate::scene::kinds::SceneKind;
 use crate::scene::maps::{ArrowsOf, MapOptions, MapRequest, MapTable, Quantity};
 use crate::scene::output::{Output, What};
 
@@ -45,10 +45,10 @@ impl Checker<'_> {
             MapTable::Quantity(_) => key.to_owned(),
             MapTable::Options(_) => format!("{key}.of"),
         };
-        let checked = if scope.kind == SceneKind::Stokes && options.of != Quantity::Bodies {
-            options.check_flow()
+        let checked = if !scope.kind.fields.is_empty() && options.of != Quantity::Bodies {
+            options.check_of(scope.kind)
         } else {
-            let rule = format!("{} has no map of it", scope.kind.shown());
+            let rule = format!("{} has no map of it", scope.kind.shown);
             let shown = format!("\"{}\"", options.of.name());
             self.require(options.of == Quantity::Bodies, &of_key, shown, &rule, "take maps = [\"bodies\"]")?;
             let field = options.arrows.is_some() || options.streamlines || options.mesh || options.range.is_some();
@@ -122,27 +122,27 @@ impl MapOptions {
         Ok(())
     }
 
-    /// Whether a flow without a tissue has what is to be drawn.
+    /// Whether runs of a kind without a tissue have what is to be drawn.
     ///
     /// # Errors
     /// The first rule that is broken.
-    pub fn check_flow(&self) -> Result<(), MapRule> {
-        let broken = |key: &'static str, value: String, rule: &str, hint: &str| {
-            Err(MapRule { key, value, rule: rule.to_owned(), hint: hint.to_owned() })
-        };
-        let holds = match self.of {
-            Quantity::Speed | Quantity::Velocity1 | Quantity::Velocity2 | Quantity::Pressure => true,
-            Quantity::Polarity | Quantity::Polarity1 | Quantity::Polarity2 | Quantity::Density => false,
-            Quantity::PolarityLaplacian | Quantity::PolarityLaplacian1 | Quantity::PolarityLaplacian2 => false,
-            Quantity::Bodies => false,
-        };
-        if !holds {
-            let hint = "the fields that it has are speed, velocity_1, velocity_2, pressure";
-            return broken("of", format!("\"{}\"", self.of.name()), "kind = \"stokes\" has no map of it", hint);
+    pub fn check_of(&self, kind: &SceneKind) -> Result<(), MapRule> {
+        let broken =
+            |key: &'static str, value: String, rule: String, hint: String| Err(MapRule { key, value, rule, hint });
+        let drawn = |of: Quantity| of.field().is_some_and(|field| kind.has(field));
+        if !drawn(self.of) {
+            let all: Vec<&str> = Quantity::ALL.into_iter().filter(|of| drawn(*of)).map(Quantity::name).collect();
+            let (name, hint) = (kind.names.join("\" or \""), format!("the fields that it has are {}", all.join(", ")));
+            return broken(
+                "of",
+                format!("\"{}\"", self.of.name()),
+                format!("kind = \"{name}\" has no map of it"),
+                hint,
+            );
         }
         if self.arrows == Some(ArrowsOf::Polarity) {
-            let rule = "kind = \"stokes\" has no polarity";
-            return broken("arrows", "\"polarity\"".into(), rule, "take arrows = \"velocity\", or remove it");
+            let rule = format!("kind = \"{}\" has no polarity", kind.names.join("\" or \""));
+            return broken("arrows", "\"polarity\"".into(), rule, "take arrows = \"velocity\", or remove it".into());
         }
         self.check_frame()
     }

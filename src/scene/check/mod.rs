@@ -4,7 +4,7 @@ mod amounts;
 mod bodies;
 mod fields;
 mod groups;
-mod kinds;
+mod kinds_of_scenes;
 mod maps;
 mod outputs;
 mod rest;
@@ -16,12 +16,12 @@ use std::fmt::Display;
 use std::path::PathBuf;
 
 use super::error::SceneError;
+use super::kinds;
 use super::path::quoted;
 use super::presets;
 use super::tables::{CouplingName, DensityScheme, SceneFile, SpaceTable, TimeStart, WallsName};
 use super::{
-    ControlSettings, CouplingSettings, Scene, SceneKind, SceneSource, SlipTreatment, Sources, Space, SteadySettings,
-    Time,
+    ControlSettings, CouplingSettings, Scene, SceneSource, SlipTreatment, Sources, Space, SteadySettings, Time,
 };
 use crate::element::MAX_DEGREE;
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
@@ -40,7 +40,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
         return Err(SceneError::Study { file, command, scene });
     }
     let checker = Checker { source: &source };
-    checker.of_kind(SceneKind::Tissue)?;
+    checker.of_kind(&kinds::TISSUE)?;
     checker.keys_of_kind()?;
     let (full, preset) = presets::fill(&source).map_err(|error| *error)?;
     let mut file = full.tables::<SceneFile>().map_err(|found| found.1)?;
@@ -59,7 +59,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
     let bodies = checker.bodies_of_tissue(&mut file, parameters.kind(), &parameters.symbols())?;
-    let scope = Scope { tissue: Some(&parameters), kind: SceneKind::Tissue, bodies: bodies.is_some() };
+    let scope = Scope { tissue: Some(&parameters), kind: &kinds::TISSUE, bodies: bodies.is_some() };
     let outputs = checker.outputs(&file.output, scope)?;
     let course = Course { step: time.control.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
@@ -111,7 +111,8 @@ fn exact_hint(kind: ModelKind) -> &'static str {
     }
 }
 
-pub(super) use kinds::{particles, stokes};
+pub(super) use kinds_of_scenes::{particles, stokes};
+pub use maps::MapRule;
 
 struct Checker<'a> {
     source: &'a SceneSource,

@@ -9,10 +9,11 @@ use crate::measure::list::{ALL, Of, Premise, Which};
 use crate::mesh::Point;
 use crate::mesh::generate::{GENERATORS, MeshScene};
 use crate::model::{ModelKind, Parameters};
+use crate::scene::Initial;
 use crate::scene::error::SceneError;
+use crate::scene::kinds::{self, SceneKind};
 use crate::scene::maps::{MapRequest, MapTable};
 use crate::scene::output::{Cut, CutTable, EveryTable, Field, Output, OutputTable, SectionTable, What};
-use crate::scene::{Initial, SceneKind};
 use crate::scheme::Schedule;
 
 /// What there is to be written.
@@ -20,7 +21,7 @@ use crate::scheme::Schedule;
 pub(super) struct Scope<'a> {
     /// Of a tissue.
     pub tissue: Option<&'a Parameters>,
-    pub kind: SceneKind,
+    pub kind: &'static SceneKind,
     /// Whether there are rigid bodies.
     pub bodies: bool,
 }
@@ -120,7 +121,7 @@ impl Checker<'_> {
         let (rule, hint) = ("only measures have estimates", "put it beside `measures`, or remove it");
         self.require(table.measures.is_some(), key, asked, rule, hint)?;
         let rule = "errors are estimated of scenes of tissue alone";
-        let tissue = self.source.kind() == SceneKind::Tissue;
+        let tissue = *self.source.kind() == kinds::TISSUE;
         self.require(tissue, key, asked, rule, "remove it, and compare runs with smaller steps and cells")?;
         let rule = "the errors are estimated on coarser meshes, and a mesh from a file has none";
         let hint = "give `mesh.shape` instead of `mesh.file`, or remove it and compare with a finer file";
@@ -168,7 +169,7 @@ impl Checker<'_> {
             (Of::Bodies(which, _), _) => {
                 let hint = "add a [[body]], or remove it";
                 self.require(scope.bodies, key, shown(), "the scene has no rigid body", hint)?;
-                let flow = scope.kind != SceneKind::Particles || which != Which::InAFlow;
+                let flow = scope.kind.has(Field::Velocity) || which != Which::InAFlow;
                 let rule = "particles are in no flow that they would be held in";
                 self.require(flow, key, shown(), rule, "remove it")
             }
@@ -177,8 +178,8 @@ impl Checker<'_> {
                 self.require(p.kind() == ModelKind::Compressible, key, shown(), CONSTANT_DENSITY, WRONG_KIND)
             }
             (Of::Flow(_) | Of::Tissue(..) | Of::Compressible(_), None) => {
-                let rule = format!("{} has no such measure", scope.kind.shown());
-                let flows = scope.kind == SceneKind::Stokes;
+                let rule = format!("{} has no such measure", scope.kind.shown);
+                let flows = scope.kind.has(Field::Velocity);
                 let has = |m: &&&Measure| m.is_of_bodies() || flows && !m.is_of_tissue();
                 let known: Vec<&str> = ALL.iter().filter(has).map(|m| m.name).collect();
                 let hint = format!("the measures that it has are {}", known.join(", "));
@@ -192,21 +193,22 @@ impl Checker<'_> {
             return self.fields(key, fields, p);
         }
         let key = format!("{key}.fields");
-        let flow = scope.kind == SceneKind::Stokes;
-        self.require(flow, &key, "(given)", "particles have no fields", "write `bodies = true` instead")?;
+        let has_fields = !scope.kind.fields.is_empty();
+        self.require(has_fields, &key, "(given)", "particles have no fields", "write `bodies = true` instead")?;
         for field in fields {
-            let holds = matches!(field, Field::Velocity | Field::Pressure | Field::StreamFunction);
-            let rule = format!("{} has no such field", scope.kind.shown());
-            let hint = "the fields that it has are velocity, pressure, stream_function";
-            self.require(holds, &key, format!("\"{}\"", field.name()), &rule, hint)?;
+            let holds = scope.kind.has(*field);
+            let rule = format!("{} has no such field", scope.kind.shown);
+            let all: Vec<&str> = scope.kind.fields.iter().map(|field| field.name()).collect();
+            let hint = format!("the fields that it has are {}", all.join(", "));
+            self.require(holds, &key, format!("\"{}\"", field.name()), &rule, &hint)?;
         }
         Ok(fields.to_vec())
     }
 
     fn cuts_of(&self, key: &str, cuts: &[CutTable], scope: Scope) -> Result<Vec<Cut>, SceneError> {
         let rule = "particles have no fields that could be cut";
-        let flow = scope.kind != SceneKind::Particles;
-        self.require(flow, &format!("{key}.cuts"), "(given)", rule, "write `bodies = true` instead")?;
+        let has_fields = !scope.kind.fields.is_empty();
+        self.require(has_fields, &format!("{key}.cuts"), "(given)", rule, "write `bodies = true` instead")?;
         self.cuts(key, cuts)
     }
 

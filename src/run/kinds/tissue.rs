@@ -5,25 +5,28 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::resolution::Resolution;
-use super::sheet;
-use super::stepper::{Halt, MARCH_COLUMNS, Stage, Stepper, Stride, Wanted};
-use super::view::{TissueFields, TissueNow, View};
-use super::{RunError, Setup};
+use super::{Amounts, Kind, sheet};
 use crate::body::guide::Guide;
 use crate::body::{Body, Hold};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moved, Solver, Wall};
 use crate::measure::list::{Bodies as BodiesNow, OfMarch};
+use crate::mesh::generate::MeshScene;
 use crate::mesh::{Mesh, Point};
 use crate::model::incompressible::{Description, Incompressible};
 use crate::model::momentum::MomentumError;
+use crate::run::kinds;
+use crate::run::resolution::Resolution;
+use crate::run::stepper::{Halt, MARCH_COLUMNS, Stage, Stepper, Stride, Wanted};
+use crate::run::view::{TissueFields, TissueNow, View};
+use crate::run::{RunError, Setup, extremes, report, setup};
 use crate::scene::bodies::Bodies;
-use crate::scene::{Scene, SceneError, What};
+use crate::scene::maps::MapOptions;
+use crate::scene::{MapRule, Output, Scene, SceneError, SceneSource, What};
 use crate::scheme::pace::Refusal;
 use crate::shape::{Pose, Shape, Twist};
 use crate::time::march::Counts;
 use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
-use crate::time::{Kind, March, OwnedSheet};
+use crate::time::{self, March, OwnedSheet};
 
 /// Whether a scene has bodies that move.
 pub fn has_moving_bodies(scene: &Scene) -> bool {
@@ -102,11 +105,76 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
     Ok(())
 }
 
+impl Kind for Scene {
+    fn title(&self) -> Option<&str> {
+        self.title.as_deref()
+    }
+
+    fn outputs(&self) -> &[Output] {
+        &self.outputs
+    }
+
+    fn source(&self) -> &SceneSource {
+        self.source()
+    }
+
+    fn resolved_toml(&self) -> String {
+        self.resolved_toml()
+    }
+
+    fn mesh(&self) -> Option<&MeshScene> {
+        Some(&self.mesh)
+    }
+
+    fn bytes(&self) -> Option<f64> {
+        setup::forecast(self).ok().map(|count| count.bytes)
+    }
+
+    fn report(&self) -> Result<Box<dyn kinds::Report>, RunError> {
+        Ok(Box::new(report::report(self)?))
+    }
+
+    fn stage(&self, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
+        stage(self, wanted, then)
+    }
+
+    fn suspect(&self) -> Option<String> {
+        extremes::of_scene(self)
+    }
+
+    fn tissue(&self) -> Option<&Scene> {
+        Some(self)
+    }
+
+    fn check_map(&self, options: &MapOptions) -> Result<(), MapRule> {
+        options.check(&self.parameters)
+    }
+}
+
+impl kinds::Report for report::Report {
+    fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self)
+    }
+
+    fn refused(&self) -> &[String] {
+        &self.refused
+    }
+
+    fn amounts(&self) -> Amounts {
+        Amounts {
+            cells: self.mesh.cells(),
+            steps: self.steps.unwrap_or(0.0),
+            memory_mib: self.memory_mib,
+            disk_mib: self.disk_mib,
+        }
+    }
+}
+
 /// Prepares a tissue, with bodies that move or without, at its start or where its checkpoint has it.
 ///
 /// # Errors
 /// Anything that is wrong before the first step.
-pub(super) fn stage(scene: &Scene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
+pub(in crate::run) fn stage(scene: &Scene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
     if !has_moving_bodies(scene) {
         return sheet::stage(scene, wanted, then);
     }
@@ -244,7 +312,7 @@ impl Stepper for MovingTissue {
         let (poses, twists) = (moving.poses().to_vec(), moving.twists().to_vec());
         moving.with(|march| {
             let (state, t) = (&march.state, march.t);
-            let Kind::Incompressible(model) = march.model.kind() else {
+            let time::Kind::Incompressible(model) = march.model.kind() else {
                 unreachable!("bodies move in an incompressible sheet")
             };
             let floating = model.bodies.as_ref().expect("a tissue with bodies");

@@ -4,14 +4,33 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::bodies::Bodies;
-use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable, zero};
-use super::error::SceneError;
-use super::output::{Output, OutputTable};
-use super::resolve;
-use super::source::SceneSource;
+use super::{Keys, SceneKind};
+
 use crate::expression::{Expression, VectorFormula};
+use crate::scene::bodies::Bodies;
+use crate::scene::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable, zero};
+use crate::scene::error::SceneError;
+use crate::scene::output::{Output, OutputTable};
+use crate::scene::resolve;
+use crate::scene::source::SceneSource;
 use crate::scheme::pace::PaceSettings;
+
+/// Keys of `[time]` of what moves by forces and contact.
+pub const MOTION_TIME_KEYS: &[&str] = &["step", "end", "step_min", "tolerance", "max_steps"];
+
+/// Its row.
+pub static KIND: SceneKind = SceneKind {
+    names: &["particles"],
+    shown: "particles (kind = \"particles\")",
+    keys: Keys {
+        top: &["title", "model", "time", "body", "bodies", "wall", "contact", "output"],
+        model: &["kind", "dynamics", "gravity", "drag"],
+        time: MOTION_TIME_KEYS,
+        space: &[],
+    },
+    fields: &[],
+    set: SceneSource::set_in::<ParticlesFile>,
+};
 
 /// A computation with particles, checked.
 #[derive(Debug, Clone)]
@@ -26,8 +45,8 @@ pub struct ParticlesScene {
     pub bodies: Bodies,
     pub time: MotionTime,
     pub outputs: Vec<Output>,
-    pub(super) resolved: ParticlesFile,
-    pub(super) source: SceneSource,
+    pub(in crate::scene) resolved: ParticlesFile,
+    pub(in crate::scene) source: SceneSource,
 }
 
 /// What forces change.
@@ -129,7 +148,7 @@ impl ParticlesScene {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn check(source: SceneSource) -> Result<Self, SceneError> {
-        super::check::particles(source)
+        crate::scene::check::particles(source)
     }
 
     /// The text that the scene was checked from, for further overrides.

@@ -1,13 +1,13 @@
 //! A tissue whose bodies, if it has some, are fixed: its march as a stepper, and its plan.
 
-use super::maps::Caption;
-use super::stepper::{Halt, Limits, MARCH_COLUMNS, Plan, Stage, Stepper, Stride, Wanted};
-use super::summary::Unknowns;
 use super::tissue::has_moving_bodies;
-use super::view::{TissueFields, TissueNow, View};
-use super::{RunError, Setup, extremes};
 use crate::measure::list::{Bodies, OfMarch};
 use crate::model::State;
+use crate::run::maps::Caption;
+use crate::run::stepper::{Halt, Limits, MARCH_COLUMNS, Plan, Stage, Stepper, Stride, Wanted};
+use crate::run::summary::Unknowns;
+use crate::run::view::{TissueFields, TissueNow, View};
+use crate::run::{RunError, Setup, extremes};
 use crate::scene::Scene;
 use crate::shape::Twist;
 use crate::time::march::Counts;
@@ -59,7 +59,7 @@ impl From<MarchError> for Halt {
 ///
 /// # Errors
 /// Those of `then`.
-pub(super) fn show(march: &March, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
+pub(in crate::run) fn show(march: &March, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
     let (model, state, t) = (march.model, &march.state, march.t);
     let fields = TissueFields { model, state, t };
     let counted = OfMarch { limited: march.limited(), mass_counted: march.mass_counted() };
@@ -73,7 +73,7 @@ pub(super) fn show(march: &March, then: &mut dyn FnMut(&View) -> Result<(), RunE
 ///
 /// # Errors
 /// Those of `then`.
-pub(super) fn show_bodies_at_rest(
+pub(in crate::run) fn show_bodies_at_rest(
     model: &dyn Sheet,
     state: &State,
     t: f64,

@@ -6,14 +6,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::bodies::BodiesReport;
-use super::maps::Caption;
-use super::memory::MIB;
-use super::stepper::{Halt, Limits, Plan, Stage, Stepper, Stride, Wanted, shortened};
 use super::stokes::{contact_term, head};
-use super::summary::Unknowns;
-use super::view::View;
-use super::{RunError, disk};
 use crate::body::Hold;
 use crate::body::stiffness::Stiffness;
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
@@ -21,11 +14,20 @@ use crate::contact::{Contact, ContactError, Settings, Solver};
 use crate::expression::Expression;
 use crate::measure::list::Bodies as BodiesNow;
 use crate::mesh::Point;
+use crate::mesh::generate::MeshScene;
 use crate::model::TermStatus;
+use crate::run::bodies::BodiesReport;
+use crate::run::kinds::{self, Amounts, Kind};
+use crate::run::maps::Caption;
+use crate::run::memory::MIB;
+use crate::run::stepper::{Halt, Limits, Plan, Stage, Stepper, Stride, Wanted, shortened};
+use crate::run::summary::Unknowns;
+use crate::run::view::View;
+use crate::run::{RunError, disk};
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::given_overlap;
-use crate::scene::particles::Dynamics;
-use crate::scene::{ParticlesScene, measured};
+use crate::scene::kinds::particles::Dynamics;
+use crate::scene::{Output, ParticlesScene, SceneSource, measured};
 use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
 use crate::shape::{Pose, Twist};
 
@@ -79,7 +81,7 @@ pub fn report(scene: &ParticlesScene) -> Result<ParticlesReport, RunError> {
         disk_mib: bytes / MIB,
         body: BodiesReport::new(&scene.bodies),
         remarks: remarks(scene),
-        refused: super::report::refusals([disk::check(scene.source(), bytes, Path::new("."))]),
+        refused: crate::run::report::refusals([disk::check(scene.source(), bytes, Path::new("."))]),
     })
 }
 
@@ -142,11 +144,59 @@ impl fmt::Display for ParticlesReport {
     }
 }
 
+impl Kind for ParticlesScene {
+    fn title(&self) -> Option<&str> {
+        self.title.as_deref()
+    }
+
+    fn outputs(&self) -> &[Output] {
+        &self.outputs
+    }
+
+    fn source(&self) -> &SceneSource {
+        self.source()
+    }
+
+    fn resolved_toml(&self) -> String {
+        self.resolved_toml()
+    }
+
+    fn mesh(&self) -> Option<&MeshScene> {
+        None
+    }
+
+    fn bytes(&self) -> Option<f64> {
+        None
+    }
+
+    fn report(&self) -> Result<Box<dyn kinds::Report>, RunError> {
+        Ok(Box::new(report(self)?))
+    }
+
+    fn stage(&self, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
+        stage(self, wanted, then)
+    }
+}
+
+impl kinds::Report for ParticlesReport {
+    fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self)
+    }
+
+    fn refused(&self) -> &[String] {
+        &self.refused
+    }
+
+    fn amounts(&self) -> Amounts {
+        Amounts { cells: 0, steps: self.steps, memory_mib: 0.0, disk_mib: self.disk_mib }
+    }
+}
+
 /// Prepares particles, at their start or where a checkpoint has them.
 ///
 /// # Errors
 /// Anything that is wrong before the first step.
-pub(super) fn stage(scene: &ParticlesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
+fn stage(scene: &ParticlesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
     let begin = Instant::now();
     wanted.run.map_or(Ok(()), |options| disk::check(scene.source(), written(scene), &options.out))?;
     let mut stepper = Swarm::new(scene)?;
@@ -160,7 +210,7 @@ pub(super) fn stage(scene: &ParticlesScene, wanted: &Wanted, then: &mut Stage) -
         source: scene.source(),
         text: scene.resolved_toml(),
         limits: Limits::at(scene.time.end, scene.time.max_steps),
-        suspect: super::extremes::of_source(scene.source()),
+        suspect: crate::run::extremes::of_source(scene.source()),
         outputs: &scene.outputs,
         bodies: &bodies.bodies,
         walls: bodies.walls.clone(),

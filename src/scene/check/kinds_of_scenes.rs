@@ -9,80 +9,24 @@ use super::{Checker, shown};
 use crate::expression::Expression;
 use crate::model::boundary::BoundaryScene;
 use crate::model::{ModelError, ModelKind, VelocityCondition};
+use crate::scene::SceneSource;
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
-use crate::scene::particles::{Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesScene};
+use crate::scene::kinds::particles::{Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesScene};
+use crate::scene::kinds::stokes::{StokesFile, StokesScene};
+use crate::scene::kinds::{self, SceneKind};
 use crate::scene::path::quoted;
-use crate::scene::stokes::{StokesFile, StokesScene};
 use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
-use crate::scene::{SceneKind, SceneSource};
 use crate::scheme::pace::{PaceSettings, Smallest};
 
 /// What forces that vary with a body's place may change of its way in a step, relative to its size.
 const TOLERANCE: f64 = 1e-3;
 
-/// Top-level keys, and keys of `[model]` and `[time]`, that scenes of a kind may have.
-fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
-    match kind {
-        SceneKind::Tissue => [
-            &[
-                "title", "accuracy", "model", "mesh", "space", "boundary", "initial", "source", "exact", "time",
-                "steady", "coupling", "strain", "rigid", "body", "bodies", "wall", "contact", "output",
-            ],
-            &[
-                "kind",
-                "friction",
-                "beta",
-                "traction",
-                "active_stress",
-                "peclet",
-                "coherence",
-                "elasticity",
-                "alignment",
-                "elastic_force",
-                "active_stress_iso",
-                "density",
-            ],
-            &[
-                "scheme",
-                "density_scheme",
-                "step",
-                "step_min",
-                "end",
-                "start",
-                "alternate",
-                "max_steps",
-                "growth",
-                "growth_wait",
-                "growth_rate",
-                "stop",
-            ],
-            &["k", "degree", "walls", "penalty"],
-        ],
-        SceneKind::Stokes => [
-            &[
-                "title", "model", "mesh", "space", "boundary", "source", "time", "rigid", "body", "bodies", "wall",
-                "contact", "output",
-            ],
-            &["kind", "friction"],
-            &["step", "end", "step_min", "tolerance", "max_steps"],
-            &["k", "walls", "penalty"],
-        ],
-        SceneKind::Particles => [
-            &["title", "model", "time", "body", "bodies", "wall", "contact", "output"],
-            &["kind", "dynamics", "gravity", "drag"],
-            &["step", "end", "step_min", "tolerance", "max_steps"],
-            &[],
-        ],
-    }
-}
-
 impl Checker<'_> {
     /// Refuses keys that only scenes of other kinds have; a key that no scene has is left to the tables.
-    pub(super) fn keys_of_kind(&self) -> Result<(), SceneError> {
+    pub(in crate::scene) fn keys_of_kind(&self) -> Result<(), SceneError> {
         let kind = self.source.kind();
-        for (at, table) in ["", "model", "time", "space"].into_iter().enumerate() {
-            let own = keys(kind)[at];
+        for (at, (table, own)) in kind.keys.tables().into_iter().enumerate() {
             let names: Vec<String> = match table {
                 "" => self.source.names(),
                 table => {
@@ -90,19 +34,18 @@ impl Checker<'_> {
                     table.map(|table| table.iter().map(|(name, _)| name.to_owned()).collect()).unwrap_or_default()
                 }
             };
-            let foreign = |name: &&String| {
-                let others = SceneKind::ALL.into_iter().filter(|other| *other != kind);
-                !own.contains(&name.as_str()) && others.clone().any(|other| keys(other)[at].contains(&name.as_str()))
-            };
             // a whole table that does not belong is told by its name
-            if own.is_empty() && !keys(kind)[0].contains(&table) {
+            if own.is_empty() && !kind.keys.top.contains(&table) {
                 continue;
             }
+            let owners = |name: &str| -> Vec<&str> {
+                let has = |other: &&&SceneKind| other.keys.tables()[at].1.contains(&name);
+                kinds::ALL.iter().filter(has).map(|other| other.shown).collect()
+            };
+            let foreign = |name: &&String| !own.contains(&name.as_str()) && !owners(name).is_empty();
             if let Some(name) = names.iter().find(foreign) {
                 let key = if table.is_empty() { name.clone() } else { format!("{table}.{name}") };
-                let owners = SceneKind::ALL.into_iter().filter(|other| keys(*other)[at].contains(&name.as_str()));
-                let owners: Vec<&str> = owners.map(SceneKind::shown).collect();
-                let rule = format!("{} has no such key; it belongs to {}", kind.shown(), owners.join(" and "));
+                let rule = format!("{} has no such key; it belongs to {}", kind.shown, owners(name).join(" and "));
                 let hint = format!("remove it; the keys that exist there are {}", own.join(", "));
                 return Err(self.error(&key, "(given)", &rule, &hint));
             }
@@ -144,7 +87,7 @@ impl Checker<'_> {
 /// As [`super::check`] for particles.
 pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene, SceneError> {
     let checker = Checker { source: &source };
-    checker.of_kind(SceneKind::Particles)?;
+    checker.of_kind(&kinds::particles::KIND)?;
     checker.keys_of_kind()?;
     let mut file = source.tables::<ParticlesFile>().map_err(|found| found.1)?;
     let drag = file.model.drag;
@@ -175,7 +118,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
     BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
         tables;
     let time = checker.motion_time(&mut file.time)?;
-    let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Particles, bodies: true })?;
+    let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: &kinds::particles::KIND, bodies: true })?;
     let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let title = file.title.clone();
@@ -185,7 +128,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
 /// As [`super::check`] for a Stokes flow.
 pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, SceneError> {
     let checker = Checker { source: &source };
-    checker.of_kind(SceneKind::Stokes)?;
+    checker.of_kind(&kinds::stokes::KIND)?;
     checker.keys_of_kind()?;
     let mut file = source.tables::<StokesFile>().map_err(|found| found.1)?;
     let friction = file.model.friction;
@@ -216,7 +159,7 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
         tables;
     let time = checker.motion_time(&mut file.time)?;
     let outputs =
-        checker.outputs(&file.output, Scope { tissue: None, kind: SceneKind::Stokes, bodies: bodies.is_some() })?;
+        checker.outputs(&file.output, Scope { tissue: None, kind: &kinds::stokes::KIND, bodies: bodies.is_some() })?;
     let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
@@ -238,18 +181,18 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
 
 impl Checker<'_> {
     /// Refuses scenes of another kind, and kinds that do not exist.
-    pub(super) fn of_kind(&self, kind: SceneKind) -> Result<(), SceneError> {
+    pub(in crate::scene) fn of_kind(&self, kind: &'static SceneKind) -> Result<(), SceneError> {
         let found = self.source.kind();
         if found == kind {
             return Ok(());
         }
-        let rule = format!("this needs {}, and the scene is of {}", kind.shown(), found.shown());
-        let hint = match kind {
-            SceneKind::Tissue => {
-                "`run`, `check` and `study` take scenes of every kind; orders, trade-offs, branches, comparisons, steady states and \
-                 estimates are those of tissue"
+        let rule = format!("this needs {}, and the scene is of {}", kind.shown, found.shown);
+        let hint = match *kind == kinds::TISSUE {
+            true => {
+                "`run`, `check` and `study` take scenes of every kind; orders, trade-offs, branches, comparisons, steady \
+                 states and estimates are those of tissue"
             }
-            SceneKind::Stokes | SceneKind::Particles => "take the scene of another kind",
+            false => "take the scene of another kind",
         };
         let value = self.source.value("model").and_then(|model| model.get("kind")).map(|kind| kind.to_string());
         Err(self.error("model.kind", value.unwrap_or_default().trim(), &rule, hint))

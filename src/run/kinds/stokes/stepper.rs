@@ -19,7 +19,7 @@ use crate::run::resolution::Resolution;
 use crate::run::stepper::{Halt, Stepper, Stride, shortened};
 use crate::run::view::{FlowFields, View};
 use crate::scene::StokesScene;
-use crate::scene::particles::MotionTime;
+use crate::scene::kinds::particles::MotionTime;
 use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
 use crate::shape::Twist;
 

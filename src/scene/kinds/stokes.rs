@@ -5,15 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::bodies::Bodies;
-use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable};
-use super::error::{Place, SceneError};
-use super::output::{Output, OutputTable};
-use super::particles::{MotionTime, MotionTimeTable};
-use super::path::quoted;
-use super::resolve;
-use super::source::SceneSource;
-use super::tables::WallsName;
+use super::particles::{MOTION_TIME_KEYS, MotionTime, MotionTimeTable};
+use super::{Keys, SceneKind};
 use crate::expression::{Expression, VectorFormula};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
@@ -21,6 +14,31 @@ use crate::model::Conditions;
 use crate::model::boundary::NamedCondition;
 use crate::model::momentum::SlipTreatment;
 use crate::names;
+use crate::scene::bodies::Bodies;
+use crate::scene::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable};
+use crate::scene::error::{Place, SceneError};
+use crate::scene::output::{Field, Output, OutputTable};
+use crate::scene::path::quoted;
+use crate::scene::resolve;
+use crate::scene::source::SceneSource;
+use crate::scene::tables::WallsName;
+
+/// Its row.
+pub static KIND: SceneKind = SceneKind {
+    names: &["stokes"],
+    shown: "a Stokes flow (kind = \"stokes\")",
+    keys: Keys {
+        top: &[
+            "title", "model", "mesh", "space", "boundary", "source", "time", "rigid", "body", "bodies", "wall",
+            "contact", "output",
+        ],
+        model: &["kind", "friction"],
+        time: MOTION_TIME_KEYS,
+        space: &["k", "walls", "penalty"],
+    },
+    fields: &[Field::Velocity, Field::Pressure, Field::StreamFunction],
+    set: SceneSource::set_in::<StokesFile>,
+};
 
 /// A Stokes flow, checked as far as possible without its mesh.
 #[derive(Debug, Clone)]
@@ -40,8 +58,8 @@ pub struct StokesScene {
     pub bodies: Option<Bodies>,
     pub time: MotionTime,
     pub outputs: Vec<Output>,
-    pub(super) resolved: StokesFile,
-    pub(super) source: SceneSource,
+    pub(in crate::scene) resolved: StokesFile,
+    pub(in crate::scene) source: SceneSource,
 }
 
 /// The whole file.
@@ -139,7 +157,7 @@ impl StokesScene {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn check(source: SceneSource) -> Result<Self, SceneError> {
-        super::check::stokes(source)
+        crate::scene::check::stokes(source)
     }
 
     /// The text that the scene was checked from, for further overrides.
@@ -180,7 +198,10 @@ impl StokesScene {
 }
 
 /// Conditions on these tags: those that are unknown take the known ones in turn.
-pub(super) fn conditions_on(boundary: &BTreeMap<String, Conditions>, tags: &[String]) -> BTreeMap<String, Conditions> {
+pub(in crate::scene) fn conditions_on(
+    boundary: &BTreeMap<String, Conditions>,
+    tags: &[String],
+) -> BTreeMap<String, Conditions> {
     let known: Vec<&Conditions> = boundary.values().collect();
     let of = |(at, tag): (usize, &String)| {
         let conditions = boundary.get(tag).or_else(|| known.get(at % known.len().max(1)).copied());
@@ -193,7 +214,7 @@ pub(super) fn conditions_on(boundary: &BTreeMap<String, Conditions>, tags: &[Str
 ///
 /// # Errors
 /// The first condition without a tag, else the first tag without a condition.
-pub(super) fn check_tags<'a>(
+pub(in crate::scene) fn check_tags<'a>(
     source: &SceneSource,
     given: impl Iterator<Item = &'a String> + Clone,
     tags: &[String],

@@ -9,22 +9,24 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::available::available;
-use super::bodies::BodiesReport;
-use super::forecast::{COUNTED, Count, Samples, smaller};
-use super::maps::Caption;
-use super::report::{Expected, MeshReport};
-use super::stepper::{Ground, Limits, Plan, Stage, Wanted};
-use super::summary::Unknowns;
-use super::{RunError, disk, domain, maps, memory, resolution};
 use crate::contact::Law;
 use crate::mesh::Mesh;
+use crate::mesh::generate::MeshScene;
 use crate::model::closed::ClosedParts;
 use crate::model::frames::Frames;
 use crate::model::momentum::check_held;
 use crate::model::{TermStatus, rotation};
+use crate::run::available::available;
+use crate::run::bodies::BodiesReport;
+use crate::run::forecast::{COUNTED, Count, Samples, smaller};
+use crate::run::kinds::{self, Amounts, Kind};
+use crate::run::maps::Caption;
+use crate::run::report::{Expected, MeshReport};
+use crate::run::stepper::{Ground, Limits, Plan, Stage, Wanted};
+use crate::run::summary::Unknowns;
+use crate::run::{RunError, disk, domain, maps, memory, resolution};
 use crate::scene::bodies::Bodies;
-use crate::scene::{StokesScene, ZERO_MEAN, measured};
+use crate::scene::{Output, SceneSource, StokesScene, ZERO_MEAN, measured};
 use crate::space::{Continuity, Space};
 use stepper::FlowStepper;
 
@@ -193,7 +195,7 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
         available_mib: available.map(|bytes| bytes / memory::MIB),
         disk_mib: bytes / memory::MIB,
         remarks: said,
-        refused: super::report::refusals(lacking),
+        refused: crate::run::report::refusals(lacking),
         mesh,
     })
 }
@@ -237,7 +239,7 @@ pub fn terms(scene: &StokesScene) -> Vec<TermStatus> {
 }
 
 /// The contact of bodies, on or off.
-pub(super) fn contact_term(bodies: &Bodies) -> TermStatus {
+pub(in crate::run) fn contact_term(bodies: &Bodies) -> TermStatus {
     let name = "contact";
     match &bodies.contact {
         None => TermStatus { name, formula: "D ≥ 0", on: false, reason: "nothing can touch".to_owned() },
@@ -256,7 +258,7 @@ pub(super) fn contact_term(bodies: &Bodies) -> TermStatus {
 impl fmt::Display for StokesReport {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         head(out, self.title.as_deref(), &self.terms)?;
-        writeln!(out, "\nmesh\n{}", super::report::indent(&self.mesh.to_string()))?;
+        writeln!(out, "\nmesh\n{}", crate::run::report::indent(&self.mesh.to_string()))?;
         if let Some(body) = &self.body {
             writeln!(out, "\n{body}")?;
         }
@@ -287,11 +289,59 @@ pub(super) fn head(out: &mut fmt::Formatter<'_>, title: Option<&str>, terms: &[T
     Ok(())
 }
 
+impl Kind for StokesScene {
+    fn title(&self) -> Option<&str> {
+        self.title.as_deref()
+    }
+
+    fn outputs(&self) -> &[Output] {
+        &self.outputs
+    }
+
+    fn source(&self) -> &SceneSource {
+        self.source()
+    }
+
+    fn resolved_toml(&self) -> String {
+        self.resolved_toml()
+    }
+
+    fn mesh(&self) -> Option<&MeshScene> {
+        Some(&self.mesh)
+    }
+
+    fn bytes(&self) -> Option<f64> {
+        forecast(self).ok().map(|count| count.bytes)
+    }
+
+    fn report(&self) -> Result<Box<dyn kinds::Report>, RunError> {
+        Ok(Box::new(report(self)?))
+    }
+
+    fn stage(&self, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
+        stage(self, wanted, then)
+    }
+}
+
+impl kinds::Report for StokesReport {
+    fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self)
+    }
+
+    fn refused(&self) -> &[String] {
+        &self.refused
+    }
+
+    fn amounts(&self) -> Amounts {
+        Amounts { cells: self.mesh.cells(), steps: self.steps, memory_mib: self.memory_mib, disk_mib: self.disk_mib }
+    }
+}
+
 /// Prepares a Stokes flow and its bodies, at the start or where a checkpoint has them.
 ///
 /// # Errors
 /// Anything that is wrong before the first step.
-pub(super) fn stage(scene: &StokesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
+fn stage(scene: &StokesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
     let begin = Instant::now();
     let available = if wanted.run.is_some() { available()? } else { None };
     if available.is_some() && scene.mesh.expected().is_some_and(|cells| cells > COUNTED) {
@@ -310,7 +360,7 @@ pub(super) fn stage(scene: &StokesScene, wanted: &Wanted, then: &mut Stage) -> R
         source: scene.source(),
         text: scene.resolved_toml(),
         limits: Limits::at(scene.time.end, scene.time.max_steps),
-        suspect: super::extremes::of_source(scene.source()),
+        suspect: crate::run::extremes::of_source(scene.source()),
         outputs: &scene.outputs,
         bodies: scene.bodies.as_ref().map_or(&[], |bodies| &bodies.bodies),
         walls,

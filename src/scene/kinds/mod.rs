@@ -1,0 +1,116 @@
+//! Kinds of scenes, each with its own keys: one row in [`ALL`]. What a kind does is a row of its own in
+//! `run::kinds`.
+
+pub mod particles;
+pub mod stokes;
+
+use std::fmt;
+
+use super::error::SceneError;
+use super::output::Field;
+use super::source::SceneSource;
+use super::tables::SceneFile;
+
+/// Every kind; one that is none of them is read as the first.
+pub static ALL: [&SceneKind; 3] = [&TISSUE, &stokes::KIND, &particles::KIND];
+
+/// A kind of scene: what its file may say.
+pub struct SceneKind {
+    /// The values of `model.kind` that make it.
+    pub names: &'static [&'static str],
+    /// As in messages.
+    pub shown: &'static str,
+    /// The keys that its scenes may have.
+    pub keys: Keys,
+    /// The fields that its runs can write, cut and draw; of a tissue some depend on its parameters.
+    pub fields: &'static [Field],
+    /// [`SceneSource::set`] for its scenes.
+    pub set: fn(&mut SceneSource, &str, &str) -> Result<(), SceneError>,
+}
+
+/// Keys of a kind.
+pub struct Keys {
+    pub top: &'static [&'static str],
+    /// Of `[model]`.
+    pub model: &'static [&'static str],
+    /// Of `[time]`.
+    pub time: &'static [&'static str],
+    /// Of `[space]`.
+    pub space: &'static [&'static str],
+}
+
+impl Keys {
+    /// The tables whose keys are told apart by kind, the first one being the whole file, and their keys.
+    pub fn tables(&self) -> [(&'static str, &'static [&'static str]); 4] {
+        [("", self.top), ("model", self.model), ("time", self.time), ("space", self.space)]
+    }
+}
+
+impl SceneKind {
+    /// By the text of `model.kind`.
+    pub fn of(name: &str) -> &'static SceneKind {
+        ALL.into_iter().find(|kind| kind.names.contains(&name)).unwrap_or(&TISSUE)
+    }
+
+    /// Whether its runs have such a field.
+    pub fn has(&self, field: Field) -> bool {
+        self.fields.contains(&field)
+    }
+}
+
+impl PartialEq for SceneKind {
+    fn eq(&self, other: &Self) -> bool {
+        self.names == other.names
+    }
+}
+
+impl Eq for SceneKind {}
+
+impl fmt::Debug for SceneKind {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.shown)
+    }
+}
+
+/// `"incompressible"` and `"compressible"`, and whatever is no kind at all.
+pub static TISSUE: SceneKind = SceneKind {
+    names: &["incompressible", "compressible"],
+    shown: "tissue (kind = \"incompressible\" or \"compressible\")",
+    keys: Keys {
+        top: &[
+            "title", "accuracy", "model", "mesh", "space", "boundary", "initial", "source", "exact", "time", "steady",
+            "coupling", "strain", "rigid", "body", "bodies", "wall", "contact", "output",
+        ],
+        model: &[
+            "kind",
+            "friction",
+            "beta",
+            "traction",
+            "active_stress",
+            "peclet",
+            "coherence",
+            "elasticity",
+            "alignment",
+            "elastic_force",
+            "active_stress_iso",
+            "density",
+        ],
+        time: &[
+            "scheme",
+            "density_scheme",
+            "step",
+            "step_min",
+            "end",
+            "start",
+            "alternate",
+            "max_steps",
+            "growth",
+            "growth_wait",
+            "growth_rate",
+            "stop",
+        ],
+        space: &["k", "degree", "walls", "penalty"],
+    },
+    fields: &Field::ALL,
+    set: SceneSource::set_in::<SceneFile>,
+};
