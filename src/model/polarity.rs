@@ -103,9 +103,7 @@ impl Polarity {
             Around::new(loops, space, passive, &mass)
         });
         let mass_inverse = invert_blocks(&mass, space.n)?;
-        let order = downstream_order(mesh);
-        let mut rank = vec![0; order.len()];
-        order.iter().enumerate().for_each(|(r, &cell)| rank[cell] = r);
+        let (order, rank) = downstream_order(mesh);
         let mut this = Self {
             space: space.clone(),
             dirichlet,
@@ -115,8 +113,8 @@ impl Polarity {
             mass,
             mass_inverse,
             neighbours,
-            order: Arc::new(order),
-            rank: Arc::new(rank),
+            order,
+            rank,
             steady_data: None,
             slopes,
             around: around.transpose()?,
@@ -333,10 +331,13 @@ pub fn data_of(conditions: &Conditions) -> Option<&[Expression; 2]> {
 }
 
 /// Cells from left to right: tissue mostly flows that way, and then the incomplete factors are nearly exact.
-fn downstream_order(mesh: &Mesh) -> Vec<usize> {
+/// Gives the place of every cell in that order, too.
+pub fn downstream_order(mesh: &Mesh) -> (Arc<Vec<usize>>, Arc<Vec<usize>>) {
     let mut order: Vec<usize> = (0..mesh.cells.len()).collect();
     order.sort_by(|&a, &b| mesh.centroid(a).x.total_cmp(&mesh.centroid(b).x).then(a.cmp(&b)));
-    order
+    let mut rank = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(r, &cell)| rank[cell] = r);
+    (Arc::new(order), Arc::new(rank))
 }
 
 pub(super) fn invert_blocks(blocks: &[f64], n: usize) -> Result<Vec<f64>, SolveError> {

@@ -180,7 +180,7 @@ fn judge(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
 }
 
 /// What went wrong, in words.
-pub(super) fn refusals(checks: impl IntoIterator<Item = Result<(), RunError>>) -> Vec<String> {
+pub(in crate::run) fn refusals(checks: impl IntoIterator<Item = Result<(), RunError>>) -> Vec<String> {
     checks.into_iter().filter_map(|check| check.err().map(|error| error.to_string())).collect()
 }
 
@@ -274,14 +274,7 @@ pub(super) fn written_on(scene: &Scene, cells: f64, unknowns: [f64; 4]) -> f64 {
 
 impl fmt::Display for Report {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(title) = &self.title {
-            writeln!(out, "{title}\n")?;
-        }
-        writeln!(out, "terms")?;
-        for term in &self.terms {
-            let mark = if term.on { "on " } else { "off" };
-            writeln!(out, "  {mark}  {:<26} {:<44} {}", term.name, term.formula, term.reason)?;
-        }
+        head(out, self.title.as_deref(), &self.terms)?;
         writeln!(out, "\nmesh\n{}", indent(&self.mesh.to_string()))?;
         if let Some(bodies) = &self.bodies {
             writeln!(out, "\n{bodies}")?;
@@ -319,6 +312,19 @@ impl fmt::Display for Report {
     }
 }
 
-pub(super) fn indent(text: &str) -> String {
+/// Title and terms of a report.
+pub(in crate::run) fn head(out: &mut fmt::Formatter<'_>, title: Option<&str>, terms: &[TermStatus]) -> fmt::Result {
+    if let Some(title) = title {
+        writeln!(out, "{title}\n")?;
+    }
+    writeln!(out, "terms")?;
+    for term in terms {
+        let mark = if term.on { "on " } else { "off" };
+        writeln!(out, "  {mark}  {:<26} {:<44} {}", term.name, term.formula, term.reason)?;
+    }
+    Ok(())
+}
+
+pub(in crate::run) fn indent(text: &str) -> String {
     text.lines().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
 }

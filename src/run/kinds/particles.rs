@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::stokes::{contact_term, head};
+use super::stokes::contact_term;
 use crate::body::Hold;
 use crate::body::stiffness::Stiffness;
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
@@ -20,6 +20,7 @@ use crate::run::bodies::BodiesReport;
 use crate::run::kinds::{self, Amounts, Kind};
 use crate::run::maps::Caption;
 use crate::run::memory::MIB;
+use crate::run::report::head;
 use crate::run::stepper::{Halt, Limits, Plan, Stage, Stepper, Stride, Wanted, shortened};
 use crate::run::summary::Unknowns;
 use crate::run::view::View;

@@ -14,7 +14,7 @@ pub(super) const MOST_POINTS: usize = 10_000_000;
 
 /// How a run goes from 0 to its end.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course {
+pub(in crate::scene) struct Course {
     pub step: f64,
     pub end: f64,
     pub max_steps: Option<usize>,
@@ -30,7 +30,7 @@ impl Course {
 
 impl Checker<'_> {
     /// Refuses more steps and more files than anybody can want.
-    pub(super) fn amounts(&self, outputs: &[Output], course: Course) -> Result<(), SceneError> {
+    pub(in crate::scene) fn amounts(&self, outputs: &[Output], course: Course) -> Result<(), SceneError> {
         let Course { step, end, .. } = course;
         let steps = course.steps();
         let rule = format!("leads to the end {end:?} in {steps:.1e} steps, and at most {MOST_STEPS:.0e} may be taken");

@@ -54,7 +54,7 @@ impl Checker<'_> {
     }
 
     /// The smallest step, given or not.
-    pub(super) fn step_min(&self, step: f64, given: Option<f64>) -> Result<Smallest, SceneError> {
+    pub(in crate::scene) fn step_min(&self, step: f64, given: Option<f64>) -> Result<Smallest, SceneError> {
         let Some(step_min) = given else {
             let step_min = 1e-6 * step;
             let rule = "is so small that a millionth of it, the smallest step, is 0";

@@ -29,8 +29,8 @@ use crate::mesh::generate::MeshScene;
 use crate::model::boundary::NamedCondition;
 use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
 use crate::time::CouplingKind;
-use amounts::Course;
-use outputs::Scope;
+pub(in crate::scene) use amounts::Course;
+pub(in crate::scene) use outputs::Scope;
 
 /// Reads the tables, checks them, fills in the defaults that depend on other keys.
 pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
@@ -88,7 +88,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
 }
 
 /// A number as one would type it: 1e-9, not 0.000000001.
-fn shown(value: f64) -> String {
+pub(in crate::scene) fn shown(value: f64) -> String {
     format!("{value:?}")
 }
 
@@ -114,12 +114,12 @@ fn exact_hint(kind: ModelKind) -> &'static str {
 pub(super) use kinds_of_scenes::{particles, stokes};
 pub use maps::MapRule;
 
-struct Checker<'a> {
-    source: &'a SceneSource,
+pub(in crate::scene) struct Checker<'a> {
+    pub(in crate::scene) source: &'a SceneSource,
 }
 
 impl Checker<'_> {
-    fn error(&self, key: &str, value: impl Display, rule: &str, hint: &str) -> SceneError {
+    pub(in crate::scene) fn error(&self, key: &str, value: impl Display, rule: &str, hint: &str) -> SceneError {
         let place = self.source.place(key);
         let (key, value) = (key.to_owned(), value.to_string());
         SceneError::Value { place, key, value, rule: rule.to_owned(), hint: hint.to_owned() }
@@ -135,11 +135,18 @@ impl Checker<'_> {
         SceneError::Missing { place: self.source.place(&key), key, hint: hint.to_owned() }
     }
 
-    fn require(&self, holds: bool, key: &str, value: impl Display, rule: &str, hint: &str) -> Result<(), SceneError> {
+    pub(in crate::scene) fn require(
+        &self,
+        holds: bool,
+        key: &str,
+        value: impl Display,
+        rule: &str,
+        hint: &str,
+    ) -> Result<(), SceneError> {
         if holds { Ok(()) } else { Err(self.error(key, value, rule, hint)) }
     }
 
-    fn positive(&self, key: &str, value: f64, hint: &str) -> Result<f64, SceneError> {
+    pub(in crate::scene) fn positive(&self, key: &str, value: f64, hint: &str) -> Result<f64, SceneError> {
         let holds = value.is_finite() && value > 0.0;
         self.require(holds, key, shown(value), "must be finite and greater than 0", hint)?;
         Ok(value)
@@ -150,11 +157,11 @@ impl Checker<'_> {
     }
 
     /// How messages about the formula under `key` begin while it is used.
-    fn given(&self, key: &str) -> String {
+    pub(in crate::scene) fn given(&self, key: &str) -> String {
         format!("{}: `{key}`: ", self.source.origin())
     }
 
-    fn pair(
+    pub(in crate::scene) fn pair(
         &self,
         key: &str,
         formulas: &VectorFormula,
@@ -184,7 +191,7 @@ impl Checker<'_> {
         std::path::absolute(&path).map_err(|error| self.error(key, given, &error.to_string(), &hint))
     }
 
-    fn mesh(&self, mesh: &mut MeshScene) -> Result<(), SceneError> {
+    pub(in crate::scene) fn mesh(&self, mesh: &mut MeshScene) -> Result<(), SceneError> {
         let rule = "exactly one of `shape` and `file` is needed";
         let hint = "add shape = \"strip-with-disc\" or file = \"name.msh\"";
         match (mesh.shape(), &mesh.file) {
@@ -412,7 +419,7 @@ impl Checker<'_> {
     }
 
     /// A step that the clock does not see at the end would never get there.
-    fn step_counts(&self, step: f64, end: f64) -> Result<(), SceneError> {
+    pub(in crate::scene) fn step_counts(&self, step: f64, end: f64) -> Result<(), SceneError> {
         let holds = end + 0.5 * step > end;
         let hint = "numbers have 16 digits: raise `step` or lower `end`";
         if is_odder(end, step) {
@@ -423,7 +430,7 @@ impl Checker<'_> {
         self.require(holds, "time.step", shown(step), &rule, hint)
     }
 
-    fn step_before_end(&self, step: f64, end: f64) -> Result<(), SceneError> {
+    pub(in crate::scene) fn step_before_end(&self, step: f64, end: f64) -> Result<(), SceneError> {
         let hint = "lower `step` or raise `end`";
         if is_odder(end, step) {
             let rule = format!("must not be shorter than a step, time.step = {}", shown(step));

@@ -18,7 +18,7 @@ use crate::scheme::Schedule;
 
 /// What there is to be written.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scope<'a> {
+pub(in crate::scene) struct Scope<'a> {
     /// Of a tissue.
     pub tissue: Option<&'a Parameters>,
     pub kind: &'static SceneKind,
@@ -34,7 +34,7 @@ fn rule_of_tracks() -> String {
 }
 
 impl Checker<'_> {
-    pub(super) fn outputs(&self, tables: &[OutputTable], scope: Scope) -> Result<Vec<Output>, SceneError> {
+    pub(in crate::scene) fn outputs(&self, tables: &[OutputTable], scope: Scope) -> Result<Vec<Output>, SceneError> {
         let numbered = tables.iter().enumerate();
         let outputs: Vec<Output> =
             numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, scope)).collect::<Result<_, _>>()?;

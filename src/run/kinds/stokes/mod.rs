@@ -21,7 +21,7 @@ use crate::run::bodies::BodiesReport;
 use crate::run::forecast::{COUNTED, Count, Samples, smaller};
 use crate::run::kinds::{self, Amounts, Kind};
 use crate::run::maps::Caption;
-use crate::run::report::{Expected, MeshReport};
+use crate::run::report::{Expected, MeshReport, head};
 use crate::run::stepper::{Ground, Limits, Plan, Stage, Wanted};
 use crate::run::summary::Unknowns;
 use crate::run::{RunError, disk, domain, maps, memory, resolution};
@@ -274,19 +274,6 @@ impl fmt::Display for StokesReport {
         write!(out, "\nmemory  about {:.0} MiB\ndisk    about {}", self.memory_mib, disk::shown(self.disk_mib))?;
         self.remarks.iter().try_for_each(|remark| write!(out, "\n\nnote: {remark}"))
     }
-}
-
-/// Title and terms of a report.
-pub(super) fn head(out: &mut fmt::Formatter<'_>, title: Option<&str>, terms: &[TermStatus]) -> fmt::Result {
-    if let Some(title) = title {
-        writeln!(out, "{title}\n")?;
-    }
-    writeln!(out, "terms")?;
-    for term in terms {
-        let mark = if term.on { "on " } else { "off" };
-        writeln!(out, "  {mark}  {:<26} {:<44} {}", term.name, term.formula, term.reason)?;
-    }
-    Ok(())
 }
 
 impl Kind for StokesScene {
