@@ -1,5 +1,6 @@
 //! Kinds of scenes, each with what it does: one row in [`ALL`].
 
+pub mod advection;
 pub mod particles;
 pub(super) mod sheet;
 pub mod stokes;
@@ -19,10 +20,11 @@ use crate::scene::maps::MapOptions;
 use crate::scene::{MapRule, Output, Scene, SceneError, SceneSource};
 
 /// Every kind that [`kinds::ALL`] names: how its scenes are checked.
-static ALL: [(&SceneKind, fn(SceneSource) -> Result<AnyScene, SceneError>); 3] = [
+static ALL: [(&SceneKind, fn(SceneSource) -> Result<AnyScene, SceneError>); 4] = [
     (&kinds::TISSUE, |source| Ok(AnyScene::new(Scene::check(source)?))),
     (&kinds::stokes::KIND, |source| Ok(AnyScene::new(kinds::stokes::StokesScene::check(source)?))),
     (&kinds::particles::KIND, |source| Ok(AnyScene::new(kinds::particles::ParticlesScene::check(source)?))),
+    (&kinds::advection::KIND, |source| Ok(AnyScene::new(kinds::advection::AdvectionScene::check(source)?))),
 ];
 
 /// A scene of some kind: what it says, and what is done with it.

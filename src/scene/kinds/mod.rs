@@ -1,6 +1,7 @@
 //! Kinds of scenes, each with its own keys: one row in [`ALL`]. What a kind does is a row of its own in
 //! `run::kinds`.
 
+pub mod advection;
 pub mod particles;
 pub mod stokes;
 
@@ -12,7 +13,7 @@ use super::source::SceneSource;
 use super::tables::SceneFile;
 
 /// Every kind; one that is none of them is read as the first.
-pub static ALL: [&SceneKind; 3] = [&TISSUE, &stokes::KIND, &particles::KIND];
+pub static ALL: [&SceneKind; 4] = [&TISSUE, &stokes::KIND, &particles::KIND, &advection::KIND];
 
 /// A kind of scene: what its file may say.
 pub struct SceneKind {

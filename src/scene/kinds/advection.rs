@@ -1,0 +1,209 @@
+//! `kind = "advection"`: a density that a given velocity carries, `∂_t ρ + div(ρv) = 0`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Keys, SceneKind};
+use crate::expression::{Expression, Formula, VectorFormula};
+use crate::mesh::generate::MeshScene;
+use crate::scene::check::{Checker, Course, Scope, shown};
+use crate::scene::error::SceneError;
+use crate::scene::output::{Field, Output, OutputTable};
+use crate::scene::path::quoted;
+use crate::scene::resolve;
+use crate::scene::source::SceneSource;
+use crate::scheme::abdf::MAX_ORDER;
+use crate::scheme::pace::PaceSettings;
+
+/// Its row.
+pub static KIND: SceneKind = SceneKind {
+    names: &["advection"],
+    shown: "advection (kind = \"advection\")",
+    keys: Keys {
+        top: &["title", "model", "mesh", "space", "boundary", "initial", "time", "output"],
+        model: &["kind", "velocity"],
+        time: &["step", "end", "step_min", "order", "max_steps"],
+        space: &["k"],
+    },
+    fields: &[Field::Velocity, Field::Density, Field::StreamFunction],
+    set: SceneSource::set_in::<AdvectionFile>,
+};
+
+/// A density that a given velocity carries, checked as far as possible without its mesh.
+#[derive(Debug, Clone)]
+pub struct AdvectionScene {
+    pub title: Option<String>,
+    /// `v(x, t)`
+    pub velocity: [Expression; 2],
+    pub mesh: MeshScene,
+    /// Degree of the density; the velocity has one more.
+    pub degree: usize,
+    /// By boundary tag: the density of what flows in there.
+    pub boundary: BTreeMap<String, Expression>,
+    /// At t = 0.
+    pub initial: Expression,
+    pub pace: PaceSettings,
+    pub end: f64,
+    /// Highest order of the A-BDF.
+    pub order: usize,
+    pub max_steps: Option<usize>,
+    pub outputs: Vec<Output>,
+    resolved: AdvectionFile,
+    source: SceneSource,
+}
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdvectionFile {
+    /// One line for reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    pub model: AdvectionModel,
+    pub mesh: MeshScene,
+    #[serde(default)]
+    pub space: AdvectionSpace,
+    #[serde(default)]
+    pub boundary: BTreeMap<String, AdvectionBoundary>,
+    pub initial: AdvectionStart,
+    pub time: AdvectionTime,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub output: Vec<OutputTable>,
+}
+
+/// `[model]` of advection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdvectionModel {
+    pub kind: String,
+    /// `v`, formulas of x, y and t.
+    pub velocity: VectorFormula,
+}
+
+/// `[space]` of advection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvectionSpace {
+    /// Degree of the density, 0 to 3 (default 1).
+    pub k: usize,
+}
+
+impl Default for AdvectionSpace {
+    fn default() -> Self {
+        Self { k: 1 }
+    }
+}
+
+/// `[boundary.TAG]` of advection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdvectionBoundary {
+    /// Of what flows in.
+    pub density: Formula,
+}
+
+/// `[initial]` of advection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdvectionStart {
+    pub density: Formula,
+}
+
+/// `[time]` of advection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdvectionTime {
+    pub step: f64,
+    pub end: f64,
+    /// The smallest step (default: a millionth of `step`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_min: Option<f64>,
+    /// Order of the A-BDF, 1 to 3 (default 2).
+    #[serde(default = "second")]
+    pub order: usize,
+    /// Most steps (default: no limit).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_steps: Option<usize>,
+}
+
+fn second() -> usize {
+    2
+}
+
+impl AdvectionScene {
+    /// Checks a scene with its overrides: every rule that does not need the mesh.
+    ///
+    /// # Errors
+    /// Whatever is wrong with it, see [`SceneError`].
+    pub fn check(source: SceneSource) -> Result<Self, SceneError> {
+        let checker = Checker { source: &source };
+        checker.of_kind(&KIND)?;
+        checker.keys_of_kind()?;
+        let mut file = source.tables::<AdvectionFile>().map_err(|found| found.1)?;
+        let velocity = checker.pair("model.velocity", &file.model.velocity, &[])?;
+        let degree = file.space.k;
+        checker.require(degree <= 3, "space.k", degree, "must lie between 0 and 3", "1 is usual")?;
+        checker.mesh(&mut file.mesh)?;
+        let density = |key: &str, formula: &Formula| {
+            let parsed = crate::model::ModelError::parse_density(key, formula, &[]);
+            parsed
+                .map(|density| density.given_at(&checker.given(key)))
+                .map_err(|error| checker.error(key, error.value, &error.rule, &error.hint))
+        };
+        let inflow = |(tag, table): (&String, &AdvectionBoundary)| {
+            Ok((tag.clone(), density(&format!("boundary.{}.density", quoted(tag)), &table.density)?))
+        };
+        let boundary = file.boundary.iter().map(inflow).collect::<Result<_, SceneError>>()?;
+        let initial = density("initial.density", &file.initial.density)?;
+        let (step, end) = (file.time.step, file.time.end);
+        checker.positive("time.step", step, "the time step, such as 0.01")?;
+        checker.positive("time.end", end, "runs start at t = 0")?;
+        checker.step_before_end(step, end)?;
+        checker.step_counts(step, end)?;
+        let pace = PaceSettings { step, step_min: checker.step_min(step, file.time.step_min)? };
+        let (order, max_steps) = (file.time.order, file.time.max_steps);
+        let holds = (1..=MAX_ORDER).contains(&order);
+        let rule = format!("must lie between 1 and {MAX_ORDER}");
+        checker.require(holds, "time.order", shown(order as f64), &rule, "2 is usual")?;
+        let none = "leave it out for no limit";
+        checker.require(max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
+        let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: &KIND, bodies: false })?;
+        checker.amounts(&outputs, Course { step, end, max_steps })?;
+        let (title, mesh) = (file.title.clone(), file.mesh.clone());
+        Ok(Self {
+            title,
+            velocity,
+            mesh,
+            degree,
+            boundary,
+            initial,
+            pace,
+            end,
+            order,
+            max_steps,
+            outputs,
+            resolved: file,
+            source,
+        })
+    }
+
+    /// The text that the scene was checked from, for further overrides.
+    pub fn source(&self) -> &SceneSource {
+        &self.source
+    }
+
+    /// The scene as TOML with every default and override filled in; it parses back to the same scene.
+    pub fn resolved_toml(&self) -> String {
+        resolve::to_toml(&self.resolved)
+    }
+
+    /// The density of what flows in, in the order of these tags of the mesh.
+    ///
+    /// # Errors
+    /// A tag without a density, a density without a tag.
+    pub fn inflow(&self, tags: &[String]) -> Result<Vec<Expression>, SceneError> {
+        super::stokes::check_tags(&self.source, self.boundary.keys(), tags)?;
+        Ok(tags.iter().map(|tag| self.boundary[tag].clone()).collect())
+    }
+}
