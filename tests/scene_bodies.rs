@@ -7,7 +7,7 @@ use monolayer::contact::{Law, Wall};
 use monolayer::mesh::Point;
 use monolayer::run::domain::mesh_of;
 use monolayer::scene::{AnyScene, ParticlesScene, Scene, SceneSource, StokesScene};
-use monolayer::shape::Shape;
+use monolayer::shape::{Core, Disc, Figure, Shape};
 
 const PARTICLES: &str = r#"title = "two discs and a box"
 [model]
@@ -116,7 +116,7 @@ fn wrong(from: &str, to: &str, parts: &[&str]) {
 fn particles_are_read_with_every_default() {
     let scene = particles(PARTICLES);
     let [left, capsule, small @ ..] = &scene.bodies.bodies[..] else { panic!("two bodies and more") };
-    assert_eq!((left.name.as_str(), &left.shape), ("left", &Shape::Disc { radius: 0.1 }));
+    assert_eq!((left.name.as_str(), &left.shape), ("left", &Shape::from(Disc { radius: 0.1 })));
     assert_eq!(left.start_twist.velocity, Point::new(1.0, 0.0));
     let area = std::f64::consts::PI * 0.01;
     let force = left.force[1].eval_at(Point::zeros(), 1.0, 0.0);
@@ -179,8 +179,10 @@ fn a_polygon_lies_where_its_vertices_say() {
     let body = &scene.bodies.bodies[0];
     assert!((body.start.position - Point::new(0.3, 0.5)).norm() < 1e-15);
     assert!((body.shape.area() - 0.04).abs() < 1e-15, "counterclockwise now");
-    let Shape::Polygon { vertices } = &body.shape else { panic!("{:?}", body.shape) };
-    assert!(vertices.iter().all(|v| (v.norm() - 0.1 * 2f64.sqrt()).abs() < 1e-15));
+    let Figure::Around { core: Core::Polygon(vertices), radius: 0.0 } = body.shape.figure() else {
+        panic!("{:?}", body.shape)
+    };
+    assert!(vertices.len() == 4 && vertices.iter().all(|v| (v.norm() - 0.1 * 2f64.sqrt()).abs() < 1e-15));
 }
 
 #[test]
