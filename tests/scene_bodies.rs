@@ -306,6 +306,24 @@ fn shapes_that_are_none() {
     wrong(disc, &polygon("[[0, 0], [1, 0], [2, 0]]"), &["not convex at vertex 0"]);
     wrong(disc, &polygon("[[0, 0], [2, 0], [1, 0.5], [2, 2]]"), &["not convex", "(1, 0.5)"]);
     wrong(disc, &polygon("[[0, 1], [0.6, -0.8], [-0.95, 0.3], [0.95, 0.3], [-0.6, -0.8]]"), &["winds round"]);
+    let regular = |keys: &str| format!("{{ regular-polygon = {{ {keys} }} }}");
+    let at = |key: &str| format!("`body.0.shape.regular-polygon.{key}`");
+    wrong(disc, &regular("sides = 2, radius = 0.1"), &[&at("sides"), "between 3 and 100"]);
+    wrong(disc, &regular("sides = 6, radius = 0"), &[&at("radius"), "greater than 0"]);
+    wrong(disc, &regular("sides = 6, radius = 0.1, rounding = -0.1"), &[&at("rounding"), "0 keeps sharp corners"]);
+    wrong(disc, &regular("sides = 6, radius = 0.1, rounded = 0.1"), &["rounded", "did you mean `rounding`?"]);
+}
+
+#[test]
+fn a_hexagon_with_round_corners() {
+    let hexagon = "{ regular-polygon = { sides = 6, radius = 0.1, rounding = 0.02 } }";
+    let scene = particles(&PARTICLES.replace("{ disc = { radius = 0.1 } }", hexagon));
+    let shape = &scene.bodies.bodies[0].shape;
+    let exact = 1.5 * 3f64.sqrt() * 0.01 + 0.6 * 0.02 + std::f64::consts::PI * 0.02 * 0.02;
+    assert!((shape.area() - exact).abs() < 1e-15);
+    assert!((shape.circumradius() - 0.12).abs() < 1e-15);
+    assert!((shape.inradius() - (0.05 * 3f64.sqrt() + 0.02)).abs() < 1e-15);
+    assert_eq!(particles(&scene.resolved_toml()).bodies, scene.bodies);
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod form;
 pub mod outline;
 mod polygon;
 mod pose;
+mod regular_polygon;
 
 use std::ops::Deref;
 
@@ -100,6 +101,7 @@ shapes! {
     "ellipse" => ellipse::Ellipse, EllipseTable;
     "capsule" => capsule::Capsule, CapsuleTable;
     "polygon" => polygon::Polygon, PolygonTable;
+    "regular-polygon" => regular_polygon::RegularPolygon, RegularPolygonTable;
 }
 
 /// The shape of a body, one of those in [`SHAPES`]; what one asks of it is in [`Form`].
