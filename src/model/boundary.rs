@@ -24,13 +24,86 @@ pub enum VelocityCondition {
     NoTangential,
 }
 
+/// Which components of the velocity a condition prescribes; of the others it prescribes the stress.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    Nothing,
+    /// `v·n = 0`
+    Normal,
+    /// `v·t = 0`
+    Tangent,
+    Both,
+}
+
+/// What the rest of the program asks a condition.
 impl VelocityCondition {
+    /// As a scene names it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            VelocityCondition::Dirichlet(_) => "dirichlet",
+            VelocityCondition::Traction(_) => "traction",
+            VelocityCondition::Slip => "slip",
+            VelocityCondition::NoTangential => "no-tangential",
+        }
+    }
+
+    /// Which components of the velocity it prescribes.
+    pub fn holds(&self) -> Held {
+        match self {
+            VelocityCondition::Dirichlet(_) => Held::Both,
+            VelocityCondition::Traction(_) => Held::Nothing,
+            VelocityCondition::Slip => Held::Normal,
+            VelocityCondition::NoTangential => Held::Tangent,
+        }
+    }
+
+    /// Its formulas.
+    pub fn formulas(&self) -> &[Expression] {
+        match self {
+            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => pair,
+            VelocityCondition::Slip | VelocityCondition::NoTangential => &[],
+        }
+    }
+
+    /// `v_D`, where the whole velocity is prescribed.
+    pub fn value(&self) -> Option<&[Expression; 2]> {
+        match self {
+            VelocityCondition::Dirichlet(value) => Some(value),
+            VelocityCondition::Traction(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => None,
+        }
+    }
+
+    /// The whole traction, where it is prescribed.
+    pub fn traction(&self) -> Option<&[Expression; 2]> {
+        match self {
+            VelocityCondition::Traction(traction) => Some(traction),
+            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => None,
+        }
+    }
+
+    /// `β_w ≥ 0` of a tangential traction `(n·σ)·t = −β_w v·t`, constant in time; `None` where there is none.
+    pub fn resistance(&self) -> Option<&Expression> {
+        match self {
+            VelocityCondition::Dirichlet(_)
+            | VelocityCondition::Traction(_)
+            | VelocityCondition::Slip
+            | VelocityCondition::NoTangential => None,
+        }
+    }
+
+    /// Whether nothing passes while the tissue may move along the wall.
+    pub fn is_impermeable(&self) -> bool {
+        self.holds() == Held::Normal
+    }
+
     /// Whether the condition prescribes a normal stress; where none does, Π is only determined up to a constant.
     pub fn fixes_pressure(&self) -> bool {
-        match self {
-            VelocityCondition::Traction(_) | VelocityCondition::NoTangential => true,
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip => false,
-        }
+        matches!(self.holds(), Held::Nothing | Held::Tangent)
+    }
+
+    /// Whether nothing passes, and nothing slows the tissue down along the wall.
+    pub fn slips_freely(&self) -> bool {
+        self.is_impermeable() && self.resistance().is_none()
     }
 }
 
@@ -48,7 +121,7 @@ pub enum PolarityCondition {
 pub struct Conditions {
     pub velocity: VelocityCondition,
     pub polarity: PolarityCondition,
-    /// `ρ_in`, the density of what flows in; `None` on slip and in the incompressible sheet.
+    /// `ρ_in`, the density of what flows in; `None` where nothing passes and in the incompressible sheet.
     pub density: Option<Expression>,
 }
 
@@ -76,12 +149,17 @@ impl Conditions {
         Self { velocity, polarity, density }
     }
 
+    /// The same with rest where a wall resists: the essential conditions that hold as many rigid motions.
+    #[must_use]
+    pub fn at_rest_where_resisted(&self) -> Self {
+        let rest = || VelocityCondition::Dirichlet([0.0, 0.0].map(Expression::constant));
+        let velocity = self.velocity.resistance().map_or_else(|| self.velocity.clone(), |_| rest());
+        Self { velocity, ..self.clone() }
+    }
+
     /// The formulas of the conditions, by key.
     pub fn formulas(&self) -> [(&'static str, Vec<&Expression>); 3] {
-        let velocity = match &self.velocity {
-            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => pair.iter().collect(),
-            VelocityCondition::Slip | VelocityCondition::NoTangential => Vec::new(),
-        };
+        let velocity = self.velocity.formulas().iter().collect();
         let polarity = match &self.polarity {
             PolarityCondition::Dirichlet(pair) => pair.iter().collect(),
             PolarityCondition::Neumann => Vec::new(),
@@ -199,17 +277,15 @@ fn inflow_density(
     parameters: &[(&str, f64)],
     exact: Option<&Exact>,
 ) -> Result<Option<Expression>, ModelError> {
-    match (velocity, given) {
-        (VelocityCondition::Slip, None) => Ok(None),
-        (VelocityCondition::Slip, Some(given)) => {
+    match (velocity.is_impermeable(), given) {
+        (true, None) => Ok(None),
+        (true, Some(given)) => {
             let hint = "remove it; only what flows in has a density to be given";
-            Err(ModelError::new("density", format!("\"{given}\""), "nothing passes a boundary that is \"slip\"", hint))
+            let rule = format!("nothing passes a boundary that is \"{}\"", velocity.name());
+            Err(ModelError::new("density", format!("\"{given}\""), rule, hint))
         }
-        (
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential,
-            Some(given),
-        ) => Ok(Some(ModelError::parse_density("density", given, parameters)?)),
-        (VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential, None) => {
+        (false, Some(given)) => Ok(Some(ModelError::parse_density("density", given, parameters)?)),
+        (false, None) => {
             let from_exact = exact.and_then(|exact| exact.volume().density()).cloned();
             let rule = "tissue may flow in here, and its density is not known";
             let hint = "add `density = 1.0` or a formula, the density of what flows in";
@@ -227,6 +303,13 @@ fn vector(key: &str, values: &VectorFormula, parameters: &[(&str, f64)]) -> Resu
 pub struct NamedCondition {
     pub name: String,
     pub values: Option<VectorFormula>,
+}
+
+impl NamedCondition {
+    /// Whether it is a condition of the velocity under which tissue can turn in a round domain.
+    pub fn lets_turn(&self) -> bool {
+        self.name == "slip"
+    }
 }
 
 impl fmt::Display for NamedCondition {

@@ -6,7 +6,7 @@ use super::{RunError, Setup};
 use crate::measure::{MeasureError, Strain, Tensor};
 use crate::mesh::Mesh;
 use crate::model::momentum::tagged;
-use crate::model::{Conditions, Residuals, State, VelocityCondition};
+use crate::model::{Conditions, Residuals, State};
 use crate::scene::Scene;
 use crate::time::March;
 
@@ -19,7 +19,7 @@ const STEADY: f64 = 1e-4;
 /// A structure that contradicts itself.
 pub(super) fn prepare(scene: &Scene, mesh: &Arc<Mesh>, conditions: &[Conditions]) -> Result<Option<Strain>, RunError> {
     let Some(settings) = scene.strain_needed() else { return Ok(None) };
-    let open = tagged(conditions, |c| !matches!(c, VelocityCondition::Slip));
+    let open = tagged(conditions, |c| !c.is_impermeable());
     Ok(Some(Strain::new(mesh, settings.degree, settings.weissenberg, open)?))
 }
 
