@@ -1,8 +1,8 @@
 //! Conditions on a boundary tag [5.45]: one for the velocity, one for the polarity, and the density of what flows in.
 
-use std::fmt;
+mod given;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser::SerializeMap};
+use serde::{Deserialize, Serialize};
 
 use super::ModelError;
 use super::manufactured::Exact;
@@ -10,6 +10,7 @@ use super::parameters::ModelKind;
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::Point;
 use crate::names;
+pub use given::{NamedCondition, Values};
 
 /// What holds for the velocity on a tag.
 #[derive(Debug, Clone, PartialEq)]
@@ -218,7 +219,7 @@ impl BoundaryScene {
     pub fn resolved(&self) -> Self {
         let mut full = self.clone();
         if full.velocity.name == "traction" && full.velocity.values.is_none() {
-            full.velocity.values = Some([0, 0].map(crate::expression::Formula::Integer));
+            full.velocity.values = Some(Values::Pair([0, 0].map(Formula::Integer)));
         }
         full
     }
@@ -234,8 +235,10 @@ fn velocity_condition(
         ("slip", None) => Ok(VelocityCondition::Slip),
         ("no-tangential", None) => Ok(VelocityCondition::NoTangential),
         ("traction", None) => Ok(VelocityCondition::Traction([0.0, 0.0].map(Expression::constant))),
-        ("traction", Some(values)) => Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?)),
-        ("dirichlet", Some(values)) => {
+        ("traction", Some(Values::Pair(values))) => {
+            Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?))
+        }
+        ("dirichlet", Some(Values::Pair(values))) => {
             Ok(VelocityCondition::Dirichlet(vector("velocity.dirichlet", values, parameters)?))
         }
         ("dirichlet", None) => match exact {
@@ -244,6 +247,9 @@ fn velocity_condition(
                 "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
             )),
         },
+        ("traction" | "dirichlet", Some(Values::One(_))) => {
+            Err(wrong(format!("`{}` takes two components", given.name)))
+        }
         ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
         (other, _) => Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &VELOCITY)))),
     }
@@ -257,7 +263,7 @@ fn polarity_condition(
     let wrong = |rule: String| ModelError::new("polarity", given, rule, POLARITY_HINT);
     match (given.name.as_str(), &given.values) {
         ("neumann", None) => Ok(PolarityCondition::Neumann),
-        ("dirichlet", Some(values)) => {
+        ("dirichlet", Some(Values::Pair(values))) => {
             Ok(PolarityCondition::Dirichlet(vector("polarity.dirichlet", values, parameters)?))
         }
         ("dirichlet", None) => match exact {
@@ -266,6 +272,7 @@ fn polarity_condition(
                 "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
             )),
         },
+        ("dirichlet", Some(Values::One(_))) => Err(wrong("`dirichlet` takes two components".to_owned())),
         ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
         (other, _) => Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &POLARITY)))),
     }
@@ -298,68 +305,9 @@ fn vector(key: &str, values: &VectorFormula, parameters: &[(&str, f64)]) -> Resu
     parse_vector(values, parameters).map_err(|error| ModelError::of_expression(key, &error))
 }
 
-/// A condition as the file has it: a name, or a table of one name with two formulas.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NamedCondition {
-    pub name: String,
-    pub values: Option<VectorFormula>,
-}
-
 impl NamedCondition {
     /// Whether it is a condition of the velocity under which tissue can turn in a round domain.
     pub fn lets_turn(&self) -> bool {
         self.name == "slip"
-    }
-}
-
-impl fmt::Display for NamedCondition {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.values {
-            None => write!(out, "\"{}\"", self.name),
-            Some([first, second]) => write!(out, "{{ {} = [\"{first}\", \"{second}\"] }}", self.name),
-        }
-    }
-}
-
-impl Serialize for NamedCondition {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match &self.values {
-            None => serializer.serialize_str(&self.name),
-            Some(values) => {
-                let mut map = serializer.serialize_map(Some(1))?;
-                map.serialize_entry(&self.name, values)?;
-                map.end()
-            }
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for NamedCondition {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ConditionVisitor)
-    }
-}
-
-/// By hand, because serde's untagged enums lose line and reason.
-struct ConditionVisitor;
-
-impl<'de> de::Visitor<'de> for ConditionVisitor {
-    type Value = NamedCondition;
-
-    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("a condition such as \"slip\" or { dirichlet = [\"1\", \"0\"] }")
-    }
-
-    fn visit_str<E: de::Error>(self, name: &str) -> Result<NamedCondition, E> {
-        Ok(NamedCondition { name: name.to_owned(), values: None })
-    }
-
-    fn visit_map<A: de::MapAccess<'de>>(self, mut map: A) -> Result<NamedCondition, A::Error> {
-        let one = || de::Error::custom("a condition has exactly one name, as in { dirichlet = [\"1\", \"0\"] }");
-        let (name, values) = map.next_entry::<String, VectorFormula>()?.ok_or_else(one)?;
-        if map.next_key::<String>()?.is_some() {
-            return Err(one());
-        }
-        Ok(NamedCondition { name, values: Some(values) })
     }
 }
