@@ -21,6 +21,8 @@ pub enum VelocityCondition {
     Traction([Expression; 2]),
     /// `v·n = 0`, `(n·σ)·t = 0`
     Slip,
+    /// `v·n = 0`, `(n·σ)·t = −β_w v·t` with `β_w ≥ 0`   [N.1]
+    Friction(Expression),
     /// `v·t = 0`, `n·σ·n = 0`
     NoTangential,
 }
@@ -44,6 +46,7 @@ impl VelocityCondition {
             VelocityCondition::Dirichlet(_) => "dirichlet",
             VelocityCondition::Traction(_) => "traction",
             VelocityCondition::Slip => "slip",
+            VelocityCondition::Friction(_) => "friction",
             VelocityCondition::NoTangential => "no-tangential",
         }
     }
@@ -53,7 +56,7 @@ impl VelocityCondition {
         match self {
             VelocityCondition::Dirichlet(_) => Held::Both,
             VelocityCondition::Traction(_) => Held::Nothing,
-            VelocityCondition::Slip => Held::Normal,
+            VelocityCondition::Slip | VelocityCondition::Friction(_) => Held::Normal,
             VelocityCondition::NoTangential => Held::Tangent,
         }
     }
@@ -62,6 +65,7 @@ impl VelocityCondition {
     pub fn formulas(&self) -> &[Expression] {
         match self {
             VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => pair,
+            VelocityCondition::Friction(beta) => std::slice::from_ref(beta),
             VelocityCondition::Slip | VelocityCondition::NoTangential => &[],
         }
     }
@@ -70,7 +74,10 @@ impl VelocityCondition {
     pub fn value(&self) -> Option<&[Expression; 2]> {
         match self {
             VelocityCondition::Dirichlet(value) => Some(value),
-            VelocityCondition::Traction(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => None,
+            VelocityCondition::Traction(_)
+            | VelocityCondition::Slip
+            | VelocityCondition::Friction(_)
+            | VelocityCondition::NoTangential => None,
         }
     }
 
@@ -78,13 +85,17 @@ impl VelocityCondition {
     pub fn traction(&self) -> Option<&[Expression; 2]> {
         match self {
             VelocityCondition::Traction(traction) => Some(traction),
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => None,
+            VelocityCondition::Dirichlet(_)
+            | VelocityCondition::Slip
+            | VelocityCondition::Friction(_)
+            | VelocityCondition::NoTangential => None,
         }
     }
 
     /// `β_w ≥ 0` of a tangential traction `(n·σ)·t = −β_w v·t`, constant in time; `None` where there is none.
     pub fn resistance(&self) -> Option<&Expression> {
         match self {
+            VelocityCondition::Friction(beta) => Some(beta).filter(|beta| !beta.is_zero()),
             VelocityCondition::Dirichlet(_)
             | VelocityCondition::Traction(_)
             | VelocityCondition::Slip
@@ -140,6 +151,9 @@ impl Conditions {
         let velocity = match self.velocity {
             VelocityCondition::Dirichlet(values) => VelocityCondition::Dirichlet(pair(values, "velocity.dirichlet")),
             VelocityCondition::Traction(values) => VelocityCondition::Traction(pair(values, "velocity.traction")),
+            VelocityCondition::Friction(beta) => {
+                VelocityCondition::Friction(beta.given_at(&place("velocity.friction")))
+            }
             other @ (VelocityCondition::Slip | VelocityCondition::NoTangential) => other,
         };
         let polarity = match self.polarity {
@@ -173,7 +187,8 @@ impl Conditions {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoundaryScene {
-    /// `"slip"`, `"no-tangential"`, `"traction"`, `{ traction = [s_1, s_2] }` or `{ dirichlet = [v_1, v_2] }`.
+    /// `"slip"`, `{ friction = β_w }`, `"no-tangential"`, `"traction"`, `{ traction = [s_1, s_2] }` or
+    /// `{ dirichlet = [v_1, v_2] }`.
     pub velocity: NamedCondition,
     /// `"neumann"` or `{ dirichlet = [p_1, p_2] }`.
     pub polarity: NamedCondition,
@@ -182,9 +197,9 @@ pub struct BoundaryScene {
     pub density: Option<Formula>,
 }
 
-const VELOCITY: [&str; 4] = ["slip", "no-tangential", "traction", "dirichlet"];
-const VELOCITY_HINT: &str =
-    "the choices are \"slip\", \"no-tangential\", \"traction\", { traction = [s_1, s_2] }, { dirichlet = [v_1, v_2] }";
+const VELOCITY: [&str; 5] = ["slip", "friction", "no-tangential", "traction", "dirichlet"];
+const VELOCITY_HINT: &str = "the choices are \"slip\", { friction = b }, \"no-tangential\", \"traction\", { traction = [s_1, s_2] }, \
+                             { dirichlet = [v_1, v_2] }";
 const POLARITY: [&str; 2] = ["neumann", "dirichlet"];
 const POLARITY_HINT: &str = "the choices are \"neumann\", { dirichlet = [p_1, p_2] }";
 
@@ -247,12 +262,29 @@ fn velocity_condition(
                 "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
             )),
         },
+        ("friction", Some(Values::One(beta))) => wall_friction(beta, parameters).map(VelocityCondition::Friction),
+        ("friction", None) => Err(wrong("`friction` needs a number or a formula, as in { friction = 3 }".to_owned())),
+        ("friction", Some(Values::Pair(_))) => Err(wrong("`friction` takes one number or formula".to_owned())),
         ("traction" | "dirichlet", Some(Values::One(_))) => {
             Err(wrong(format!("`{}` takes two components", given.name)))
         }
         ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
         (other, _) => Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &VELOCITY)))),
     }
+}
+
+/// `β_w`, which a matrix that is made once depends on.
+fn wall_friction(given: &Formula, parameters: &[(&str, f64)]) -> Result<Expression, ModelError> {
+    let key = "velocity.friction";
+    let refuse = |rule: &str, hint: &str| Err(ModelError::new(key, format!("\"{given}\""), rule, hint));
+    let beta = given.parse(parameters).map_err(|error| ModelError::of_expression(key, &error))?;
+    if beta.depends_on_time() {
+        return refuse("must not depend on t", "a formula of x and y: a wall resists as much at all times");
+    }
+    if beta.is_constant() && beta.eval(Point::zeros(), 0.0) < 0.0 {
+        return refuse("must not be negative", "0 is a wall that slips; large values hold the tissue");
+    }
+    Ok(beta)
 }
 
 fn polarity_condition(
@@ -308,6 +340,6 @@ fn vector(key: &str, values: &VectorFormula, parameters: &[(&str, f64)]) -> Resu
 impl NamedCondition {
     /// Whether it is a condition of the velocity under which tissue can turn in a round domain.
     pub fn lets_turn(&self) -> bool {
-        self.name == "slip"
+        matches!(self.name.as_str(), "slip" | "friction")
     }
 }
