@@ -8,7 +8,7 @@ use monolayer::contact::pairs::{self, Range};
 use monolayer::contact::particles::{Dynamics, Particle, Particles};
 use monolayer::contact::{Settings, Solver, Wall};
 use monolayer::mesh::Point;
-use monolayer::shape::{Pose, Shape, Twist};
+use monolayer::shape::{Disc, Pose, Shape, Twist};
 
 const PITCH: f64 = 0.05;
 
@@ -19,7 +19,7 @@ fn pile(count: usize) -> Particles {
         let (row, column) = (k / columns, k % columns);
         let x = PITCH * (0.5 + column as f64 + 0.25 * (row % 2) as f64);
         let pose = Pose { position: Point::new(x, PITCH * (0.5 + row as f64)), angle: 0.0 };
-        Particle::new(format!("disc-{k}"), Shape::Disc { radius: 0.499 * PITCH }, pose)
+        Particle::new(format!("disc-{k}"), Shape::from(Disc { radius: 0.499 * PITCH }), pose)
     };
     let (width, p) = (PITCH * (columns as f64 + 0.5), Point::new);
     let walls = [

@@ -19,7 +19,7 @@ use monolayer::model::immersed::Carried;
 use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
-use monolayer::shape::{Pose, Shape, Twist};
+use monolayer::shape::{Disc, Polygon, Pose, Shape, Twist};
 use monolayer::solve::sparse::Factored;
 use monolayer::space::Field;
 
@@ -58,7 +58,7 @@ fn polygon(n: usize, radius: f64) -> Shape {
         let angle = std::f64::consts::TAU * ((k as f64 / n as f64 - 1.5) / 4.0);
         radius * Point::new(angle.cos(), angle.sin())
     };
-    Shape::Polygon { vertices: (0..4 * n).map(corner).collect() }
+    Shape::from(Polygon { vertices: (0..4 * n).map(corner).collect() })
 }
 
 fn body(shape: Shape, position: Point, force: [f64; 2]) -> Body {
@@ -105,7 +105,7 @@ fn shear() -> Result<(), Failure> {
     for (name, mesh) in meshes {
         let mut row = Vec::new();
         for radius in [0.05, 0.1, 0.2, 0.3] {
-            let disc = body(Shape::Disc { radius }, MIDDLE, [0.0, 0.0]);
+            let disc = body(Shape::from(Disc { radius }), MIDDLE, [0.0, 0.0]);
             let carried = flow(&mesh, ["0", "x"], disc, 1e-8)?.solve(&Linear::zero())?;
             row.push(format!("{:>10.2e}", (carried.twists[0].spin - 0.5).abs()));
         }
@@ -114,7 +114,7 @@ fn shear() -> Result<(), Failure> {
     println!("spin by penalty, n = 25, r = 0.1");
     let mesh = cartesian(25)?;
     for epsilon in [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14] {
-        let disc = body(Shape::Disc { radius: 0.1 }, MIDDLE, [0.0, 0.0]);
+        let disc = body(Shape::from(Disc { radius: 0.1 }), MIDDLE, [0.0, 0.0]);
         let carried = flow(&mesh, ["0", "x"], disc, epsilon)?.solve(&Linear::zero())?;
         println!("{epsilon:>8.0e} {:.15}", carried.twists[0].spin);
     }
@@ -128,7 +128,7 @@ fn offset() -> Result<(), Failure> {
         "spin of a disc of radius 0.17 at (0.43, 0.52), v = (0, x²) on the sides, ε = 1e-8; differences to the first one"
     );
     let spin = |n: usize| -> Result<f64, Failure> {
-        let disc = body(Shape::Disc { radius: 0.17 }, Point::new(0.43, 0.52), [0.0, 0.0]);
+        let disc = body(Shape::from(Disc { radius: 0.17 }), Point::new(0.43, 0.52), [0.0, 0.0]);
         Ok(flow(&cartesian(n)?, ["0", "x^2"], disc, 1e-8)?.solve(&Linear::zero())?.twists[0].spin)
     };
     let fine = spin(FINE)?;
@@ -208,7 +208,7 @@ fn settling() -> Result<(), Failure> {
     let speed = carried.twists[0].velocity.y;
     println!("reference: {} cells, V = {speed:.6}, {:.1?}", mesh.cells.len(), start.elapsed());
     type Case = Box<dyn Fn(usize) -> Result<(Arc<Mesh>, Shape), Failure>>;
-    let disc = || Shape::Disc { radius: RADIUS };
+    let disc = || Shape::from(Disc { radius: RADIUS });
     let cases: [(&str, Vec<usize>, f64, Case); 4] = [
         ("fitted, ε = 1e-8", vec![3, 6, 12, 24], 1e-8, Box::new(|n| Ok((fitted(n, RADIUS)?, polygon(n, RADIUS))))),
         (
@@ -304,7 +304,7 @@ fn factors() -> Result<(), Failure> {
     for n in [39, 77] {
         let mesh = cartesian(n)?;
         for radius in [0.05, 0.2] {
-            let disc = body(Shape::Disc { radius }, MIDDLE, [0.0, -1.0]);
+            let disc = body(Shape::from(Disc { radius }), MIDDLE, [0.0, -1.0]);
             let mut moving = flow(&mesh, ["0", "0"], disc.clone(), 1e-8)?;
             for distance in [0.1, 1.0] {
                 let step = distance / n as f64;

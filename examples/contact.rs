@@ -11,7 +11,7 @@ use std::time::Instant;
 use monolayer::contact::particles::{Drive, Dynamics, Motion, Particle, Particles};
 use monolayer::contact::{Bonds, ContactError, Law, Method, Settings, Solver, Wall};
 use monolayer::mesh::Point;
-use monolayer::shape::{Pose, Shape, Twist};
+use monolayer::shape::{Disc, Pose, Shape, Twist};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -48,7 +48,8 @@ fn falling(count: usize, settings: Settings) -> Result<Particles, ContactError> 
     for (y, row) in OBSTACLES {
         for (k, x) in (0..boxes).flat_map(|k| row.map(|x| (k, x))) {
             let pose = Pose { position: Point::new(k as f64 * WIDTH + x, y), angle: 0.0 };
-            let obstacle = Particle::new(format!("obstacle-{}", bodies.len()), Shape::Disc { radius: 0.05 }, pose);
+            let obstacle =
+                Particle::new(format!("obstacle-{}", bodies.len()), Shape::from(Disc { radius: 0.05 }), pose);
             bodies.push(Particle { motion: Motion::Fixed, ..obstacle });
         }
     }
@@ -62,7 +63,7 @@ fn falling(count: usize, settings: Settings) -> Result<Particles, ContactError> 
         }
     }
     bodies.extend(placed.into_iter().enumerate().map(|(k, (position, radius))| {
-        Particle::new(format!("disc-{k}"), Shape::Disc { radius }, Pose { position, angle: 0.0 })
+        Particle::new(format!("disc-{k}"), Shape::from(Disc { radius }), Pose { position, angle: 0.0 })
     }));
     let p = Point::new;
     let walls = [
@@ -179,7 +180,7 @@ fn compare(particles: &Particles, warm: bool) -> Result<(), ContactError> {
 /// Largest error in q, time of contact and of release of a particle over a plane.
 fn push_pull(dt: f64) -> Result<[f64; 3], ContactError> {
     let pose = Pose { position: Point::new(0.0, 1.5), angle: 0.0 };
-    let mut particle = Particle::new("particle", Shape::Disc { radius: 1.0 }, pose);
+    let mut particle = Particle::new("particle", Shape::from(Disc { radius: 1.0 }), pose);
     particle.mass = 1.0;
     let wall = Wall::Segment([Point::new(-9.0, 0.0), Point::new(9.0, 0.0)]);
     let settings = Settings { law: Law::Gluey { gamma_min: f64::NEG_INFINITY }, ..Settings::default() };

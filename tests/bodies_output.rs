@@ -14,7 +14,7 @@ use monolayer::output::plot::map::{Map, Window};
 use monolayer::output::pvd::{Entry, Series};
 use monolayer::output::timed::TimedTable;
 use monolayer::results::bodies::{Seen, tracks};
-use monolayer::shape::{Pose, Shape, Twist};
+use monolayer::shape::{Disc, Ellipse, Polygon, Pose, Shape, Twist};
 use tiny_skia::Pixmap;
 use vtkio::model::{Attribute, DataSet, IOBuffer, PolyDataPiece, VertexNumbers, Vtk};
 
@@ -28,9 +28,9 @@ fn member(name: &str, shape: Shape) -> Member {
 
 /// A disc on a ground, and a square beside it that touches it.
 fn cast() -> Cast {
-    let square = Shape::Polygon { vertices: vec![at(-0.5, -0.5), at(0.5, -0.5), at(0.5, 0.5), at(-0.5, 0.5)] };
+    let square = Shape::from(Polygon { vertices: vec![at(-0.5, -0.5), at(0.5, -0.5), at(0.5, 0.5), at(-0.5, 0.5)] });
     Cast {
-        bodies: vec![member("disc, the \"first\"", Shape::Disc { radius: 0.25 }), member("square", square)],
+        bodies: vec![member("disc, the \"first\"", Shape::from(Disc { radius: 0.25 })), member("square", square)],
         walls: vec![
             Wall::Segment([at(-1.0, 0.0), at(2.0, 0.0)]),
             Wall::Hollow { centre: at(0.5, 0.0), radius: 3.0 },
@@ -266,8 +266,8 @@ const GREY: [u8; 3] = [0xc4; 3];
 fn bodies_are_drawn_where_they_are() {
     let cast = Cast {
         bodies: vec![
-            member("moving", Shape::Disc { radius: 0.25 }),
-            Member { fixed: true, ..member("fixed", Shape::Ellipse { semi_axes: [0.4, 0.1] }) },
+            member("moving", Shape::from(Disc { radius: 0.25 })),
+            Member { fixed: true, ..member("fixed", Shape::from(Ellipse { semi_axes: [0.4, 0.1] })) },
         ],
         walls: Vec::new(),
     };

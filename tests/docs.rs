@@ -51,3 +51,13 @@ fn every_factor_of_a_term_is_on_the_page_of_scenes() {
         assert!(page.contains(&row), "docs/scene.md has no row\n{row}");
     }
 }
+
+#[test]
+fn every_shape_is_on_the_page_of_scenes() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("docs/scene.md")).unwrap();
+    for row in monolayer::shape::SHAPES {
+        let example = format!("`{{ {} = {{ ", row.name);
+        assert!(page.contains(&example), "docs/scene.md says nothing of {example}");
+    }
+}

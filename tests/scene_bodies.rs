@@ -8,7 +8,7 @@ use monolayer::mesh::Point;
 use monolayer::run::AnyScene;
 use monolayer::run::domain::mesh_of;
 use monolayer::scene::{ParticlesScene, Scene, SceneSource, StokesScene};
-use monolayer::shape::Shape;
+use monolayer::shape::{Core, Disc, Figure, Shape};
 
 const PARTICLES: &str = r#"title = "two discs and a box"
 [model]
@@ -120,7 +120,7 @@ fn wrong(from: &str, to: &str, parts: &[&str]) {
 fn particles_are_read_with_every_default() {
     let scene = particles(PARTICLES);
     let [left, capsule, small @ ..] = &scene.bodies.bodies[..] else { panic!("two bodies and more") };
-    assert_eq!((left.name.as_str(), &left.shape), ("left", &Shape::Disc { radius: 0.1 }));
+    assert_eq!((left.name.as_str(), &left.shape), ("left", &Shape::from(Disc { radius: 0.1 })));
     assert_eq!(left.start_twist.velocity, Point::new(1.0, 0.0));
     let area = std::f64::consts::PI * 0.01;
     let force = left.force[1].eval_at(Point::zeros(), 1.0, 0.0);
@@ -183,8 +183,10 @@ fn a_polygon_lies_where_its_vertices_say() {
     let body = &scene.bodies.bodies[0];
     assert!((body.start.position - Point::new(0.3, 0.5)).norm() < 1e-15);
     assert!((body.shape.area() - 0.04).abs() < 1e-15, "counterclockwise now");
-    let Shape::Polygon { vertices } = &body.shape else { panic!("{:?}", body.shape) };
-    assert!(vertices.iter().all(|v| (v.norm() - 0.1 * 2f64.sqrt()).abs() < 1e-15));
+    let Figure::Around { core: Core::Polygon(vertices), radius: 0.0 } = body.shape.figure() else {
+        panic!("{:?}", body.shape)
+    };
+    assert!(vertices.len() == 4 && vertices.iter().all(|v| (v.norm() - 0.1 * 2f64.sqrt()).abs() < 1e-15));
 }
 
 #[test]
@@ -308,6 +310,24 @@ fn shapes_that_are_none() {
     wrong(disc, &polygon("[[0, 0], [1, 0], [2, 0]]"), &["not convex at vertex 0"]);
     wrong(disc, &polygon("[[0, 0], [2, 0], [1, 0.5], [2, 2]]"), &["not convex", "(1, 0.5)"]);
     wrong(disc, &polygon("[[0, 1], [0.6, -0.8], [-0.95, 0.3], [0.95, 0.3], [-0.6, -0.8]]"), &["winds round"]);
+    let regular = |keys: &str| format!("{{ regular-polygon = {{ {keys} }} }}");
+    let at = |key: &str| format!("`body.0.shape.regular-polygon.{key}`");
+    wrong(disc, &regular("sides = 2, radius = 0.1"), &[&at("sides"), "between 3 and 100"]);
+    wrong(disc, &regular("sides = 6, radius = 0"), &[&at("radius"), "greater than 0"]);
+    wrong(disc, &regular("sides = 6, radius = 0.1, rounding = -0.1"), &[&at("rounding"), "0 keeps sharp corners"]);
+    wrong(disc, &regular("sides = 6, radius = 0.1, rounded = 0.1"), &["rounded", "did you mean `rounding`?"]);
+}
+
+#[test]
+fn a_hexagon_with_round_corners() {
+    let hexagon = "{ regular-polygon = { sides = 6, radius = 0.1, rounding = 0.02 } }";
+    let scene = particles(&PARTICLES.replace("{ disc = { radius = 0.1 } }", hexagon));
+    let shape = &scene.bodies.bodies[0].shape;
+    let exact = 1.5 * 3f64.sqrt() * 0.01 + 0.6 * 0.02 + std::f64::consts::PI * 0.02 * 0.02;
+    assert!((shape.area() - exact).abs() < 1e-15);
+    assert!((shape.circumradius() - 0.12).abs() < 1e-15);
+    assert!((shape.inradius() - (0.05 * 3f64.sqrt() + 0.02)).abs() < 1e-15);
+    assert_eq!(particles(&scene.resolved_toml()).bodies, scene.bodies);
 }
 
 #[test]

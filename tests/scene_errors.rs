@@ -467,3 +467,36 @@ fn huge_amounts() {
     let few = step.replace("step_min = 1e-15", "step_min = 1e-15\nmax_steps = 10");
     Scene::parse(&few, Path::new("strip.toml")).expect("ten steps are few, however short they are");
 }
+
+#[test]
+fn walls_with_friction() {
+    let strip = |condition: &str| {
+        let (text, line) =
+            changed("[boundary.walls]\nvelocity = \"slip\"", &format!("[boundary.walls]\nvelocity = {condition}"));
+        (text, format!("line {}: ", line + 1))
+    };
+    for (condition, parts) in [
+        (
+            "{ friction = -1 }",
+            &["`boundary.walls.velocity.friction` = \"-1\"", "must not be negative", "0 is a wall"][..],
+        ),
+        ("{ friction = \"1 + t\" }", &["`boundary.walls.velocity.friction`", "must not depend on t"]),
+        ("{ friction = nan }", &["`boundary.walls.velocity.friction`"]),
+        ("{ friction = \"1/0\" }", &["`boundary.walls.velocity.friction`", "finite"]),
+        ("{ friction = [1, 0] }", &["`boundary.walls.velocity`", "takes one number or formula"]),
+        ("\"friction\"", &["`boundary.walls.velocity`", "needs a number or a formula", "{ friction = b }"]),
+        ("{ fricton = 3 }", &["`boundary.walls.velocity`", "did you mean `friction`?"]),
+        ("{ slip = 3 }", &["`boundary.walls.velocity`", "`slip` takes no values"]),
+        ("{ traction = 3 }", &["`boundary.walls.velocity", "array of length 2"]),
+    ] {
+        let (text, line) = strip(condition);
+        let message = refused(&text);
+        says(&message, &[&line]);
+        says(&message, parts);
+    }
+    for condition in ["{ friction = 3 }", "{ friction = 0.5 }", "{ friction = \"C_F + x^2\" }", "{ friction = 0 }"] {
+        let scene = Scene::parse(&strip(condition).0, Path::new("strip.toml")).unwrap_or_else(|e| panic!("{e}"));
+        let again = Scene::parse(&scene.resolved_toml(), Path::new("strip.toml")).unwrap();
+        assert_eq!(again.boundary, scene.boundary);
+    }
+}

@@ -1,12 +1,12 @@
 //! Gaps between shapes: signed distance, the nearest points, and the direction in which the gap opens.
 //!
-//! Every shape is a core and a radius about it: a point (disc), a segment (capsule), a polygon, or an ellipse. Between
+//! Every shape is a core and a radius about it: a point, a segment, a convex polygon, or an ellipse. Between
 //! cores without an ellipse the gap is closed form; with one it is the maximum over directions n of
 //! `min_b n·b − max_a n·a`, which is found by bisection to rounding.
 
 use super::smooth;
 use crate::mesh::Point;
-use crate::shape::{Pose, Shape, Twist, turned};
+use crate::shape::{self, Figure, Pose, Shape, Twist, turned};
 
 /// One place where two shapes are near each other. Flat sides that face each other have two of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,17 +74,15 @@ impl Placed {
     /// `shape` at `pose`.
     pub fn new(shape: &Shape, pose: &Pose) -> Self {
         let centre = pose.position;
-        let (core, radius) = match shape {
-            Shape::Disc { radius } => (Core::Point(centre), *radius),
-            Shape::Ellipse { semi_axes } => {
+        let (core, radius) = match shape.figure() {
+            Figure::Around { core: shape::Core::Point, radius } => (Core::Point(centre), radius),
+            Figure::Around { core, radius } => {
+                (Core::Corners(core.corners().iter().map(|v| pose.to_space(*v)).collect()), radius)
+            }
+            Figure::Ellipse { semi_axes } => {
                 let direction = turned(Point::new(1.0, 0.0), pose.angle);
-                (Core::Ellipse { centre, semi_axes: *semi_axes, direction }, 0.0)
+                (Core::Ellipse { centre, semi_axes, direction }, 0.0)
             }
-            Shape::Capsule { half_length, radius } => {
-                let along = turned(Point::new(*half_length, 0.0), pose.angle);
-                (Core::Corners(vec![centre - along, centre + along]), *radius)
-            }
-            Shape::Polygon { vertices } => (Core::Corners(vertices.iter().map(|v| pose.to_space(*v)).collect()), 0.0),
         };
         Self { core, radius, centre }
     }

@@ -3,7 +3,7 @@
 use super::gap::Touch;
 use super::pairs::Pairs;
 use super::solver::{Freedom, Projected, partner_name, rounding};
-use super::step::{Step, is_disc};
+use super::step::Step;
 use super::{Contact, ContactError, Partner, Wall};
 use crate::shape::Twist;
 
@@ -72,7 +72,7 @@ impl Step<'_> {
     fn is_convex(&self, body: usize, partner: Partner) -> bool {
         let shifted = |k: usize| {
             let pinned = matches!(self.movers[k].freedom, Freedom::Pinned { .. });
-            is_disc(self.movers[k].shape) && !pinned
+            self.movers[k].shape.is_round() && !pinned
         };
         match partner {
             Partner::Body(other) => shifted(body) && shifted(other),

@@ -370,10 +370,7 @@ impl Mover<'_> {
     /// How far its centre moves in a step with `twist`, and a bound of how far its turning carries points of its
     /// boundary beside that.
     pub(super) fn strides(&self, twist: &Twist, dt: f64) -> (Point, f64) {
-        let round = match self.shape {
-            Shape::Disc { .. } => 0.0,
-            Shape::Ellipse { .. } | Shape::Capsule { .. } | Shape::Polygon { .. } => self.shape.circumradius(),
-        };
+        let round = if self.shape.is_round() { 0.0 } else { self.shape.circumradius() };
         let after = self.after(twist, dt);
         let turn = (after.angle - self.pose.angle).abs();
         match self.freedom {

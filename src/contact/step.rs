@@ -8,7 +8,7 @@ use super::solver::{Effort, Freedom, Metric, Mover, Projected, Solver, partner_n
 use super::walls::{equivalent_radius, resistance};
 use super::{Contact, ContactError, Law, Partner};
 use crate::mesh::Point;
-use crate::shape::{Pose, Shape, Twist, perpendicular, turned};
+use crate::shape::{Pose, Twist, perpendicular, turned};
 
 /// Rounds of one step, and searches for pairs.
 const ROUNDS: usize = 150;
@@ -47,13 +47,6 @@ pub(super) struct Step<'a> {
     effort: Effort,
 }
 
-pub(super) fn is_disc(shape: &Shape) -> bool {
-    match shape {
-        Shape::Disc { .. } => true,
-        Shape::Ellipse { .. } | Shape::Capsule { .. } | Shape::Polygon { .. } => false,
-    }
-}
-
 impl<'a> Step<'a> {
     pub(super) fn new(solver: &'a Solver, movers: &'a [Mover<'a>], dt: f64, metric: Metric) -> Self {
         let (mut unknowns, mut metric_of, mut target) = (Vec::new(), Vec::new(), Vec::new());
@@ -64,8 +57,8 @@ impl<'a> Step<'a> {
                 Freedom::Free { mass, inertia } => {
                     metric_of.extend([mass, mass]);
                     target.extend([velocity.x, velocity.y]);
-                    // contact does not turn discs
-                    if !is_disc(mover.shape) {
+                    // contact does not turn what is round
+                    if !mover.shape.is_round() {
                         metric_of.push(inertia);
                         target.push(spin);
                     }
@@ -232,13 +225,13 @@ impl<'a> Step<'a> {
             Freedom::Free { .. } => {
                 push(first, x);
                 push(first + 1, y);
-                if !is_disc(mover.shape) {
+                if !mover.shape.is_round() {
                     push(first + 2, spin);
                 }
             }
             Freedom::Pinned { pivot, .. } => {
                 let arm = perpendicular(-turned(pivot, mover.pose.angle));
-                let spin = if is_disc(mover.shape) { 0.0 } else { spin };
+                let spin = if mover.shape.is_round() { 0.0 } else { spin };
                 push(first, x * arm.x + y * arm.y + spin);
             }
             Freedom::Given { .. } => row.offset += self.dt * along(gradient, &mover.whole(&Twist::ZERO, self.dt)),
@@ -355,7 +348,7 @@ impl<'a> Step<'a> {
             let free = match mover.freedom {
                 Freedom::Free { .. } => Twist {
                     velocity: Point::new(u[first], u[first + 1]),
-                    spin: if is_disc(mover.shape) { mover.predicted.spin } else { u[first + 2] },
+                    spin: if mover.shape.is_round() { mover.predicted.spin } else { u[first + 2] },
                 },
                 Freedom::Pinned { .. } => Twist { spin: u[first], ..Twist::ZERO },
                 Freedom::Given { .. } => Twist::ZERO,
@@ -408,7 +401,7 @@ impl<'a> Step<'a> {
             out.gap = out.gap.min(gap);
             out.contacts.push(Contact { body: near.body, partner: near.partner, gap, force, gamma, point, normal });
             let mut add = |body: usize, gradient: [f64; 3]| {
-                let torque = if is_disc(self.movers[body].shape) { 0.0 } else { gradient[2] };
+                let torque = if self.movers[body].shape.is_round() { 0.0 } else { gradient[2] };
                 for (total, g) in out.forces[body].iter_mut().zip([gradient[0], gradient[1], torque]) {
                     *total += force * g;
                 }

@@ -124,12 +124,7 @@ pub(super) fn resistance(radius: f64, wall: &Wall) -> f64 {
 
 /// Radius of a shape in the lubrication of its contacts: that of the disc of its area.
 pub(super) fn equivalent_radius(shape: &Shape) -> f64 {
-    match shape {
-        Shape::Disc { radius } => *radius,
-        Shape::Ellipse { .. } | Shape::Capsule { .. } | Shape::Polygon { .. } => {
-            (shape.area() / std::f64::consts::PI).sqrt()
-        }
-    }
+    shape.round_radius().unwrap_or_else(|| (shape.area() / std::f64::consts::PI).sqrt())
 }
 
 /// The touch with a hollow disc of the point of a core at `p`.

@@ -1,7 +1,8 @@
 //! The part of a straight segment that a body covers.
 
 use crate::mesh::Point;
-use crate::shape::{Shape, edges};
+use crate::shape::figure::Side;
+use crate::shape::{Core, Figure, Shape, edges};
 
 /// Shares of a face below this are nothing.
 pub(super) const NOTHING: f64 = 1e-14;
@@ -9,20 +10,13 @@ pub(super) const NOTHING: f64 = 1e-14;
 /// The shares `s` between which the points `a + s (b − a)`, `0 ≤ s ≤ 1`, lie in the shape, all in the body's frame; a
 /// side of a polygon along the segment counts as inside.
 pub(super) fn covered(shape: &Shape, [a, b]: [Point; 2]) -> Option<[f64; 2]> {
-    let all = match shape {
-        Shape::Disc { radius } => in_disc(a / *radius, (b - a) / *radius),
-        Shape::Ellipse { semi_axes: [p, q] } => {
+    let all = match shape.figure() {
+        Figure::Ellipse { semi_axes: [p, q] } => {
             let scaled = |y: Point| Point::new(y.x / p, y.y / q);
             in_disc(scaled(a), scaled(b - a))
         }
-        &Shape::Capsule { half_length: l, radius: r } => {
-            let disc = |x: f64| in_disc((a - Point::new(x, 0.0)) / r, (b - a) / r);
-            let corners = [Point::new(-l, -r), Point::new(l, -r), Point::new(l, r), Point::new(-l, r)];
-            let middle = if l > 0.0 { in_polygon(&corners, a, b) } else { None };
-            // the three parts make one interval, for the capsule is convex
-            [disc(-l), middle, disc(l)].into_iter().flatten().reduce(|[p, q], [u, v]| [p.min(u), q.max(v)])
-        }
-        Shape::Polygon { vertices } => in_polygon(vertices, a, b),
+        Figure::Around { core: Core::Polygon(vertices), radius: 0.0 } => in_polygon(vertices, a, b),
+        Figure::Around { core, radius } => around(&core, radius, [a, b]),
     };
     let [from, to] = all.map(|[s, t]| [s.max(0.0), t.min(1.0)])?;
     let snap = |s: f64| {
@@ -35,6 +29,16 @@ pub(super) fn covered(shape: &Shape, [a, b]: [Point; 2]) -> Option<[f64; 2]> {
         }
     };
     (to - from > NOTHING).then(|| [snap(from), snap(to)])
+}
+
+/// Within a radius of a core: in a disc about a corner, or between the sides that are moved out by the radius. The parts
+/// make one interval, for the whole is convex.
+fn around(core: &Core, radius: f64, [a, b]: [Point; 2]) -> Option<[f64; 2]> {
+    let discs = core.corners().iter().map(|corner| in_disc((a - corner) / radius, (b - a) / radius));
+    let moved = |side: Side| [side.from + radius * side.normal, side.to + radius * side.normal];
+    let middle: Vec<Point> = core.sides().flat_map(moved).collect();
+    let middle = if middle.is_empty() { None } else { in_polygon(&middle, a, b) };
+    discs.chain([middle]).flatten().reduce(|[p, q], [u, v]| [p.min(u), q.max(v)])
 }
 
 /// In the unit disc.

@@ -36,8 +36,8 @@ pub enum ExpressionError {
         "{given}`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a formula must be finite wherever it is used"
     )]
     NotFinite { given: String, text: String, value: f64, x: f64, y: f64, t: f64 },
-    #[error("{given}`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: a density must not be negative")]
-    Negative { given: String, text: String, value: f64, x: f64, y: f64, t: f64 },
+    #[error("{given}`{text}` is {value} at x = {x}, y = {y}, t = {t}; hint: {what} must not be negative")]
+    Negative { given: String, text: String, value: f64, x: f64, y: f64, t: f64, what: &'static str },
     /// `place` is [`crate::body::Body::formula`].
     #[error("{place}: {error}")]
     OfBody { place: String, error: Box<ExpressionError> },
@@ -151,12 +151,20 @@ impl Expression {
     /// # Errors
     /// A value that is not finite or below zero, with the formula and the place.
     pub fn try_density(&self, x: Point, t: f64) -> Result<f64, ExpressionError> {
+        self.try_amount(x, t, "a density")
+    }
+
+    /// The value at the point `x` and the time `t` of what cannot be negative; `what` it is, for messages.
+    ///
+    /// # Errors
+    /// A value that is not finite or below zero, with the formula and the place.
+    pub fn try_amount(&self, x: Point, t: f64, what: &'static str) -> Result<f64, ExpressionError> {
         let value = self.try_eval(x, t)?;
         if value >= 0.0 {
             return Ok(value);
         }
         let (given, text) = (self.given.to_string(), self.text.clone());
-        Err(ExpressionError::Negative { given, text, value, x: x.x, y: x.y, t })
+        Err(ExpressionError::Negative { given, text, value, x: x.x, y: x.y, t, what })
     }
 
     /// Partial derivative with respect to `"x"`, `"y"` or `"t"`; one-sided where `abs`, `min`, `max`, `if` and the

@@ -3,7 +3,7 @@
 use nalgebra::Matrix2;
 
 use super::Bilinear;
-use super::integrate::Faces;
+use super::integrate::{FacePoint, Faces};
 use super::words::{Scalar, Trace, Vector, sym};
 use crate::space::{Field, Space};
 
@@ -39,5 +39,18 @@ pub fn slip_penalty<'a>(space: &Space, slip: Faces, epsilon: f64) -> Bilinear<'a
     Bilinear::zero().faces(slip, 2 * space.degree, move |s| {
         let n = s.exact_n;
         move |v: Trace<Vector>, w: Trace<Vector>| v.minus.value.dot(&n) * w.minus.value.dot(&n) / epsilon
+    })
+}
+
+/// `∫_Γ β (v·t)(w·t) ds` with the exact normal, β of degree `degree`: walls that resist   [N.1]
+pub fn wall_friction<'a>(
+    space: &Space,
+    walls: Faces,
+    degree: usize,
+    beta: impl Fn(&FacePoint) -> f64 + Sync + 'a,
+) -> Bilinear<'a, Vector, Vector> {
+    Bilinear::zero().faces(walls, 2 * space.degree + degree, move |s| {
+        let (n, beta) = (s.exact_n, beta(s));
+        move |v: Trace<Vector>, w: Trace<Vector>| beta * n.perp(&v.minus.value) * n.perp(&w.minus.value)
     })
 }

@@ -7,7 +7,7 @@ use crate::model::incompressible::Incompressible;
 use crate::solve::dot;
 use crate::time::{Kind, March, Sheet};
 
-/// `dF_h/dt + C_F‖v‖² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
+/// `dF_h/dt + C_F‖v‖² + ∫_∂Ω β_w (v·t)² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
 ///
 /// In a compressible sheet `2∫ρ[|D(v)|² + (div v)²]`, `∫|L_h|²/(Pe B ρ)` and `S_a δ(ρp,p,v) + S_a' ∫ρ|p|² div v` take
 /// their places.
@@ -17,6 +17,8 @@ pub struct Budget {
     pub rate: f64,
     /// `C_F‖v‖²`
     pub friction: f64,
+    /// `∫_∂Ω β_w (v·t)²`
+    pub wall_friction: f64,
     /// `2‖D(v)‖²`
     pub viscosity: f64,
     /// `‖L_h‖²/(Pe B)`
@@ -47,6 +49,7 @@ impl Budget {
         let stretch = |x: &crate::form::CellPoint| sym(&v.vector_gradient(&x.site));
         let mut budget = Self {
             friction: m.friction * model.tissue().sum(2 * k, |x| v.vector(&x.site).norm_squared()),
+            wall_friction: model.momentum.walls.dissipation(&model.loops, v),
             viscosity: 2.0 * model.loops.sum(2 * (k - 1), |x| stretch(x).norm_squared()),
             traction: m.traction
                 * model.tissue().sum(k + p.space.degree, |x| p.vector(&x.site).dot(&v.vector(&x.site))),
@@ -74,6 +77,7 @@ impl Budget {
         let mut budget = Self {
             rate: model.energy_rate(state, rate_of_p, t),
             friction: m.friction * loops.sum(2 * k, |x| v.vector(&x.site).norm_squared()),
+            wall_friction: model.walls.dissipation(loops, v),
             viscosity: loops.sum(2 * (k - 1) + r, |x| {
                 let g = v.vector_gradient(&x.site);
                 2.0 * rho.scalar(&x.site) * (sym(&g).norm_squared() + g.trace().powi(2))
@@ -104,6 +108,7 @@ impl Budget {
     /// What the terms leave: power through the boundary and of sources, and the error of a discretisation that does not
     /// keep the law.
     pub fn defect(&self) -> f64 {
-        self.rate + self.friction + self.viscosity + self.relaxation - self.traction - self.active_stress
+        let taken = self.friction + self.wall_friction + self.viscosity + self.relaxation;
+        self.rate + taken - self.traction - self.active_stress
     }
 }

@@ -1,8 +1,8 @@
 //! Conditions on a boundary tag [5.45]: one for the velocity, one for the polarity, and the density of what flows in.
 
-use std::fmt;
+mod given;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser::SerializeMap};
+use serde::{Deserialize, Serialize};
 
 use super::ModelError;
 use super::manufactured::Exact;
@@ -10,6 +10,7 @@ use super::parameters::ModelKind;
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::Point;
 use crate::names;
+pub use given::{NamedCondition, Values};
 
 /// What holds for the velocity on a tag.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,17 +21,101 @@ pub enum VelocityCondition {
     Traction([Expression; 2]),
     /// `v·n = 0`, `(n·σ)·t = 0`
     Slip,
+    /// `v·n = 0`, `(n·σ)·t = −β_w v·t` with `β_w ≥ 0`   [N.1]
+    Friction(Expression),
     /// `v·t = 0`, `n·σ·n = 0`
     NoTangential,
 }
 
+/// Which components of the velocity a condition prescribes; of the others it prescribes the stress.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    Nothing,
+    /// `v·n = 0`
+    Normal,
+    /// `v·t = 0`
+    Tangent,
+    Both,
+}
+
+/// What the rest of the program asks a condition.
 impl VelocityCondition {
+    /// As a scene names it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            VelocityCondition::Dirichlet(_) => "dirichlet",
+            VelocityCondition::Traction(_) => "traction",
+            VelocityCondition::Slip => "slip",
+            VelocityCondition::Friction(_) => "friction",
+            VelocityCondition::NoTangential => "no-tangential",
+        }
+    }
+
+    /// Which components of the velocity it prescribes.
+    pub fn holds(&self) -> Held {
+        match self {
+            VelocityCondition::Dirichlet(_) => Held::Both,
+            VelocityCondition::Traction(_) => Held::Nothing,
+            VelocityCondition::Slip | VelocityCondition::Friction(_) => Held::Normal,
+            VelocityCondition::NoTangential => Held::Tangent,
+        }
+    }
+
+    /// Its formulas.
+    pub fn formulas(&self) -> &[Expression] {
+        match self {
+            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => pair,
+            VelocityCondition::Friction(beta) => std::slice::from_ref(beta),
+            VelocityCondition::Slip | VelocityCondition::NoTangential => &[],
+        }
+    }
+
+    /// `v_D`, where the whole velocity is prescribed.
+    pub fn value(&self) -> Option<&[Expression; 2]> {
+        match self {
+            VelocityCondition::Dirichlet(value) => Some(value),
+            VelocityCondition::Traction(_)
+            | VelocityCondition::Slip
+            | VelocityCondition::Friction(_)
+            | VelocityCondition::NoTangential => None,
+        }
+    }
+
+    /// The whole traction, where it is prescribed.
+    pub fn traction(&self) -> Option<&[Expression; 2]> {
+        match self {
+            VelocityCondition::Traction(traction) => Some(traction),
+            VelocityCondition::Dirichlet(_)
+            | VelocityCondition::Slip
+            | VelocityCondition::Friction(_)
+            | VelocityCondition::NoTangential => None,
+        }
+    }
+
+    /// `β_w ≥ 0` of a tangential traction `(n·σ)·t = −β_w v·t`, constant in time; `None` where there is none.
+    pub fn resistance(&self) -> Option<&Expression> {
+        match self {
+            VelocityCondition::Friction(beta) => Some(beta).filter(|beta| !beta.is_zero()),
+            VelocityCondition::Dirichlet(_)
+            | VelocityCondition::Traction(_)
+            | VelocityCondition::Slip
+            | VelocityCondition::NoTangential => None,
+        }
+    }
+
+    /// Whether nothing passes while the tissue may move along the wall.
+    pub fn is_impermeable(&self) -> bool {
+        self.holds() == Held::Normal
+    }
+
     /// Whether the condition prescribes a normal stress; where none does, Π is only determined up to a constant.
     pub fn fixes_pressure(&self) -> bool {
-        match self {
-            VelocityCondition::Traction(_) | VelocityCondition::NoTangential => true,
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip => false,
-        }
+        matches!(self.holds(), Held::Nothing | Held::Tangent)
+    }
+
+    /// Whether nothing passes, and nothing slows the tissue down along the wall.
+    pub fn slips_freely(&self) -> bool {
+        self.is_impermeable() && self.resistance().is_none()
     }
 }
 
@@ -48,7 +133,7 @@ pub enum PolarityCondition {
 pub struct Conditions {
     pub velocity: VelocityCondition,
     pub polarity: PolarityCondition,
-    /// `ρ_in`, the density of what flows in; `None` on slip and in the incompressible sheet.
+    /// `ρ_in`, the density of what flows in; `None` where nothing passes and in the incompressible sheet.
     pub density: Option<Expression>,
 }
 
@@ -66,6 +151,9 @@ impl Conditions {
         let velocity = match self.velocity {
             VelocityCondition::Dirichlet(values) => VelocityCondition::Dirichlet(pair(values, "velocity.dirichlet")),
             VelocityCondition::Traction(values) => VelocityCondition::Traction(pair(values, "velocity.traction")),
+            VelocityCondition::Friction(beta) => {
+                VelocityCondition::Friction(beta.given_at(&place("velocity.friction")))
+            }
             other @ (VelocityCondition::Slip | VelocityCondition::NoTangential) => other,
         };
         let polarity = match self.polarity {
@@ -76,12 +164,17 @@ impl Conditions {
         Self { velocity, polarity, density }
     }
 
+    /// The same with rest where a wall resists: the essential conditions that hold as many rigid motions.
+    #[must_use]
+    pub fn at_rest_where_resisted(&self) -> Self {
+        let rest = || VelocityCondition::Dirichlet([0.0, 0.0].map(Expression::constant));
+        let velocity = self.velocity.resistance().map_or_else(|| self.velocity.clone(), |_| rest());
+        Self { velocity, ..self.clone() }
+    }
+
     /// The formulas of the conditions, by key.
     pub fn formulas(&self) -> [(&'static str, Vec<&Expression>); 3] {
-        let velocity = match &self.velocity {
-            VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) => pair.iter().collect(),
-            VelocityCondition::Slip | VelocityCondition::NoTangential => Vec::new(),
-        };
+        let velocity = self.velocity.formulas().iter().collect();
         let polarity = match &self.polarity {
             PolarityCondition::Dirichlet(pair) => pair.iter().collect(),
             PolarityCondition::Neumann => Vec::new(),
@@ -94,7 +187,8 @@ impl Conditions {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoundaryScene {
-    /// `"slip"`, `"no-tangential"`, `"traction"`, `{ traction = [s_1, s_2] }` or `{ dirichlet = [v_1, v_2] }`.
+    /// `"slip"`, `{ friction = β_w }`, `"no-tangential"`, `"traction"`, `{ traction = [s_1, s_2] }` or
+    /// `{ dirichlet = [v_1, v_2] }`.
     pub velocity: NamedCondition,
     /// `"neumann"` or `{ dirichlet = [p_1, p_2] }`.
     pub polarity: NamedCondition,
@@ -103,9 +197,9 @@ pub struct BoundaryScene {
     pub density: Option<Formula>,
 }
 
-const VELOCITY: [&str; 4] = ["slip", "no-tangential", "traction", "dirichlet"];
-const VELOCITY_HINT: &str =
-    "the choices are \"slip\", \"no-tangential\", \"traction\", { traction = [s_1, s_2] }, { dirichlet = [v_1, v_2] }";
+const VELOCITY: [&str; 5] = ["slip", "friction", "no-tangential", "traction", "dirichlet"];
+const VELOCITY_HINT: &str = "the choices are \"slip\", { friction = b }, \"no-tangential\", \"traction\", { traction = [s_1, s_2] }, \
+                             { dirichlet = [v_1, v_2] }";
 const POLARITY: [&str; 2] = ["neumann", "dirichlet"];
 const POLARITY_HINT: &str = "the choices are \"neumann\", { dirichlet = [p_1, p_2] }";
 
@@ -140,7 +234,7 @@ impl BoundaryScene {
     pub fn resolved(&self) -> Self {
         let mut full = self.clone();
         if full.velocity.name == "traction" && full.velocity.values.is_none() {
-            full.velocity.values = Some([0, 0].map(crate::expression::Formula::Integer));
+            full.velocity.values = Some(Values::Pair([0, 0].map(Formula::Integer)));
         }
         full
     }
@@ -156,8 +250,10 @@ fn velocity_condition(
         ("slip", None) => Ok(VelocityCondition::Slip),
         ("no-tangential", None) => Ok(VelocityCondition::NoTangential),
         ("traction", None) => Ok(VelocityCondition::Traction([0.0, 0.0].map(Expression::constant))),
-        ("traction", Some(values)) => Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?)),
-        ("dirichlet", Some(values)) => {
+        ("traction", Some(Values::Pair(values))) => {
+            Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?))
+        }
+        ("dirichlet", Some(Values::Pair(values))) => {
             Ok(VelocityCondition::Dirichlet(vector("velocity.dirichlet", values, parameters)?))
         }
         ("dirichlet", None) => match exact {
@@ -166,9 +262,29 @@ fn velocity_condition(
                 "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
             )),
         },
+        ("friction", Some(Values::One(beta))) => wall_friction(beta, parameters).map(VelocityCondition::Friction),
+        ("friction", None) => Err(wrong("`friction` needs a number or a formula, as in { friction = 3 }".to_owned())),
+        ("friction", Some(Values::Pair(_))) => Err(wrong("`friction` takes one number or formula".to_owned())),
+        ("traction" | "dirichlet", Some(Values::One(_))) => {
+            Err(wrong(format!("`{}` takes two components", given.name)))
+        }
         ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
         (other, _) => Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &VELOCITY)))),
     }
+}
+
+/// `β_w`, which a matrix that is made once depends on.
+fn wall_friction(given: &Formula, parameters: &[(&str, f64)]) -> Result<Expression, ModelError> {
+    let key = "velocity.friction";
+    let refuse = |rule: &str, hint: &str| Err(ModelError::new(key, format!("\"{given}\""), rule, hint));
+    let beta = given.parse(parameters).map_err(|error| ModelError::of_expression(key, &error))?;
+    if beta.depends_on_time() {
+        return refuse("must not depend on t", "a formula of x and y: a wall resists as much at all times");
+    }
+    if beta.is_constant() && beta.eval(Point::zeros(), 0.0) < 0.0 {
+        return refuse("must not be negative", "0 is a wall that slips; large values hold the tissue");
+    }
+    Ok(beta)
 }
 
 fn polarity_condition(
@@ -179,7 +295,7 @@ fn polarity_condition(
     let wrong = |rule: String| ModelError::new("polarity", given, rule, POLARITY_HINT);
     match (given.name.as_str(), &given.values) {
         ("neumann", None) => Ok(PolarityCondition::Neumann),
-        ("dirichlet", Some(values)) => {
+        ("dirichlet", Some(Values::Pair(values))) => {
             Ok(PolarityCondition::Dirichlet(vector("polarity.dirichlet", values, parameters)?))
         }
         ("dirichlet", None) => match exact {
@@ -188,6 +304,7 @@ fn polarity_condition(
                 "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
             )),
         },
+        ("dirichlet", Some(Values::One(_))) => Err(wrong("`dirichlet` takes two components".to_owned())),
         ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
         (other, _) => Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &POLARITY)))),
     }
@@ -199,17 +316,15 @@ fn inflow_density(
     parameters: &[(&str, f64)],
     exact: Option<&Exact>,
 ) -> Result<Option<Expression>, ModelError> {
-    match (velocity, given) {
-        (VelocityCondition::Slip, None) => Ok(None),
-        (VelocityCondition::Slip, Some(given)) => {
+    match (velocity.is_impermeable(), given) {
+        (true, None) => Ok(None),
+        (true, Some(given)) => {
             let hint = "remove it; only what flows in has a density to be given";
-            Err(ModelError::new("density", format!("\"{given}\""), "nothing passes a boundary that is \"slip\"", hint))
+            let rule = format!("nothing passes a boundary that is \"{}\"", velocity.name());
+            Err(ModelError::new("density", format!("\"{given}\""), rule, hint))
         }
-        (
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential,
-            Some(given),
-        ) => Ok(Some(ModelError::parse_density("density", given, parameters)?)),
-        (VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential, None) => {
+        (false, Some(given)) => Ok(Some(ModelError::parse_density("density", given, parameters)?)),
+        (false, None) => {
             let from_exact = exact.and_then(|exact| exact.volume().density()).cloned();
             let rule = "tissue may flow in here, and its density is not known";
             let hint = "add `density = 1.0` or a formula, the density of what flows in";
@@ -222,61 +337,9 @@ fn vector(key: &str, values: &VectorFormula, parameters: &[(&str, f64)]) -> Resu
     parse_vector(values, parameters).map_err(|error| ModelError::of_expression(key, &error))
 }
 
-/// A condition as the file has it: a name, or a table of one name with two formulas.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NamedCondition {
-    pub name: String,
-    pub values: Option<VectorFormula>,
-}
-
-impl fmt::Display for NamedCondition {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.values {
-            None => write!(out, "\"{}\"", self.name),
-            Some([first, second]) => write!(out, "{{ {} = [\"{first}\", \"{second}\"] }}", self.name),
-        }
-    }
-}
-
-impl Serialize for NamedCondition {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match &self.values {
-            None => serializer.serialize_str(&self.name),
-            Some(values) => {
-                let mut map = serializer.serialize_map(Some(1))?;
-                map.serialize_entry(&self.name, values)?;
-                map.end()
-            }
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for NamedCondition {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ConditionVisitor)
-    }
-}
-
-/// By hand, because serde's untagged enums lose line and reason.
-struct ConditionVisitor;
-
-impl<'de> de::Visitor<'de> for ConditionVisitor {
-    type Value = NamedCondition;
-
-    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("a condition such as \"slip\" or { dirichlet = [\"1\", \"0\"] }")
-    }
-
-    fn visit_str<E: de::Error>(self, name: &str) -> Result<NamedCondition, E> {
-        Ok(NamedCondition { name: name.to_owned(), values: None })
-    }
-
-    fn visit_map<A: de::MapAccess<'de>>(self, mut map: A) -> Result<NamedCondition, A::Error> {
-        let one = || de::Error::custom("a condition has exactly one name, as in { dirichlet = [\"1\", \"0\"] }");
-        let (name, values) = map.next_entry::<String, VectorFormula>()?.ok_or_else(one)?;
-        if map.next_key::<String>()?.is_some() {
-            return Err(one());
-        }
-        Ok(NamedCondition { name, values: Some(values) })
+impl NamedCondition {
+    /// Whether it is a condition of the velocity under which tissue can turn in a round domain.
+    pub fn lets_turn(&self) -> bool {
+        matches!(self.name.as_str(), "slip" | "friction")
     }
 }

@@ -1,6 +1,6 @@
 //! Formulas of a scene, evaluated where the forms evaluate them, to find the one that is to blame.
 
-use super::boundary::{Conditions, VelocityCondition};
+use super::boundary::Conditions;
 use super::parameters::Parameters;
 use super::polarity::{FORMULA_DEGREE, data_of};
 use super::sources::Sources;
@@ -34,12 +34,9 @@ pub fn check_formulas(
     }
     for (index, face) in loops.mesh.faces.iter().enumerate() {
         let Some(tag) = face.tag else { continue };
-        let velocity = match &conditions[tag].velocity {
-            VelocityCondition::Traction(pair) | VelocityCondition::Dirichlet(pair) => Some(pair),
-            VelocityCondition::Slip | VelocityCondition::NoTangential => None,
-        };
-        for pair in velocity.into_iter().chain(data_of(&conditions[tag])) {
-            loops.each_face_point(index, FORMULA_DEGREE, &mut |s| visit(pair, s.minus.x));
+        let data = data_of(&conditions[tag]).into_iter().map(|pair| &pair[..]);
+        for formulas in [conditions[tag].velocity.formulas()].into_iter().chain(data) {
+            loops.each_face_point(index, FORMULA_DEGREE, &mut |s| visit(formulas, s.minus.x));
         }
     }
     first?;

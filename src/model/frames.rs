@@ -1,6 +1,6 @@
 //! Velocity conditions at nodes: every node has an orthonormal frame whose directions are free or prescribed.
 //!
-//! Slip prescribes the direction of the exact normal, `no-tangential` the tangent, Dirichlet both. The unknowns of a
+//! Walls prescribe the direction of the exact normal, `no-tangential` the tangent, Dirichlet both. The unknowns of a
 //! node are its components along the free directions, so that `v = T û + v_D` and the reduced matrix `Tᵀ K T` stays
 //! symmetric.
 //!
@@ -18,7 +18,7 @@ use std::ops::Range;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3};
 
 use self::joints::Piece;
-use super::boundary::{Conditions, VelocityCondition};
+use super::boundary::{Conditions, Held};
 use super::closed::part_of_nodes;
 use crate::element::{basis, lobatto, quadrature};
 use crate::expression::ExpressionError;
@@ -245,10 +245,10 @@ fn collect(
         let Some(tag) = face.tag else { continue };
         let curved = face.curve.is_some() || matches!(space.mesh.map(face.minus.cell), CellMap::Isoparametric(_));
         let locals = basis::face_nodes(space.degree, face.minus.face);
-        let slips = match &conditions[tag].velocity {
-            VelocityCondition::Slip => walls != WallPoints::Penalty,
-            VelocityCondition::NoTangential => true,
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) => false,
+        let slips = match conditions[tag].velocity.holds() {
+            Held::Normal => walls != WallPoints::Penalty,
+            Held::Tangent => true,
+            Held::Both | Held::Nothing => false,
         };
         let at_lobatto = slips && curved && space.degree > 2 && walls == WallPoints::Lobatto;
         if at_lobatto {
@@ -258,11 +258,9 @@ fn collect(
         let points = if at_lobatto { lobatto::points(space.degree) } else { (0..=space.degree).map(even).collect() };
         let [a, b] = space.mesh.face_vertices(face).map(|v| space.mesh.vertices[v]);
         for (local, s) in locals.into_iter().zip(points) {
-            let normal = match &conditions[tag].velocity {
-                VelocityCondition::Dirichlet(_) => mean_normal(space, face, local),
-                VelocityCondition::Slip | VelocityCondition::NoTangential | VelocityCondition::Traction(_) => {
-                    node_normal(&space.mesh, face, s)
-                }
+            let normal = match conditions[tag].velocity.holds() {
+                Held::Both => mean_normal(space, face, local),
+                Held::Normal | Held::Tangent | Held::Nothing => node_normal(&space.mesh, face, s),
             };
             let piece = Piece { tag, normal, length: (b - a).norm() };
             pieces.entry(space.node(face.minus.cell, local)).or_default().push(piece);
@@ -274,18 +272,16 @@ fn collect(
 
 /// What the faces at a node ask of it.
 fn constraint(pieces: Vec<Piece>, conditions: &[Conditions], walls: WallPoints) -> Option<Constraint> {
-    let of = |piece: &Piece| &conditions[piece.tag].velocity;
-    if pieces.iter().any(|piece| matches!(of(piece), VelocityCondition::Dirichlet(_))) {
+    let of = |piece: &Piece| conditions[piece.tag].velocity.holds();
+    if pieces.iter().any(|piece| of(piece) == Held::Both) {
         return Some(Constraint::Value(pieces));
     }
     let (mut across, mut along) = (Vec::new(), Vec::new());
     for piece in &pieces {
         match of(piece) {
-            VelocityCondition::Slip if walls != WallPoints::Penalty => across.push(piece.normal * piece.length),
-            VelocityCondition::NoTangential => {
-                along.push(Point::new(-piece.normal.y, piece.normal.x) * piece.length);
-            }
-            VelocityCondition::Slip | VelocityCondition::Traction(_) | VelocityCondition::Dirichlet(_) => {}
+            Held::Normal if walls != WallPoints::Penalty => across.push(piece.normal * piece.length),
+            Held::Tangent => along.push(Point::new(-piece.normal.y, piece.normal.x) * piece.length),
+            Held::Normal | Held::Nothing | Held::Both => {}
         }
     }
     let all: Vec<Point> = across.iter().chain(&along).copied().collect();

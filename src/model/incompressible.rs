@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::boundary::{Conditions, VelocityCondition};
+use super::boundary::{Conditions, Held};
 use super::floating::{Floating, immerse};
 use super::formulas::check_formulas;
 use super::immersed::{Carried, Rigidity};
@@ -259,7 +259,7 @@ impl Incompressible {
             of_kind.fold(Faces::NONE, |faces, (tag, _)| faces | Faces::tag(tag))
         };
         let open = both(&|c| c.velocity.fixes_pressure());
-        let moving = |c: &Conditions| c.velocity.fixes_pressure() || matches!(c.velocity, VelocityCondition::Slip);
+        let moving = |c: &Conditions| c.velocity.holds() != Held::Both;
         // elsewhere the polarity has no slope, unless exact fields give it one
         let sloped = |c: &Conditions| data_of(c).is_some() || sources.boundary().is_some();
         let natural_faces = [open, both(&|c| moving(c) && sloped(c))];

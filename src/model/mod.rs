@@ -24,8 +24,9 @@ pub mod start;
 pub mod state;
 pub mod tangent;
 pub mod terms;
+pub mod walls;
 
-pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
+pub use boundary::{Conditions, Held, PolarityCondition, VelocityCondition};
 pub use manufactured::Exact;
 pub use parameters::{DensityLaw, ElasticForce, ModelKind, ModelScene, Parameters};
 pub use sources::Sources;

@@ -11,6 +11,7 @@ use super::immersed::{Carried, Ground, Immersed, Rigidity};
 use super::parameters::Parameters;
 use super::polarity::FORMULA_DEGREE;
 use super::sources::Sources;
+use super::walls::Walls;
 use crate::body::guide::Rule;
 use crate::expression::{Expression, ExpressionError};
 use crate::form::words::Vector;
@@ -90,7 +91,7 @@ pub struct Momentum {
     pub closed: ClosedParts,
     /// `∫ ξ` of every pressure function.
     means: Vec<f64>,
-    /// `2(D(v)|D(w)) + C_F(v|w)`, and the slip penalty.
+    /// `2(D(v)|D(w)) + C_F(v|w)`, and the forms of walls.
     stiffness: Matrix,
     /// `b(w,Π)`: velocity rows, pressure columns.
     gradient: Matrix,
@@ -104,8 +105,8 @@ pub struct Momentum {
     /// What the pressures of the factors are multiples of.
     unit: f64,
     friction: f64,
-    /// Faces with slip by penalty, and `ε_r √|Ω|`.
-    penalty: Option<(Faces, f64)>,
+    /// What walls add to the stiffness.
+    pub walls: Walls,
 }
 
 impl Momentum {
@@ -152,16 +153,13 @@ impl Momentum {
         if friction == 0.0 {
             check_held(velocity, conditions)?;
         }
-        let penalty = match slip {
-            SlipTreatment::Rotated => None,
-            SlipTreatment::Penalty { epsilon } => {
-                let slip = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
-                Some((slip, epsilon * loops.mesh.area().sqrt()))
-            }
-        };
-        let form = stiffness_form(velocity, friction, penalty);
+        let walls = Walls::new(loops, conditions, slip)?;
         let (nv, np) = (velocity.dof_count(), pressure.dof_count());
-        let stiffness = Matrix::from_triplets(nv, nv, &loops.triplets(&form, velocity, velocity));
+        let stiffness = Matrix::from_triplets(
+            nv,
+            nv,
+            &loops.triplets(&stiffness_form(velocity, friction, &walls), velocity, velocity),
+        );
         let b = loops.triplets(&stokes::divergence(velocity, pressure), pressure, velocity);
         let gradient = Matrix::from_triplets(nv, np, &b);
         let transposed: Vec<_> = b.iter().map(|&(i, j, v)| (j, i, v)).collect();
@@ -182,7 +180,7 @@ impl Momentum {
                 system.map_err(|error| blame_penalty(slip, error))?
             }
             Some((immersion, rigidity)) => {
-                let blocks = element_blocks(loops, (velocity, pressure), friction, penalty);
+                let blocks = element_blocks(loops, (velocity, pressure), friction, &walls);
                 let means = if closed.count() > 0 { cell_means(loops, pressure) } else { Vec::new() };
                 let ground = Ground { velocity, pressure, frames: &frames, closed: &closed };
                 let bodies = Immersed::new(ground, blocks, means, friction, immersion, rigidity)?;
@@ -205,7 +203,7 @@ impl Momentum {
             residual_masses,
             unit,
             friction,
-            penalty,
+            walls,
         })
     }
 
@@ -214,7 +212,7 @@ impl Momentum {
     /// Bodies add a penalty that is soft enough for factors without their rigid motions; those are no exact inverse
     /// then.
     pub fn element_blocks(&self, loops: &Integrator) -> (Vec<f64>, Vec<f64>) {
-        let mut blocks = element_blocks(loops, (&self.velocity, &self.pressure), self.friction, self.penalty);
+        let mut blocks = element_blocks(loops, (&self.velocity, &self.pressure), self.friction, &self.walls);
         if let Some(bodies) = self.bodies() {
             bodies.add_soft_blocks(&mut blocks.0);
         }
@@ -414,9 +412,9 @@ fn element_blocks(
     loops: &Integrator,
     (velocity, pressure): (&Space, &Space),
     friction: f64,
-    penalty: Option<(Faces, f64)>,
+    walls: &Walls,
 ) -> (Vec<f64>, Vec<f64>) {
-    let form = stiffness_form(velocity, friction, penalty);
+    let form = stiffness_form(velocity, friction, walls);
     let mut stiffness = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count().pow(2)];
     loops.add_own_rows(&form, (velocity, velocity), &mut stiffness);
     (stiffness, loops.cell_blocks(&stokes::divergence(velocity, pressure), pressure, velocity))
@@ -428,21 +426,18 @@ fn cell_means(loops: &Integrator, pressure: &Space) -> Vec<f64> {
     blocks.chunks_exact(pressure.n).map(|row| row.iter().sum()).collect()
 }
 
-/// `2(D(v)|D(w)) + C_F(v|w)`, and `(1/ε_r) ∫ (v·n)(w·n)` on the faces with penalty   [7.11a], [10.3]
-fn stiffness_form<'a>(velocity: &Space, friction: f64, penalty: Option<(Faces, f64)>) -> Bilinear<'a, Vector, Vector> {
+/// `2(D(v)|D(w)) + C_F(v|w)`, and the forms of walls   [7.11a]
+fn stiffness_form<'a>(velocity: &Space, friction: f64, walls: &'a Walls) -> Bilinear<'a, Vector, Vector> {
     let mut form = stokes::viscosity(velocity);
     if friction != 0.0 {
         form = form + friction * mass::vector_mass(velocity);
     }
-    if let Some((faces, epsilon)) = penalty {
-        form = form + stokes::slip_penalty(velocity, faces, epsilon);
-    }
-    form
+    form + walls.form(velocity)
 }
 
 /// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags; of exact fields, where they give the boundary
-/// data, `n·σ` on boundaries with a natural condition and its tangential part on slip. In a compressible sheet ρσ takes
-/// the place of σ.
+/// data, `n·σ` on boundaries with a natural condition and its tangential part on walls, there with `β_w v` where they
+/// resist. In a compressible sheet ρσ takes the place of σ.
 pub fn outer_force<'a>(
     velocity: &Space,
     parameters: &'a Parameters,
@@ -455,28 +450,30 @@ pub fn outer_force<'a>(
         let value = move |x: &CellPoint| sources.force(parameters, x.site.x, t);
         form = form + mass::load(velocity, FORMULA_DEGREE, value);
     }
-    let pulled = tagged(conditions, |c| match c {
-        VelocityCondition::Traction(g) => !g.iter().all(Expression::is_zero),
-        VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
-    });
+    let pulled = tagged(conditions, |c| c.traction().is_some_and(|g| !g.iter().all(Expression::is_zero)));
     if pulled != Faces::NONE {
         let mesh = velocity.mesh.clone();
-        let value = move |s: &FacePoint| match mesh.faces[s.face].tag.map(|tag| &conditions[tag].velocity) {
-            Some(VelocityCondition::Traction([f, g])) => Point::new(f.eval(s.minus.x, t), g.eval(s.minus.x, t)),
-            _ => unreachable!("only traction tags are in the set"),
-        };
+        let value =
+            move |s: &FacePoint| match mesh.faces[s.face].tag.and_then(|tag| conditions[tag].velocity.traction()) {
+                Some([f, g]) => Point::new(f.eval(s.minus.x, t), g.eval(s.minus.x, t)),
+                None => unreachable!("only traction tags are in the set"),
+            };
         form = form + mass::face_load(velocity, pulled, FORMULA_DEGREE, value);
     }
     let Some(exact) = sources.boundary() else { return form };
     let whole = tagged(conditions, VelocityCondition::fixes_pressure);
-    let slip = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
+    let along = tagged(conditions, VelocityCondition::is_impermeable);
     let traction = move |s: &FacePoint| exact.traction(parameters, s.minus.x, t, s.n);
+    let mesh = velocity.mesh.clone();
     let tangential = move |s: &FacePoint| {
-        let g = traction(s);
+        let mut g = traction(s);
+        if let Some(beta) = mesh.faces[s.face].tag.and_then(|tag| conditions[tag].velocity.resistance()) {
+            g += beta.eval(s.minus.x, t) * exact.at(s.minus.x, t).velocity;
+        }
         g - s.exact_n * g.dot(&s.exact_n)
     };
     form + mass::face_load(velocity, whole, FORMULA_DEGREE, traction)
-        + mass::face_load(velocity, slip, FORMULA_DEGREE, tangential)
+        + mass::face_load(velocity, along, FORMULA_DEGREE, tangential)
 }
 
 /// Rounding weighs a penalty against the rest of the balance: a system that is not solved well is blamed on it.
@@ -501,7 +498,8 @@ pub fn tagged(conditions: &[Conditions], kind: impl Fn(&VelocityCondition) -> bo
 /// # Errors
 /// [`MomentumError::Unheld`].
 pub fn check_held(velocity: &Space, conditions: &[Conditions]) -> Result<(), MomentumError> {
-    match Frames::new(velocity, conditions, WallPoints::Nodes).free_part(velocity) {
+    let holding: Vec<Conditions> = conditions.iter().map(Conditions::at_rest_where_resisted).collect();
+    match Frames::new(velocity, &holding, WallPoints::Nodes).free_part(velocity) {
         None => Ok(()),
         Some(part) => Err(MomentumError::Unheld { part }),
     }

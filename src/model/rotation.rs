@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::boundary::{Conditions, VelocityCondition};
+use super::boundary::Conditions;
 use super::momentum::{SlipTreatment, tagged};
 use crate::form::{Faces, Integrator, mass, stokes};
 use crate::mesh::{Curve, Mesh, Point};
@@ -18,7 +18,7 @@ const CONCENTRIC: f64 = 1e-9;
 pub fn free_centre(mesh: &Mesh, conditions: &[Conditions]) -> Option<Point> {
     let mut found: Option<Point> = None;
     for face in mesh.faces.iter().filter(|face| face.plus.is_none()) {
-        let slips = matches!(conditions[face.tag?].velocity, VelocityCondition::Slip);
+        let slips = conditions[face.tag?].velocity.slips_freely();
         let Curve::Circle { centre, radius } = mesh.curves[face.curve?];
         if !slips || found.is_some_and(|other| (other - centre).norm() > CONCENTRIC * radius) {
             return None;
@@ -87,7 +87,7 @@ pub fn remark(
     let degree = velocity.degree;
     let hint = format!("take `mesh.curved` = {}, or `space.k` larger", degree.min(3));
     if let (SlipTreatment::Penalty { epsilon }, true) = (slip, drag > 0.0) {
-        let faces = tagged(conditions, |c| matches!(c, VelocityCondition::Slip));
+        let faces = tagged(conditions, |c| c.slips_freely());
         let share = turning_by_penalty(mesh, velocity, centre, friction, (faces, epsilon))?;
         return (share < 0.999).then(|| {
             format!(

@@ -72,13 +72,10 @@ pub fn aligned(
 
 /// Conditions of the aligned start, in the words of the velocity's.
 fn hold(conditions: &Conditions) -> Conditions {
-    let velocity = match (&conditions.polarity, &conditions.velocity) {
-        (PolarityCondition::Dirichlet(value), _) => VelocityCondition::Dirichlet(value.clone()),
-        (PolarityCondition::Neumann, VelocityCondition::Slip) => VelocityCondition::Slip,
-        (
-            PolarityCondition::Neumann,
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential,
-        ) => VelocityCondition::Traction([0.0, 0.0].map(Expression::constant)),
+    let velocity = match &conditions.polarity {
+        PolarityCondition::Dirichlet(value) => VelocityCondition::Dirichlet(value.clone()),
+        PolarityCondition::Neumann if conditions.velocity.is_impermeable() => VelocityCondition::Slip,
+        PolarityCondition::Neumann => VelocityCondition::Traction([0.0, 0.0].map(Expression::constant)),
     };
     Conditions { velocity, polarity: conditions.polarity.clone(), density: None }
 }

@@ -10,8 +10,7 @@ const NO_INERTIA: &str = "there is no such key: the flow has no inertia";
 const FRICTION_OR_ALIGNMENT: &str = "friction with the substrate is `friction`, alignment with the flow `alignment`";
 const FRICTION_OR_EXPONENT: &str = "friction is `friction`, the exponent of the pressure `density.exponent`";
 const PERIODIC: &str = "there are no periodic boundaries; the shapes \"racetrack\" and \"annulus\" are closed";
-const WALL_FRICTION: &str =
-    "walls have no friction of their own: \"slip\" has no tangential stress, { dirichlet = [0, 0] } no slip";
+const WALL_FRICTION: &str = "a wall with friction is { friction = b }, of slip length 1/b";
 const FIRST_STEP: &str = "`step` is the first step and the largest one";
 const BDF: &str = "there are the BDF of order 1 to 6; \"bdf2\" is usual";
 
@@ -50,7 +49,7 @@ pub(super) const WORDS: &[Row] = &[
     ),
     ("no-tangential", "notangent normalonly normalflow notangentialvelocity", "no-tangential"),
     ("no-tangential", "periodic cyclic wrap", PERIODIC),
-    ("no-tangential", "navier navierslip partialslip robin friction sliplength mixed", WALL_FRICTION),
+    ("no-tangential", "navier navierslip partialslip robin wallfriction sliplength mixed", WALL_FRICTION),
     // conditions of the polarity
     (
         "neumann dirichlet",

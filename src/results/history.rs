@@ -65,6 +65,7 @@ const GROUPS: [Group; 11] = [
         columns: &[
             "budget_rate",
             "budget_friction",
+            "budget_wall_friction",
             "budget_viscosity",
             "budget_relaxation",
             "budget_traction",

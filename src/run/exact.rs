@@ -3,7 +3,7 @@
 use super::RunError;
 use crate::mesh::{Face, Mesh, Point};
 use crate::model::manufactured::Volume;
-use crate::model::{Exact, VelocityCondition};
+use crate::model::{Exact, Held};
 use crate::scene::Scene;
 
 /// `div v` may be this share of `|∂₁v₁| + |∂₂v₂|`.
@@ -114,18 +114,17 @@ fn check_density(scene: &Scene, exact: &Exact, x: Point, t: f64) -> Result<(), R
 /// What is wrong with the velocity `v` where the normal is `n`, and a hint.
 fn check_boundary(scene: &Scene, tag: &str, v: Point, n: Point, allowed: f64) -> Result<(), (String, &'static str)> {
     let tangent = Point::new(-n.y, n.x);
-    match &scene.boundary[tag].velocity {
-        VelocityCondition::Slip if v.dot(&n).abs() > allowed => Err((
-            format!("has v·n = {:.3e} on `{tag}`, which is \"slip\" and lets nothing through,", v.dot(&n)),
+    let condition = &scene.boundary[tag].velocity;
+    let name = condition.name();
+    match condition.holds() {
+        Held::Normal if v.dot(&n).abs() > allowed => Err((
+            format!("has v·n = {:.3e} on `{tag}`, which is \"{name}\" and lets nothing through,", v.dot(&n)),
             "let the stream function be constant there, or take velocity = \"dirichlet\" on this tag",
         )),
-        VelocityCondition::NoTangential if v.dot(&tangent).abs() > allowed => Err((
-            format!("has v·t = {:.3e} on `{tag}`, which is \"no-tangential\",", v.dot(&tangent)),
+        Held::Tangent if v.dot(&tangent).abs() > allowed => Err((
+            format!("has v·t = {:.3e} on `{tag}`, which is \"{name}\",", v.dot(&tangent)),
             "take velocity = \"dirichlet\" on this tag",
         )),
-        VelocityCondition::Dirichlet(_)
-        | VelocityCondition::Traction(_)
-        | VelocityCondition::Slip
-        | VelocityCondition::NoTangential => Ok(()),
+        Held::Normal | Held::Tangent | Held::Both | Held::Nothing => Ok(()),
     }
 }

@@ -8,9 +8,9 @@ use super::domain::build_mesh;
 use super::forecast;
 use crate::expression::Expression;
 use crate::mesh::{Point, generate};
+use crate::model::Conditions;
 use crate::model::boundary::PolarityCondition;
 use crate::model::terms::factor;
-use crate::model::{Conditions, VelocityCondition};
 use crate::scene::path::quoted;
 use crate::scene::{Initial, InitialDensity, Scene, SceneSource};
 
@@ -176,9 +176,7 @@ fn formulas(scene: &Scene) -> Vec<(String, f64, Vec<&Expression>)> {
     }
     for (tag, Conditions { velocity, polarity, density }) in &scene.boundary {
         let key = |name: &str| format!("boundary.{}.{name}", quoted(tag));
-        if let VelocityCondition::Dirichlet(pair) | VelocityCondition::Traction(pair) = velocity {
-            all.push((key("velocity"), OTHER, pair.iter().collect()));
-        }
+        all.push((key("velocity"), OTHER, velocity.formulas().iter().collect()));
         if let PolarityCondition::Dirichlet(pair) = polarity {
             all.push((key("polarity"), POLARITY, pair.iter().collect()));
         }

@@ -23,7 +23,7 @@ use crate::model::compressible::Compressible;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::manufactured::Volume;
 use crate::model::momentum::{MomentumError, check_held};
-use crate::model::{Conditions, ModelKind, VelocityCondition, rotation, start};
+use crate::model::{Conditions, ModelKind, rotation, start};
 use crate::scene::path::quoted;
 use crate::scene::{Initial, InitialDensity, Scene, measured};
 use crate::scheme::schedule::plain;
@@ -356,12 +356,11 @@ fn check_inflow(scene: &Scene, mesh: &Mesh, measure: &'static str, axis: f64) ->
     let (tag, Conditions { velocity, polarity, .. }) = (&mesh.tags[inlet.tag], &scene.boundary[&mesh.tags[inlet.tag]]);
     let constant =
         |given: &[Expression; 2]| (!given.iter().any(Expression::depends_on_time)).then(|| given[0].eval(inlet.x, 0.0));
-    match velocity {
-        VelocityCondition::Slip => return wrong(format!("nothing passes `{tag}`, its left end, which is \"slip\"")),
-        VelocityCondition::Dirichlet(given) if constant(given).is_some_and(|v| v <= 0.0) => {
-            return wrong(format!("the velocity of `{tag}`, its left end, is {}", given[0].text()));
-        }
-        VelocityCondition::Dirichlet(_) | VelocityCondition::Traction(_) | VelocityCondition::NoTangential => {}
+    if velocity.is_impermeable() {
+        return wrong(format!("nothing passes `{tag}`, its left end, which is \"{}\"", velocity.name()));
+    }
+    if let Some(given) = velocity.value().filter(|given| constant(given).is_some_and(|v| v <= 0.0)) {
+        return wrong(format!("the velocity of `{tag}`, its left end, is {}", given[0].text()));
     }
     match polarity {
         PolarityCondition::Dirichlet(given) if constant(given) == Some(0.0) => {

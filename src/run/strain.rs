@@ -8,7 +8,7 @@ use super::view::Fields;
 use crate::measure::{MeasureError, Strain, Tensor};
 use crate::mesh::Mesh;
 use crate::model::momentum::tagged;
-use crate::model::{Conditions, VelocityCondition};
+use crate::model::Conditions;
 use crate::scene::{Field, Scene};
 
 /// A residual above this belongs to a flow that changes.
@@ -20,7 +20,7 @@ const STEADY: f64 = 1e-4;
 /// A structure that contradicts itself.
 pub(super) fn prepare(scene: &Scene, mesh: &Arc<Mesh>, conditions: &[Conditions]) -> Result<Option<Strain>, RunError> {
     let Some(settings) = scene.strain_needed() else { return Ok(None) };
-    let open = tagged(conditions, |c| !matches!(c, VelocityCondition::Slip));
+    let open = tagged(conditions, |c| !c.is_impermeable());
     Ok(Some(Strain::new(mesh, settings.degree, settings.weissenberg, open)?))
 }
 

@@ -1,8 +1,8 @@
 //! Boundaries of shapes: smooth pieces in closed form, and the questions that they answer.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-use super::{Pose, Shape, edges, turned};
+use super::{Pose, Shape, turned};
 use crate::mesh::Point;
 
 /// A smooth piece of a boundary that is run counterclockwise.
@@ -91,62 +91,23 @@ impl Piece {
 }
 
 impl Shape {
-    /// The boundary in the body's frame, counterclockwise, piece after piece.
-    pub fn boundary(&self) -> Vec<Piece> {
-        let arc = |centre: f64, a: f64, b: f64, from: f64, to: f64| Piece::Arc {
-            centre: Point::new(centre, 0.0),
-            axes: [Point::new(a, 0.0), Point::new(0.0, b)],
-            from,
-            to,
-        };
-        match self {
-            Shape::Disc { radius } => vec![arc(0.0, *radius, *radius, 0.0, TAU)],
-            Shape::Ellipse { semi_axes: [a, b] } => vec![arc(0.0, *a, *b, 0.0, TAU)],
-            &Shape::Capsule { half_length: l, radius: r } => {
-                let side = |x: f64, y: f64| Piece::Segment { from: Point::new(x, y), to: Point::new(-x, y) };
-                vec![arc(l, r, r, -0.5 * PI, 0.5 * PI), side(l, r), arc(-l, r, r, 0.5 * PI, 1.5 * PI), side(-l, -r)]
-            }
-            Shape::Polygon { vertices } => edges(vertices).map(|(from, to)| Piece::Segment { from, to }).collect(),
-        }
-    }
-
-    /// About `n` points along the boundary in the body's frame, counterclockwise, the first not repeated; a polygon has
-    /// its vertices.
-    ///
-    /// At least 8 points per full turn of a round shape; the ends of a capsule's straight sides are among them.
-    pub fn outline(&self, n: usize) -> Vec<Point> {
-        let on_arc = |piece: &Piece, count: usize| {
-            let (piece, (from, to)) = (*piece, piece.range());
-            (0..count).map(move |k| piece.at(from + (to - from) * k as f64 / count as f64))
-        };
-        let pieces = self.boundary();
-        match self {
-            Shape::Disc { .. } | Shape::Ellipse { .. } => on_arc(&pieces[0], n.max(8)).collect(),
-            &Shape::Capsule { half_length, .. } => {
-                let count = (n / 2).max(5) - 1;
-                let round = [&pieces[0], &pieces[2]];
-                let last = |arc: &Piece| if half_length > 0.0 { Some(arc.ends()[1]) } else { None };
-                round.iter().flat_map(|arc| on_arc(arc, count).chain(last(arc))).collect()
-            }
-            Shape::Polygon { vertices } => vertices.clone(),
-        }
-    }
-
-    /// A point of the shape that lies farthest in a direction, in the body's frame.
-    pub fn support(&self, direction: Point) -> Point {
-        let unit = direction.try_normalize(0.0).unwrap_or(Point::new(1.0, 0.0));
-        match self {
-            Shape::Disc { radius } => unit * *radius,
-            Shape::Ellipse { semi_axes: [a, b] } => {
-                let scaled = Point::new(a * unit.x, b * unit.y);
-                Point::new(a * scaled.x, b * scaled.y) / scaled.norm()
-            }
-            Shape::Capsule { half_length, radius } => Point::new(half_length.copysign(unit.x), 0.0) + unit * *radius,
-            Shape::Polygon { vertices } => {
-                let farther = |best: Point, v: &Point| if v.dot(&unit) > best.dot(&unit) { *v } else { best };
-                vertices.iter().fold(vertices[0], farther)
+    /// Points along the boundary in the body's frame, counterclockwise, the first not repeated: straight parts by their
+    /// ends, the round ones by about `points` on a whole turn, at least 8.
+    pub fn outline(&self, points: usize) -> Vec<Point> {
+        let mut all = Vec::new();
+        for piece in self.boundary() {
+            match piece {
+                Piece::Segment { from, to } if from == to => {}
+                Piece::Segment { from, .. } => all.push(from),
+                Piece::Arc { from, to, .. } => {
+                    // half a turn is half of the points, rounded up, whatever the last digit of π says
+                    let share = points.max(8) as f64 * (to - from) / TAU;
+                    let count = (share - 1e-9).ceil().max(1.0) as usize;
+                    all.extend((0..count).map(|k| piece.at(from + (to - from) * k as f64 / count as f64)));
+                }
             }
         }
+        all
     }
 
     /// The shape at a place.

@@ -11,7 +11,7 @@ use monolayer::model::immersed::Carried;
 use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
 use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
-use monolayer::shape::{Pose, Shape, Twist};
+use monolayer::shape::{Disc, Pose, Shape, Twist};
 
 pub const MIDDLE: Point = Point::new(0.5, 0.5);
 
@@ -23,7 +23,7 @@ pub fn square(n: usize) -> Arc<Mesh> {
 pub fn disc(radius: f64, position: Point) -> Body {
     Body {
         name: "disc".into(),
-        shape: Shape::Disc { radius },
+        shape: Shape::from(Disc { radius }),
         hold: Hold::Free,
         density: 1.0,
         force: [0.0, 0.0].map(Expression::constant),

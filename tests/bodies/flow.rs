@@ -5,7 +5,7 @@ use monolayer::form::Linear;
 use monolayer::mesh::Point;
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
-use monolayer::shape::{Shape, Twist};
+use monolayer::shape::{Capsule, Shape, Twist};
 use monolayer::shape::{Wrench, rigid_motion};
 use monolayer::solve::dot;
 
@@ -118,7 +118,7 @@ fn multipliers_are_the_forces_that_hold() {
 
 #[test]
 fn a_pinned_body_turns_about_its_pin() {
-    let shape = Shape::Capsule { half_length: 0.12, radius: 0.05 };
+    let shape = Shape::from(Capsule { half_length: 0.12, radius: 0.05 });
     let pinned = Body { shape, hold: Hold::Pinned(Point::new(-0.12, 0.0)), ..disc(0.1, Point::new(0.52, 0.5)) };
     let (mut flow, carried) = solved(&square(12), ["y", "0"], vec![pinned], 1e-8);
     let pin = Point::new(0.4, 0.5);

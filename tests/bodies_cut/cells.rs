@@ -3,7 +3,7 @@ use std::sync::Arc;
 use monolayer::cut::{Class, Cover};
 use monolayer::form::{Density, Faces, Integrator, mass, stokes, swip};
 use monolayer::mesh::Point;
-use monolayer::shape::{Pose, Shape};
+use monolayer::shape::{Capsule, Core, Disc, Figure, Polygon, Pose, Shape};
 use monolayer::space::{Field, project};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,24 +16,15 @@ fn pose(random: &mut ChaCha8Rng, spread: f64) -> Pose {
     Pose { position: Point::new(0.5, 0.5) + position, angle: random.random_range(-4.0..4.0) }
 }
 
-fn scaled(shape: &Shape, s: f64) -> Shape {
-    match shape {
-        Shape::Disc { radius } => Shape::Disc { radius: s * radius },
-        Shape::Ellipse { semi_axes } => Shape::Ellipse { semi_axes: semi_axes.map(|a| s * a) },
-        Shape::Capsule { half_length, radius } => Shape::Capsule { half_length: s * half_length, radius: s * radius },
-        Shape::Polygon { vertices } => Shape::Polygon { vertices: vertices.iter().map(|v| v * s).collect() },
-    }
-}
-
 #[test]
 fn the_parts_inside_add_up_to_the_body() {
     let mesh = square(5);
     let loops = loops(&mesh);
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    for shape in shapes() {
+    for k in 0..shapes(1.0).len() {
         for scale in [1e-3, 0.05, 0.4, 1.0] {
             for _ in 0..6 {
-                let (shape, pose) = (scaled(&shape, scale), pose(&mut random, 0.05));
+                let (shape, pose) = (shapes(scale)[k].clone(), pose(&mut random, 0.05));
                 let cover = Arc::new(Cover::new(&mesh, None, &[(shape.clone(), pose)]));
                 let inside = loops.inside(&cover, Some(0));
                 let area = inside.sum(2, |_| 1.0);
@@ -53,13 +44,15 @@ fn bodies_on_vertices_and_along_edges() {
     let loops = loops(&mesh);
     let square = |half: f64| {
         let corner = |x: f64, y: f64| Point::new(x * half, y * half);
-        Shape::Polygon { vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)] }
+        Shape::from(Polygon {
+            vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        })
     };
     let mut shapes = vec![];
     for half in [0.125, 0.25, 0.5, 0.25 - 1e-14, 0.25 + 1e-14] {
         shapes.push(square(half));
-        shapes.push(Shape::Disc { radius: half });
-        shapes.push(Shape::Capsule { half_length: 0.5 * half, radius: 0.5 * half });
+        shapes.push(Shape::from(Disc { radius: half }));
+        shapes.push(Shape::from(Capsule { half_length: 0.5 * half, radius: 0.5 * half }));
     }
     for shape in shapes {
         for angle in [0.0, 0.25 * std::f64::consts::PI, 0.5 * std::f64::consts::PI, 1e-15] {
@@ -78,7 +71,7 @@ fn bodies_on_vertices_and_along_edges() {
     let cover = Arc::new(Cover::new(
         &mesh,
         None,
-        &[(Shape::Disc { radius: 9.0 }, Pose { position: Point::zeros(), angle: 0.0 })],
+        &[(Shape::from(Disc { radius: 9.0 }), Pose { position: Point::zeros(), angle: 0.0 })],
     ));
     assert!((0..mesh.cells.len()).all(|c| cover.cell(c) == Class::Inside(0)));
     assert!((0..mesh.faces.len()).all(|f| cover.face(f) == Class::Inside(0)));
@@ -86,12 +79,12 @@ fn bodies_on_vertices_and_along_edges() {
 
 /// Three bodies that do not touch, one of them leaving the unit square.
 fn three() -> Vec<(Shape, Pose)> {
-    let shapes = shapes();
+    let of = |scale: f64, k: usize| shapes(scale)[k].clone();
     let place = |x: f64, y: f64, angle: f64| Pose { position: Point::new(x, y), angle };
     vec![
-        (scaled(&shapes[1], 0.6), place(0.3, 0.35, 0.4)),
-        (scaled(&shapes[4], 0.5), place(0.72, 0.62, -1.0)),
-        (scaled(&shapes[6], 0.5), place(0.15, 0.9, 2.0)),
+        (of(0.6, 1), place(0.3, 0.35, 0.4)),
+        (of(0.5, 4), place(0.72, 0.62, -1.0)),
+        (of(0.5, 6), place(0.15, 0.9, 2.0)),
     ]
 }
 
@@ -100,9 +93,9 @@ fn polynomials_are_exact_on_straight_cells() {
     let mesh = square(4);
     let loops = loops(&mesh);
     let mut random = ChaCha8Rng::seed_from_u64(4);
-    for shape in shapes() {
+    for k in 0..shapes(1.0).len() {
         for scale in [0.03, 0.3, 1.0] {
-            let (shape, pose) = (scaled(&shape, scale), pose(&mut random, 0.04));
+            let (shape, pose) = (shapes(scale)[k].clone(), pose(&mut random, 0.04));
             let cover = Arc::new(Cover::new(&mesh, None, &[(shape.clone(), pose)]));
             let (inside, outside) = (loops.inside(&cover, Some(0)), loops.outside(&cover));
             let boundary = shape.at(pose).boundary();
@@ -141,7 +134,7 @@ fn tiny_cuts_are_as_exact_as_others() {
     for depth in [1e-2, 1e-4, 1e-6, 1e-8, 1e-9] {
         for position in [Point::new(0.4, -r + depth), Point::new(0.45, 1.0 + r - depth), Point::new(-r + depth, 0.6)] {
             let pose = Pose { position, angle: 0.3 };
-            let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::Disc { radius: r }, pose)]));
+            let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::from(Disc { radius: r }), pose)]));
             let area = loops.inside(&cover, Some(0)).sum(4, |_| 1.0);
             // 2r² (θ − sin θ cos θ)/2 with 1 − cos θ = d/r, by its series
             let theta = 2.0 * (0.5 * depth / r).sqrt().asin();
@@ -170,12 +163,12 @@ fn divergence_theorem(part: &Integrator, w: &Field, g: &(dyn Fn(Point) -> (f64, 
 /// A polynomial that vanishes on the boundary of an ellipse or polygon, and its gradient.
 fn vanishing(shape: &Shape, pose: Pose, x: Point) -> (f64, Point) {
     let y = pose.to_body(x);
-    let (value, slope) = match shape {
-        Shape::Disc { radius: r } => (y.norm_squared() / (r * r) - 1.0, y * (2.0 / (r * r))),
-        Shape::Ellipse { semi_axes: [a, b] } => {
+    let (value, slope) = match shape.figure() {
+        Figure::Around { core: Core::Point, radius: r } => (y.norm_squared() / (r * r) - 1.0, y * (2.0 / (r * r))),
+        Figure::Ellipse { semi_axes: [a, b] } => {
             ((y.x / a).powi(2) + (y.y / b).powi(2) - 1.0, Point::new(2.0 * y.x / (a * a), 2.0 * y.y / (b * b)))
         }
-        Shape::Polygon { vertices } => {
+        Figure::Around { core: Core::Polygon(vertices), radius: 0.0 } => {
             let n = vertices.len();
             let lines: Vec<(f64, Point)> = (0..n)
                 .map(|k| {
@@ -188,7 +181,7 @@ fn vanishing(shape: &Shape, pose: Pose, x: Point) -> (f64, Point) {
             let rest = |k: usize| (0..n).filter(|&m| m != k).map(|m| lines[m].0).product::<f64>();
             (value, (0..n).map(|k| lines[k].1 * rest(k)).sum())
         }
-        Shape::Capsule { .. } => unreachable!("no polynomial vanishes on a capsule's boundary alone"),
+        Figure::Around { .. } => unreachable!("no polynomial vanishes on the boundary of a thickened shape alone"),
     };
     (value, monolayer::shape::turned(slope, pose.angle))
 }
@@ -198,23 +191,23 @@ fn cells_and_faces_obey_the_divergence_theorem() {
     let mut random_poses = ChaCha8Rng::seed_from_u64(5);
     let straight = square(4);
     let bent = mesh("shape = \"disc\"\nh = 0.4\ncurved = 3");
-    let all = shapes();
     let chosen = [0, 1, 2, 6, 7];
     for (mesh, tolerance) in [(&straight, 1e-13), (&bent, 1e-13)] {
         let loops = loops(mesh);
         let w = random(&discontinuous(mesh, 3, 2), 8);
         for scale in [0.05, 0.5, 1.5] {
             let mut worst = 0.0_f64;
+            let all = shapes(scale);
             for k in chosen {
                 for _ in 0..4 {
                     // near the boundary, so that curved cells are cut and bodies leave the domain
-                    let (shape, mut pose) = (scaled(&all[k], scale), pose(&mut random_poses, 0.3));
+                    let (shape, mut pose) = (all[k].clone(), pose(&mut random_poses, 0.3));
                     pose.position += Point::new(0.25, 0.25);
                     let cover = Arc::new(Cover::new(mesh, None, &[(shape.clone(), pose)]));
                     let g = |x: Point| vanishing(&shape, pose, x);
-                    let (degree, count) = match &shape {
-                        Shape::Polygon { vertices } => (vertices.len(), vertices.len()),
-                        Shape::Disc { .. } | Shape::Ellipse { .. } | Shape::Capsule { .. } => (2, 2),
+                    let (degree, count) = match shape.figure() {
+                        Figure::Around { core: Core::Polygon(vertices), .. } => (vertices.len(), vertices.len()),
+                        Figure::Around { .. } | Figure::Ellipse { .. } => (2, 2),
                     };
                     let size = mesh.vertices.iter().map(|x| g(*x).0.abs()).fold(0.0, f64::max) * count as f64;
                     // g on a curved cell is a polynomial of that degree times the geometry's
@@ -298,7 +291,7 @@ fn curved_cells_are_cut_along_their_curves() {
         let near = 0.9 * (1.0 - 0.2 * h * h);
         for (radius, x) in [(0.3, near - 0.3), (0.02, near - 0.02), (0.07, 0.5)] {
             let pose = Pose { position: Point::new(x * 0.6, x * 0.8), angle: 0.0 };
-            let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::Disc { radius }, pose)]));
+            let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::from(Disc { radius }), pose)]));
             let area = std::f64::consts::PI * radius * radius;
             close(loops.inside(&cover, Some(0)).sum(2, |_| 1.0), area, area, 1e-11);
             close(loops.outside(&cover).sum(2, |_| 1.0), mesh.area() - area, 1.0, 1e-12);
@@ -306,7 +299,7 @@ fn curved_cells_are_cut_along_their_curves() {
         // discs of radius 1 and r at the distance d of their centres
         let (r, d): (f64, f64) = (0.4, 0.93);
         let pose = Pose { position: Point::new(0.0, -d), angle: 0.0 };
-        let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::Disc { radius: r }, pose)]));
+        let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::from(Disc { radius: r }), pose)]));
         let half = |a: f64, b: f64| {
             let c = (d * d + a * a - b * b) / (2.0 * d * a);
             a * a * (c.acos() - c * (1.0 - c * c).sqrt())
@@ -355,7 +348,7 @@ fn moved_bodies_change_the_cells_they_meet() {
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {
     let mesh = mesh("shape = \"disc\"\nh = 0.2\ncurved = 3");
-    let bodies = [(Shape::Disc { radius: 0.35 }, Pose { position: Point::new(0.6, 0.3), angle: 0.0 })];
+    let bodies = [(Shape::from(Disc { radius: 0.35 }), Pose { position: Point::new(0.6, 0.3), angle: 0.0 })];
     let space = discontinuous(&mesh, 2, 1);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");

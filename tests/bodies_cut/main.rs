@@ -4,4 +4,6 @@ mod cells;
 #[allow(dead_code)]
 #[path = "../identities/common.rs"]
 mod common;
+#[path = "../listed/mod.rs"]
+mod listed;
 mod shapes;

@@ -3,7 +3,7 @@
 use monolayer::contact::particles::{Drive, Dynamics, Particle, Particles};
 use monolayer::contact::{Law, Settings, Solver, Wall};
 use monolayer::mesh::Point;
-use monolayer::shape::{Pose, Shape, Twist};
+use monolayer::shape::{Disc, Polygon, Pose, Shape, Twist};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -16,7 +16,7 @@ pub fn at(x: f64, y: f64, angle: f64) -> Pose {
 }
 
 pub fn disc(name: &str, radius: f64, x: f64, y: f64) -> Particle {
-    Particle::new(name, Shape::Disc { radius }, at(x, y, 0.0))
+    Particle::new(name, Shape::from(Disc { radius }), at(x, y, 0.0))
 }
 
 pub fn moving(mut particle: Particle, vx: f64, vy: f64, spin: f64) -> Particle {
@@ -28,7 +28,7 @@ pub fn moving(mut particle: Particle, vx: f64, vy: f64, spin: f64) -> Particle {
 pub fn rectangle(half_width: f64, half_height: f64) -> Shape {
     let (w, h) = (half_width, half_height);
     let corners = [(-w, -h), (w, -h), (w, h), (-w, h)];
-    Shape::Polygon { vertices: corners.into_iter().map(|(x, y)| Point::new(x, y)).collect() }
+    Shape::from(Polygon { vertices: corners.into_iter().map(|(x, y)| Point::new(x, y)).collect() })
 }
 
 /// A regular polygon.
@@ -37,7 +37,7 @@ pub fn regular(sides: usize, radius: f64) -> Shape {
         let (s, c) = (std::f64::consts::TAU * k as f64 / sides as f64).sin_cos();
         Point::new(radius * c, radius * s)
     };
-    Shape::Polygon { vertices: (0..sides).map(corner).collect() }
+    Shape::from(Polygon { vertices: (0..sides).map(corner).collect() })
 }
 
 /// A floor and two walls, open above.

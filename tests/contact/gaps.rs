@@ -3,19 +3,24 @@
 use monolayer::contact::gap::{Placed, Touch, touches};
 use monolayer::contact::{Wall, Walls};
 use monolayer::mesh::Point;
-use monolayer::shape::{Pose, Shape};
+use monolayer::shape::outline::Piece;
+use monolayer::shape::{Capsule, Disc, Ellipse, Pose, Shape};
 use rand::RngExt;
 
 use crate::common::{at, rectangle, regular, rng};
+use crate::listed::listed;
 
+/// Shapes of every row of the list, about as large as those that are named.
 fn shapes() -> Vec<Shape> {
-    vec![
-        Shape::Disc { radius: 0.4 },
-        Shape::Ellipse { semi_axes: [0.9, 0.3] },
-        Shape::Capsule { half_length: 0.5, radius: 0.2 },
+    let mut all = vec![
+        Shape::from(Disc { radius: 0.4 }),
+        Shape::from(Ellipse { semi_axes: [0.9, 0.3] }),
+        Shape::from(Capsule { half_length: 0.5, radius: 0.2 }),
         rectangle(0.7, 0.25),
         regular(5, 0.5),
-    ]
+    ];
+    all.extend(listed(1.5).into_iter().filter(|shape| shape.inradius() > 0.12));
+    all
 }
 
 fn between(a: (&Shape, Pose), b: (&Shape, Pose)) -> Vec<Touch> {
@@ -28,33 +33,13 @@ fn least(touches: &[Touch]) -> f64 {
     touches.iter().map(|t| t.gap).fold(f64::INFINITY, f64::min)
 }
 
-/// Points of a boundary.
+/// Points of a boundary, `count` on each piece.
 fn boundary(shape: &Shape, pose: &Pose, count: usize) -> Vec<Point> {
-    let circle = |k: usize| {
-        let (s, c) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
-        Point::new(c, s)
+    let along = |piece: Piece| {
+        let (from, to) = piece.range();
+        (0..count).map(move |k| piece.at(from + (to - from) * k as f64 / count as f64))
     };
-    let local: Vec<Point> = match shape {
-        Shape::Disc { radius } => (0..count).map(|k| *radius * circle(k)).collect(),
-        Shape::Ellipse { semi_axes: [a, b] } => {
-            (0..count).map(|k| Point::new(a * circle(k).x, b * circle(k).y)).collect()
-        }
-        Shape::Capsule { half_length, radius } => {
-            let sides = (0..count).flat_map(|k| {
-                let x = half_length * (2.0 * k as f64 / count as f64 - 1.0);
-                [Point::new(x, *radius), Point::new(x, -radius)]
-            });
-            let caps = (0..count).map(|k| *radius * circle(k) + Point::new(half_length.copysign(circle(k).x), 0.0));
-            sides.chain(caps).collect()
-        }
-        Shape::Polygon { vertices } => (0..vertices.len())
-            .flat_map(|k| {
-                let (p, q) = (vertices[k], vertices[(k + 1) % vertices.len()]);
-                (0..count).map(move |j| p + (j as f64 / count as f64) * (q - p))
-            })
-            .collect(),
-    };
-    local.into_iter().map(|x| pose.to_space(x)).collect()
+    shape.at(*pose).boundary().into_iter().flat_map(along).collect()
 }
 
 #[test]
@@ -119,7 +104,7 @@ fn gradients_are_the_differences_of_the_gaps() {
 
 #[test]
 fn a_round_ellipse_is_a_disc_to_rounding() {
-    let (disc, round) = (Shape::Disc { radius: 0.4 }, Shape::Ellipse { semi_axes: [0.4, 0.4] });
+    let (disc, round) = (Shape::from(Disc { radius: 0.4 }), Shape::from(Ellipse { semi_axes: [0.4, 0.4] }));
     for other in &shapes() {
         for k in 0..20 {
             let there = at(1.4, 0.03 * k as f64, 0.3 * k as f64);
@@ -154,7 +139,7 @@ fn flat_sides_touch_in_two_places() {
             assert!((t.gap - (y - 0.4)).abs() < 1e-15 && (t.normal - Point::new(0.0, 1.0)).norm() < 1e-15);
         }
     }
-    let capsule = Shape::Capsule { half_length: 0.5, radius: 0.2 };
+    let capsule = Shape::from(Capsule { half_length: 0.5, radius: 0.2 });
     assert_eq!(between((&capsule, at(0.0, 0.0, 0.0)), (&capsule, at(0.3, 0.4, 0.0))).len(), 2);
     assert_eq!(between((&capsule, at(0.0, 0.0, 0.0)), (&capsule, at(0.0, 0.9, 1.5))).len(), 1);
 }
@@ -167,7 +152,7 @@ fn walls_are_met_from_both_sides_and_at_their_ends() {
         wall.touches(0, &Placed::new(shape, &pose), f64::INFINITY, &mut out);
         least(&out)
     };
-    let disc = Shape::Disc { radius: 0.5 };
+    let disc = Shape::from(Disc { radius: 0.5 });
     assert_eq!(gap(&disc, at(1.0, 0.75, 0.0)), 0.25);
     assert_eq!(gap(&disc, at(1.0, -0.75, 0.0)), 0.25);
     assert_eq!(gap(&disc, at(5.0, 4.0, 0.0)), 4.5);

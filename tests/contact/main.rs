@@ -3,6 +3,8 @@
 mod common;
 mod gaps;
 mod glue;
+#[path = "../listed/mod.rs"]
+mod listed;
 mod obstacles;
 mod particles;
 mod piles;

@@ -3,7 +3,7 @@
 use monolayer::contact::particles::{Drive, Dynamics, Motion, Particle, Particles};
 use monolayer::contact::{ContactError, Law, Method, Settings, Solver, Wall};
 use monolayer::mesh::Point;
-use monolayer::shape::{Pose, Shape, Twist};
+use monolayer::shape::{Capsule, Disc, Ellipse, Pose, Shape, Twist};
 use rand::RngExt;
 
 use crate::common::{at, disc, gravity, moving, open_box, rectangle, regular, rng, scattered, settings, world};
@@ -30,10 +30,10 @@ fn swarm(count: usize, discs: bool, seed: u64) -> Vec<Particle> {
     (0..count)
         .map(|k| {
             let shape = match k % 5 {
-                _ if discs => Shape::Disc { radius: rng.random_range(0.2..0.45) },
-                0 => Shape::Disc { radius: 0.4 },
-                1 => Shape::Ellipse { semi_axes: [0.45, 0.2] },
-                2 => Shape::Capsule { half_length: 0.25, radius: 0.15 },
+                _ if discs => Shape::from(Disc { radius: rng.random_range(0.2..0.45) }),
+                0 => Shape::from(Disc { radius: 0.4 }),
+                1 => Shape::from(Ellipse { semi_axes: [0.45, 0.2] }),
+                2 => Shape::from(Capsule { half_length: 0.25, radius: 0.15 }),
                 3 => rectangle(0.35, 0.2),
                 _ => regular(5, 0.4),
             };
@@ -250,8 +250,8 @@ fn threads_and_restarts_do_not_change_a_bit() {
 #[test]
 fn shapes_rest_on_each_other() {
     let wall = [Wall::Segment([Point::new(-9.0, 0.0), Point::new(9.0, 0.0)])];
-    let capsule = Shape::Capsule { half_length: 0.5, radius: 0.25 };
-    let ellipse = Shape::Ellipse { semi_axes: [0.5, 0.25] };
+    let capsule = Shape::from(Capsule { half_length: 0.5, radius: 0.25 });
+    let ellipse = Shape::from(Ellipse { semi_axes: [0.5, 0.25] });
     for shape in [rectangle(0.5, 0.25), capsule, ellipse] {
         let bodies: Vec<Particle> =
             (0..8).map(|k| Particle::new(format!("{k}"), shape.clone(), at(0.0, 0.25 + 0.5 * k as f64, 0.0))).collect();
@@ -288,7 +288,7 @@ fn shapes_of_all_kinds_fall_into_a_box() {
 fn a_disc_slides_over_the_joints_of_a_floor() {
     let p = |k: usize| Point::new(0.37 * k as f64, 0.0);
     let floor: Vec<Wall> = (0..12).map(|k| Wall::Segment([p(k), p(k + 1)])).collect();
-    for shape in [Shape::Disc { radius: 0.2 }, rectangle(0.2, 0.2)] {
+    for shape in [Shape::from(Disc { radius: 0.2 }), rectangle(0.2, 0.2)] {
         let body = moving(Particle::new("slider", shape, at(0.3, 0.2, 0.0)), 1.0, 0.0, 0.0);
         let mut particles = world(vec![body], &floor, Law::Inelastic);
         let drive = gravity(&particles);

@@ -111,7 +111,8 @@ fn no_hint_offers_the_opposite_condition() {
         ("do-nothing", "it is \"traction\""),
         ("stress-free", "it is \"traction\""),
         ("periodic", "no periodic boundaries"),
-        ("navier-slip", "no friction of their own"),
+        ("navier-slip", "{ friction = b }"),
+        ("frictoin", "did you mean `friction`?"),
         ("inflow", "{ dirichlet = [\"v_1\", \"v_2\"] }"),
         ("slipp", "did you mean `slip`?"),
     ] {

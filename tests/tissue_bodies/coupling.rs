@@ -12,7 +12,7 @@ use monolayer::model::incompressible::{Degrees, Description, Incompressible, Sta
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, Sources, VelocityCondition};
 use monolayer::scheme::ControlSettings;
-use monolayer::shape::{Pose, Shape, Twist};
+use monolayer::shape::{Disc, Pose, Shape, Twist};
 use monolayer::space::{Field, project};
 use monolayer::time::moving::{MovingMarch, NoReferee};
 use monolayer::time::{CouplingKind, CouplingSettings, March, MarchSettings};
@@ -36,7 +36,7 @@ fn disc(radius: f64, at: [f64; 2], hold: Hold) -> Body {
     let zero = || formula("0");
     Body {
         name: "disc".into(),
-        shape: Shape::Disc { radius },
+        shape: Shape::from(Disc { radius }),
         hold,
         density: 1.0,
         force: [zero(), zero()],

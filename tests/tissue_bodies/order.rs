@@ -12,7 +12,7 @@ use monolayer::model::passive::{Continuation, Covered};
 use monolayer::model::polarity::Polarity;
 use monolayer::model::terms::{At, POLARITY, Sum};
 use monolayer::model::{Conditions, Parameters, PolarityCondition, VelocityCondition};
-use monolayer::shape::{Pose, Shape};
+use monolayer::shape::{Disc, Pose, Shape};
 use monolayer::space::project;
 
 const CENTRE: [f64; 2] = [0.513, 0.478];
@@ -46,7 +46,7 @@ fn errors(n: usize, degree: usize) -> [f64; 3] {
     let mesh = mesh_of(n);
     let loops = loops(&mesh);
     let pose = Pose { position: Point::from(CENTRE), angle: 0.0 };
-    let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::Disc { radius: RADIUS }, pose)]));
+    let cover = Arc::new(Cover::new(&mesh, None, &[(Shape::from(Disc { radius: RADIUS }), pose)]));
     let covered = Covered::new(&loops, &cover, Continuation::default());
     let space = discontinuous(&mesh, degree, 2);
     let exact = formulas();

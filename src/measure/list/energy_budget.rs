@@ -3,9 +3,10 @@
 use super::{Column, DIMENSIONLESS, Measure, Of, Region, Taken, Taking, Tissue};
 use crate::measure::{Budget, MeasureError};
 
-const COLUMNS: [Column; 7] = [
+const COLUMNS: [Column; 8] = [
     Column::new("budget_rate", "energy law: dF/dt", DIMENSIONLESS, "dF/dt"),
     Column::new("budget_friction", "energy law: friction", DIMENSIONLESS, "friction"),
+    Column::new("budget_wall_friction", "energy law: friction with walls", DIMENSIONLESS, "friction with walls"),
     Column::new("budget_viscosity", "energy law: viscosity", DIMENSIONLESS, "viscosity"),
     Column::new("budget_relaxation", "energy law: relaxation", DIMENSIONLESS, "relaxation"),
     Column::new("budget_traction", "energy law: traction", DIMENSIONLESS, "traction"),
@@ -26,7 +27,7 @@ pub const ENERGY_BUDGET: Measure = Measure {
 fn take(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     let budget = Budget::at(at.model, at.state, at.rate_of_p, at.t);
     let defect = budget.defect();
-    let Budget { rate, friction, viscosity, relaxation, traction, active_stress } = budget;
-    taken.put(&COLUMNS, [rate, friction, viscosity, relaxation, traction, active_stress, defect]);
+    let Budget { rate, friction, wall_friction, viscosity, relaxation, traction, active_stress } = budget;
+    taken.put(&COLUMNS, [rate, friction, wall_friction, viscosity, relaxation, traction, active_stress, defect]);
     Ok(())
 }

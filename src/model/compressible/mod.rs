@@ -19,7 +19,6 @@ pub use density::Density;
 pub use tangent::{Squeezed, Tangent};
 pub use viscous::Viscous;
 
-use super::boundary::VelocityCondition;
 use super::closed::ClosedParts;
 use super::formulas::{check_formulas, check_inflow};
 use super::frames::Frames;
@@ -32,10 +31,11 @@ use super::polarity::{FORMULA_DEGREE, Polarity};
 use super::scales::{Scales, relative};
 use super::state::{Residuals, State};
 use super::terms::{At, Given, MASS, MOMENTUM, Sum};
+use super::walls::Walls;
 use super::{Conditions, Parameters, Sources};
 use crate::expression::ExpressionError;
 use crate::form::upwind::Carrier;
-use crate::form::{CellPoint, Faces, Integrator, mass};
+use crate::form::{CellPoint, Integrator, mass};
 use crate::mesh::Mesh;
 use crate::solve::rows::Rows;
 use crate::solve::sparse::{Factored, Matrix};
@@ -56,6 +56,8 @@ pub struct Compressible {
     pub velocity: Arc<Space>,
     pub frames: Frames,
     pub slip: SlipTreatment,
+    /// What walls add to the viscous form.
+    pub walls: Walls,
     pub velocity_mass: Matrix,
     /// Of the free velocities, for the stationary residuals.
     residual_mass: Factored,
@@ -126,7 +128,8 @@ impl Compressible {
             check_held(velocity, conditions)?;
         }
         let polarity = Polarity::new(&loops, polarity, conditions, parameters, sources.boundary().cloned())?;
-        let open = tagged(conditions, |c| !matches!(c, VelocityCondition::Slip));
+        let walls = Walls::new(&loops, conditions, slip)?;
+        let open = tagged(conditions, |c| !c.is_impermeable());
         let density = Density::new(&loops, density, open, polarity.sweep())?;
         let count = velocity.dof_count();
         let products = loops.triplets(&mass::vector_mass(velocity), velocity, velocity);
@@ -146,6 +149,7 @@ impl Compressible {
             velocity: velocity.clone(),
             frames,
             slip,
+            walls,
             velocity_mass,
             residual_mass: Factored::new("velocity mass", reduced)?,
             density,
@@ -154,10 +158,6 @@ impl Compressible {
             flow_structure,
             structure: Found::default(),
         })
-    }
-
-    pub(super) fn slip_faces(&self) -> Faces {
-        tagged(&self.conditions, |c| matches!(c, VelocityCondition::Slip))
     }
 
     pub(super) fn flow_layout(&self) -> Layout<'_> {

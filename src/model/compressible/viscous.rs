@@ -1,10 +1,10 @@
 //! The velocity of a given density: friction and ρ-weighted viscosity, factorised anew for every density.
 
-use crate::form::{Density, stokes};
+use crate::form::Density;
 use crate::model::DensityLaw;
 use crate::model::compressible::Compressible;
 use crate::model::lagged::{Elements, Lagged, Layout, add_velocity_block};
-use crate::model::momentum::{MomentumError, SlipTreatment};
+use crate::model::momentum::MomentumError;
 use crate::model::terms::{MOMENTUM, Sum};
 use crate::solve::rows::Rows;
 use crate::solve::symbolic::Element;
@@ -44,10 +44,8 @@ impl Viscous {
     /// A matrix that is singular: nothing holds tissue of vanishing density without friction.
     pub fn new(model: &Compressible, rho: &Field) -> Result<Self, MomentumError> {
         let (loops, velocity) = (&model.loops, &*model.velocity);
-        let mut form = Sum::of(&[MOMENTUM]).flow_matrix(&model.parameters, velocity, Density::Of(rho));
-        if let SlipTreatment::Penalty { epsilon } = model.slip {
-            form = form + stokes::slip_penalty(velocity, model.slip_faces(), epsilon * model.area.sqrt());
-        }
+        let form = Sum::of(&[MOMENTUM]).flow_matrix(&model.parameters, velocity, Density::Of(rho));
+        let form = form + model.walls.form(velocity);
         let m = velocity.cell_dof_count();
         let mut blocks = Rows::zero(model.polarity.neighbours(), (m, m), false);
         loops.add_own_rows(&form, (velocity, velocity), &mut blocks.own);

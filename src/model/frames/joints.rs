@@ -10,7 +10,7 @@
 //! boundary conditions in finite element codes for incompressible fluid flow, Int. J. Numer. Meth. Fluids 2, 1982,
 //! doi:10.1002/fld.1650020302).
 
-use super::super::boundary::{Conditions, VelocityCondition};
+use super::super::boundary::Conditions;
 use super::CORNER;
 use crate::expression::ExpressionError;
 use crate::mesh::Point;
@@ -59,17 +59,16 @@ pub(super) fn velocity(
 ) -> Result<Point, ExpressionError> {
     let (mut walls, mut given) = (Vec::new(), Vec::new());
     for (at, piece) in pieces.iter().enumerate() {
-        match &conditions[piece.tag].velocity {
-            VelocityCondition::Dirichlet([first, second]) => {
-                let v = Point::new(first.try_eval(x, t)?, second.try_eval(x, t)?);
-                walls.push(Wall { normal: piece.normal, through: v.dot(&piece.normal), scale: v.norm() });
-                // a tag that passes the node has two faces there, and one value
-                if !pieces[..at].iter().any(|earlier| earlier.tag == piece.tag) {
-                    given.push(v);
-                }
+        let condition = &conditions[piece.tag].velocity;
+        if let Some([first, second]) = condition.value() {
+            let v = Point::new(first.try_eval(x, t)?, second.try_eval(x, t)?);
+            walls.push(Wall { normal: piece.normal, through: v.dot(&piece.normal), scale: v.norm() });
+            // a tag that passes the node has two faces there, and one value
+            if !pieces[..at].iter().any(|earlier| earlier.tag == piece.tag) {
+                given.push(v);
             }
-            VelocityCondition::Slip => walls.push(Wall { normal: piece.normal, through: 0.0, scale: 0.0 }),
-            VelocityCondition::Traction(_) | VelocityCondition::NoTangential => {}
+        } else if condition.is_impermeable() {
+            walls.push(Wall { normal: piece.normal, through: 0.0, scale: 0.0 });
         }
     }
     Ok(joined(&walls, &given))

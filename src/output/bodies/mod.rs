@@ -4,14 +4,12 @@
 //! [`BodyFiles`] writes moments on the way.
 
 mod files;
-mod outline;
 mod picture;
 mod vtp;
 
 use std::path::Path;
 
 pub use files::{Asked, BodyFiles};
-pub use outline::{contains, outline};
 pub use picture::{Colour, Look, overlay, picture, view};
 pub use vtp::{write_bodies, write_contacts, write_walls};
 
@@ -156,16 +154,15 @@ impl Moment<'_> {
         [self.poses[contact.body].position, to]
     }
 
-    /// The outline of a body in space; see [`outline`].
+    /// The outline of a body in space; see [`Shape::outline`].
     pub fn outline(&self, body: usize, points: usize) -> Vec<Point> {
-        let local = outline(&self.cast.bodies[body].shape, points);
-        local.into_iter().map(|x| self.poses[body].to_space(x)).collect()
+        self.cast.bodies[body].shape.at(self.poses[body]).outline(points)
     }
 
     /// The body in which a point lies.
     pub fn body_at(&self, x: Point) -> Option<usize> {
         let inside = |(member, pose): (&Member, &Pose)| {
-            (x - pose.position).norm() <= member.shape.circumradius() && contains(&member.shape, pose.to_body(x))
+            (x - pose.position).norm() <= member.shape.circumradius() && member.shape.contains(pose.to_body(x))
         };
         self.cast.bodies.iter().zip(self.poses).position(inside)
     }

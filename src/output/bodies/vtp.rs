@@ -4,12 +4,11 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::Moment;
-use super::outline::outline;
 use crate::contact::{Contact, Partner, Wall};
 use crate::mesh::Point;
 use crate::output::vtk::{Field, field_array, integers};
 use crate::output::{OutputError, write_whole};
-use crate::shape::Shape;
+use crate::shape::{Disc, Shape};
 
 /// Points of an outline on a whole turn: a disc is nowhere further than 3·10⁻⁴ of its radius from its polygon.
 const POINTS: usize = 128;
@@ -96,7 +95,7 @@ pub(crate) fn wall_line(wall: &Wall, points: usize) -> Vec<Point> {
     match *wall {
         Wall::Segment(ends) => ends.to_vec(),
         Wall::Disc { centre, radius } | Wall::Hollow { centre, radius } => {
-            let round = outline(&Shape::Disc { radius }, points);
+            let round = Shape::from(Disc { radius }).outline(points);
             round.iter().chain(round.first()).map(|x| centre + x).collect()
         }
     }

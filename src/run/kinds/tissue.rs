@@ -23,7 +23,7 @@ use crate::scene::bodies::Bodies;
 use crate::scene::maps::MapOptions;
 use crate::scene::{MapRule, Output, Scene, SceneError, SceneSource, What};
 use crate::scheme::pace::Refusal;
-use crate::shape::{Pose, Shape, Twist};
+use crate::shape::{Pose, Twist};
 use crate::time::march::Counts;
 use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
 use crate::time::{self, March, OwnedSheet};
@@ -36,8 +36,8 @@ pub fn has_moving_bodies(scene: &Scene) -> bool {
 
 /// Centre and downstream end of the one disc in a scene, where it is a body.
 pub fn wake(scene: &Scene) -> Option<(Point, f64)> {
-    let [Body { shape: Shape::Disc { radius }, start, .. }] = &scene.bodies.as_ref()?.bodies[..] else { return None };
-    Some((start.position, start.position.x + radius))
+    let [Body { shape, start, .. }] = &scene.bodies.as_ref()?.bodies[..] else { return None };
+    shape.round_radius().map(|radius| (start.position, start.position.x + radius))
 }
 
 /// The tissue around the bodies of a scene, where they start.

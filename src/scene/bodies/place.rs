@@ -10,6 +10,7 @@ use crate::contact::gap::{Placed, Touch, touches};
 use crate::contact::pairs::{self, Range};
 use crate::contact::{Partner, Wall, Walls};
 use crate::mesh::Point;
+use crate::shape::outline::Piece;
 use crate::shape::{Pose, Shape};
 
 /// Where discs are placed.
@@ -268,27 +269,19 @@ fn deepest(near: &[Touch]) -> f64 {
     near.iter().map(|touch| -touch.gap).fold(0.0, f64::max)
 }
 
-/// Points all around a body.
+/// Points all around a body, and its centre.
 pub fn outline(shape: &Shape, pose: &Pose) -> Vec<Point> {
-    const POINTS: usize = 64;
-    let directions = (0..POINTS).map(|k| {
-        let (s, c) = (std::f64::consts::TAU * k as f64 / POINTS as f64).sin_cos();
-        Point::new(c, s)
-    });
-    let local: Vec<Point> = match shape {
-        Shape::Disc { radius } => directions.map(|d| *radius * d).collect(),
-        Shape::Ellipse { semi_axes: [a, b] } => directions.map(|d| Point::new(a * d.x, b * d.y)).collect(),
-        Shape::Capsule { half_length, radius } => {
-            directions.map(|d| *radius * d + Point::new(half_length.copysign(d.x), 0.0)).collect()
-        }
-        Shape::Polygon { vertices } => {
-            let next = vertices.iter().cycle().skip(1);
-            let along =
-                |(p, q): (&Point, &Point)| (0..16).map(|k| p + f64::from(k) / 16.0 * (q - p)).collect::<Vec<_>>();
-            vertices.iter().zip(next).flat_map(along).collect()
-        }
+    const ON_A_TURN: f64 = 64.0;
+    const ON_A_SIDE: usize = 16;
+    let along = |piece: Piece| {
+        let (from, to) = piece.range();
+        let count = match piece {
+            Piece::Segment { .. } => ON_A_SIDE,
+            Piece::Arc { .. } => (ON_A_TURN * (to - from) / std::f64::consts::TAU).ceil() as usize,
+        };
+        (0..count).map(move |k| piece.at(from + (to - from) * k as f64 / count as f64))
     };
-    local.into_iter().map(|x| pose.to_space(x)).chain([pose.position]).collect()
+    shape.at(*pose).boundary().into_iter().flat_map(along).chain([pose.position]).collect()
 }
 
 fn overlap(bodies: &[Body], i: usize, j: usize, immobile: &dyn Fn(&Body) -> bool) -> Option<Overlap> {

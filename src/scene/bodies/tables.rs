@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 
 use crate::contact::Method;
 use crate::expression::{Formula, VectorFormula};
+use crate::shape::ShapeTable;
 
 /// What a scene of any kind may say about bodies.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -75,48 +76,6 @@ pub struct BodyTable {
     /// With the substrate, per area (default 0); in a flow only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-}
-
-/// `body.shape`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ShapeTable {
-    Disc(DiscTable),
-    Ellipse(EllipseTable),
-    Capsule(CapsuleTable),
-    Polygon(PolygonTable),
-}
-
-/// `{ disc = { radius } }`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DiscTable {
-    pub radius: f64,
-}
-
-/// `{ ellipse = { semi_axes = [a, b] } }`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EllipseTable {
-    /// Along the body's own axes.
-    pub semi_axes: [f64; 2],
-}
-
-/// `{ capsule = { length, radius } }`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CapsuleTable {
-    /// Of the straight part.
-    pub length: f64,
-    pub radius: f64,
-}
-
-/// `{ polygon = { vertices = [[x, y], …] } }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PolygonTable {
-    /// Of a convex polygon, one way round or the other.
-    pub vertices: Vec<[f64; 2]>,
 }
 
 /// `body.motion`: a name, or `{ pinned = … }`, `{ held = … }`, `{ path = … }`.

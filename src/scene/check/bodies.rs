@@ -8,10 +8,10 @@ use crate::expression::{Expression, Formula, VectorFormula};
 use crate::mesh::Point;
 use crate::model::ModelError;
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
-use crate::scene::bodies::tables::{BodyTable, BodyTables, MotionTable, ShapeTable, zero};
+use crate::scene::bodies::tables::{BodyTable, BodyTables, MotionTable, zero};
 use crate::scene::bodies::{Bodies, Rigid};
 use crate::scene::error::SceneError;
-use crate::shape::{Pose, Shape, ShapeError, Twist};
+use crate::shape::{Pose, Rules, Shape, ShapeError, Twist};
 
 /// What surrounds the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,7 +115,8 @@ impl Checker<'_> {
         let at = |name: &str| format!("{key}.{name}");
         let name = table.name.clone().unwrap_or_default();
         self.body_name(&at("name"), &name)?;
-        let (shape, centre) = self.shape(&at("shape"), &table.shape)?;
+        let key_of_shape = format!("{}.{}", at("shape"), table.shape.name());
+        let (shape, centre) = table.shape.make(&ShapeRules { checker: self, key: key_of_shape })?;
         let density = *table.density.get_or_insert(1.0);
         self.positive(&at("density"), density, "mass per area; 1 is that of the medium")?;
         self.computable(&at("density"), &shape, density)?;
@@ -146,46 +147,6 @@ impl Checker<'_> {
         let holds = !name.is_empty() && name.chars().all(plain) && name.parse::<usize>().is_err();
         let rule = "must be a name of letters, digits, `-`, `_`, and no number";
         self.require(holds, key, format!("\"{name}\""), rule, "such as \"disc\" or \"obstacle-1\"")
-    }
-
-    /// The shape about its centre of area, and where that is in the coordinates of a polygon's vertices.
-    fn shape(&self, key: &str, table: &ShapeTable) -> Result<(Shape, Option<Point>), SceneError> {
-        let size = |name: &str, value: f64| self.length(&format!("{key}.{name}"), value, "a length, such as 0.1");
-        let checked = |name: &str, shape: Shape, value: String| {
-            let made = shape.checked();
-            made.map_err(|error| self.shape_error(&format!("{key}.{name}"), value, &error))
-        };
-        match table {
-            ShapeTable::Disc(disc) => Ok((Shape::Disc { radius: size("disc.radius", disc.radius)? }, None)),
-            ShapeTable::Ellipse(ellipse) => {
-                let semi_axes = ellipse.semi_axes;
-                semi_axes.iter().try_for_each(|a| size("ellipse.semi_axes", *a).map(|_| ()))?;
-                let value = format!("[{}, {}]", semi_axes[0], semi_axes[1]);
-                Ok((checked("ellipse.semi_axes", Shape::Ellipse { semi_axes }, value)?, None))
-            }
-            ShapeTable::Capsule(capsule) => {
-                let half_length = 0.5 * size("capsule.length", capsule.length)?;
-                let radius = size("capsule.radius", capsule.radius)?;
-                let shape = Shape::Capsule { half_length, radius };
-                Ok((checked("capsule.radius", shape, capsule.radius.to_string())?, None))
-            }
-            ShapeTable::Polygon(polygon) => {
-                let key = format!("{key}.polygon.vertices");
-                let vertices = polygon.vertices.iter().map(|x| Point::from(*x)).collect();
-                let value = format!("{} vertices", polygon.vertices.len());
-                let made = Shape::polygon(vertices).map_err(|error| self.shape_error(&key, value, &error));
-                let (shape, centre) = made?;
-                self.length(&key, shape.circumradius(), "corners such as [[0, 0], [1, 0], [0, 1]]")?;
-                Ok((shape, Some(centre)))
-            }
-        }
-    }
-
-    /// What is wrong with a shape, at its key.
-    fn shape_error(&self, key: &str, value: String, error: &ShapeError) -> SceneError {
-        let text = error.to_string();
-        let (rule, hint) = text.split_once("; hint: ").unwrap_or((&text, "give another shape"));
-        self.error(key, value, rule, hint)
     }
 
     fn start(
@@ -422,14 +383,35 @@ impl Checker<'_> {
     }
 }
 
+/// The rules on the keys of a shape, below the key of its table.
+struct ShapeRules<'a, 'c> {
+    checker: &'a Checker<'c>,
+    key: String,
+}
+
+impl Rules for ShapeRules<'_, '_> {
+    type Error = SceneError;
+
+    fn length(&self, key: &str, value: f64, hint: &str) -> Result<f64, SceneError> {
+        self.checker.length(&format!("{}.{key}", self.key), value, hint)
+    }
+
+    fn within(&self, key: &str, value: f64, range: [f64; 2], rule: &str, hint: &str) -> Result<f64, SceneError> {
+        self.checker.within(&format!("{}.{key}", self.key), value, range, rule, hint)
+    }
+
+    fn wrong(&self, key: &str, value: String, error: &ShapeError) -> SceneError {
+        let text = error.to_string();
+        let (rule, hint) = text.split_once("; hint: ").unwrap_or((&text, "give another shape"));
+        self.checker.error(&format!("{}.{key}", self.key), value, rule, hint)
+    }
+}
+
 /// Names that the formulas of a body may use.
 pub(super) fn numbers<'a>(shape: &Shape, density: f64, symbols: &'a [(&'static str, f64)]) -> Vec<(&'a str, f64)> {
     let area = shape.area();
     let mut all = vec![("area", area), ("mass", density * area), ("inertia", density * shape.second_moment())];
-    match shape {
-        Shape::Disc { radius } => all.push(("radius", *radius)),
-        Shape::Ellipse { .. } | Shape::Capsule { .. } | Shape::Polygon { .. } => {}
-    }
+    all.extend(shape.round_radius().map(|radius| ("radius", radius)));
     all.extend(symbols);
     all
 }

@@ -9,7 +9,7 @@ use crate::mesh::Point;
 use crate::scene::bodies::place::{Region, radii, scatter};
 use crate::scene::bodies::tables::{BodiesTable, CircleTable, GroupMotion, Radii, RingTable};
 use crate::scene::error::SceneError;
-use crate::shape::{Pose, Shape, Twist};
+use crate::shape::{Disc, Pose, Shape, Twist};
 
 /// At most so many bodies.
 pub(super) const MOST: usize = 1_000_000;
@@ -41,7 +41,7 @@ impl Checker<'_> {
         self.require(!moves, &at("motion"), "\"fixed\"", "a ring with an `angle` moves", "remove one of the two")?;
         let mut bodies = Vec::new();
         for (k, (&radius, centre)) in radii.iter().zip(&centres).enumerate() {
-            let shape = Shape::Disc { radius };
+            let shape = Shape::from(Disc { radius });
             self.computable(&at("density"), &shape, density)?;
             let known = numbers(&shape, density, symbols);
             let start = Pose { position: *centre, angle: 0.0 };

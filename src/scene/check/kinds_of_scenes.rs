@@ -8,7 +8,7 @@ use super::outputs::Scope;
 use super::{Checker, shown};
 use crate::expression::Expression;
 use crate::model::boundary::BoundaryScene;
-use crate::model::{ModelError, ModelKind, VelocityCondition};
+use crate::model::{ModelError, ModelKind};
 use crate::scene::SceneSource;
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
@@ -214,10 +214,7 @@ impl Checker<'_> {
             table.velocity = full.resolved().velocity;
             checked.insert(tag.clone(), conditions);
         }
-        let stress_only = checked.values().all(|c| match c.velocity {
-            VelocityCondition::Traction(_) => true,
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
-        });
+        let stress_only = checked.values().all(|c| c.velocity.traction().is_some());
         let rule = "without friction and with `traction` on every tag the velocity is undetermined";
         let hint = "give friction > 0, or a velocity condition on some tag";
         let determined = checked.is_empty() || file.model.friction > 0.0 || !stress_only;

@@ -27,7 +27,7 @@ use crate::element::MAX_DEGREE;
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::NamedCondition;
-use crate::model::{Conditions, ModelError, ModelKind, Parameters, VelocityCondition};
+use crate::model::{Conditions, ModelError, ModelKind, Parameters};
 use crate::time::CouplingKind;
 pub(in crate::scene) use amounts::Course;
 pub(in crate::scene) use outputs::Scope;
@@ -219,7 +219,7 @@ impl Checker<'_> {
         mut velocities: impl Iterator<Item = &'a NamedCondition>,
     ) {
         let round = mesh.track().is_some_and(|track| track.is_round());
-        if round && mesh.get::<usize>("curved").is_none() && velocities.all(|velocity| velocity.name == "slip") {
+        if round && mesh.get::<usize>("curved").is_none() && velocities.all(NamedCondition::lets_turn) {
             *mesh = std::mem::take(mesh).with("curved", degree.min(3));
         }
     }
@@ -329,8 +329,7 @@ impl Checker<'_> {
                 .map_err(|error| self.model(&format!("boundary.{}", quoted(tag)), error))?
                 .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
             let from_exact = sources.boundary().is_some();
-            let given =
-                matches!(&conditions.velocity, VelocityCondition::Traction(f) if !f.iter().all(Expression::is_zero));
+            let given = conditions.velocity.traction().is_some_and(|f| !f.iter().all(Expression::is_zero));
             let rule = "the traction is that of the exact fields, so none can be given";
             let hint = "write velocity = \"traction\", or set exact.boundary = \"scene\"";
             self.require(
@@ -343,10 +342,7 @@ impl Checker<'_> {
             *table = table.resolved();
             checked.insert(tag.clone(), conditions);
         }
-        let stress_only = checked.values().all(|c| match c.velocity {
-            VelocityCondition::Traction(_) => true,
-            VelocityCondition::Dirichlet(_) | VelocityCondition::Slip | VelocityCondition::NoTangential => false,
-        });
+        let stress_only = checked.values().all(|c| c.velocity.traction().is_some());
         let rule = "without friction and with `traction` on every tag the velocity is undetermined";
         let hint = "give friction > 0, or a velocity condition on some tag";
         let determined = checked.is_empty() || p.friction > 0.0 || !stress_only;

@@ -2,12 +2,11 @@
 
 use super::{Layer, Palette};
 use crate::mesh::Point;
-use crate::output::bodies::outline;
 use crate::output::plot::layout::Frame;
 use crate::output::plot::legend::COLOURS;
 use crate::output::plot::scene::{Anchor, INK, Paint, Rect, Rgb, Shape, Text, WHITE};
 use crate::output::plot::text::{Font, Label};
-use crate::shape::{Pose, Shape as BodyShape};
+use crate::shape::{Disc, Pose, Shape as BodyShape};
 
 /// Of bodies that no value colours.
 const NEUTRAL: Rgb = [0xc4, 0xc4, 0xc4];
@@ -103,7 +102,7 @@ impl Paper<'_> {
 
     /// A disc that is no body.
     pub fn disc(&self, centre: Point, radius: f64) -> Vec<Shape> {
-        let (shape, pose) = (BodyShape::Disc { radius }, Pose { position: centre, angle: 0.0 });
+        let (shape, pose) = (BodyShape::from(Disc { radius }), Pose { position: centre, angle: 0.0 });
         let mut shapes = Vec::new();
         self.body(&Placed { shape, pose, fill: Fill::Neutral, mark: false, name: String::new() }, &mut shapes);
         shapes
@@ -121,13 +120,11 @@ impl Paper<'_> {
         let fill = self.colour(body.fill);
         let width = if radius < SMALL { EDGE * radius / SMALL } else { EDGE };
         let whole = around.x0 >= rect.x0 && around.x1 <= rect.x1 && around.y0 >= rect.y0 && around.y1 <= rect.y1;
-        let is_disc = matches!(body.shape, BodyShape::Disc { .. });
-        if whole && is_disc {
+        if whole && body.shape.is_round() {
             shapes.push(Shape::Circle { centre, radius, paint: Paint::area(fill, INK, width) });
         } else {
             let turn = (std::f64::consts::PI * (0.5 * radius / SAGITTA).sqrt()).clamp(16.0, 20_000.0) as usize;
-            let points: Vec<Xy> =
-                outline(&body.shape, turn).into_iter().map(|x| self.at(body.pose.to_space(x))).collect();
+            let points: Vec<Xy> = body.shape.at(body.pose).outline(turn).into_iter().map(|x| self.at(x)).collect();
             self.polygon(points, whole, fill, width, shapes);
         }
         if body.mark && radius >= SMALL {
@@ -173,7 +170,7 @@ impl Paper<'_> {
             return;
         }
         let label = Label::parse(&body.name);
-        let room = 1.4 * least_radius(&body.shape) * radius / body.shape.circumradius();
+        let room = 1.4 * body.shape.inradius() * radius / body.shape.circumradius();
         let size = self.font.fit(&label, NAME[1].min(0.6 * room), room);
         if size >= NAME[0] {
             let at = (centre.0, centre.1 + 0.36 * size);
@@ -196,30 +193,13 @@ impl Paper<'_> {
 
 /// From the centre to the outline along the first axis.
 fn reach(shape: &BodyShape) -> f64 {
-    match shape {
-        BodyShape::Disc { radius } => *radius,
-        BodyShape::Ellipse { semi_axes: [a, _] } => *a,
-        BodyShape::Capsule { half_length, radius } => half_length + radius,
-        BodyShape::Polygon { vertices } => {
-            let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
-            let crossing = |(p, q): (&Point, &Point)| {
-                let share = p.y / (p.y - q.y);
-                ((p.y <= 0.0) != (q.y <= 0.0)).then(|| p.x + share * (q.x - p.x))
-            };
-            edges.filter_map(crossing).fold(0.0, f64::max)
+    let (mut inside, mut outside) = (0.0, 2.0 * shape.circumradius());
+    loop {
+        let middle = 0.5 * (inside + outside);
+        if middle <= inside || middle >= outside {
+            return inside;
         }
-    }
-}
-
-/// Radius of a disc about the centre that the shape contains.
-fn least_radius(shape: &BodyShape) -> f64 {
-    match shape {
-        BodyShape::Disc { radius } | BodyShape::Capsule { radius, .. } => *radius,
-        BodyShape::Ellipse { semi_axes: [a, b] } => a.min(*b),
-        BodyShape::Polygon { vertices } => {
-            let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
-            edges.map(|(p, q)| p.perp(q) / (q - p).norm()).fold(f64::INFINITY, f64::min)
-        }
+        if shape.contains(Point::new(middle, 0.0)) { inside = middle } else { outside = middle }
     }
 }
 
