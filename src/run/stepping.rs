@@ -10,7 +10,7 @@ use super::stepper::{Ground, Halt, Plan, Stepper, Stride, phases_of};
 use super::summary::{Ending, Found, Summary};
 use super::watch::{Overlaps, lost};
 use super::writer::Writer;
-use super::{Options, Record, RunError, Totals, cuts, extremes, steady, strain};
+use super::{Options, Record, RunError, Totals, cuts, extremes, maps, steady, strain};
 use crate::measure::bodies::overlap;
 use crate::measure::errors::History;
 use crate::measure::list::Taken;
@@ -68,7 +68,10 @@ pub(super) fn run(
         gauges.errors = gauges.errors.and(saved.kept.errors);
     }
     let resumed = saved.map(|saved| Resumed::at(&options.out, saved.counts.steps, saved.t));
-    ground.map_or(Ok(()), |ground| cuts::check(plan.outputs, ground))?;
+    if let Some(ground) = ground {
+        maps::check_all_windows(plan.outputs, plan.source, &ground.mesh)?;
+        cuts::check(plan.outputs, ground)?;
+    }
     let _stake = Stake::new();
     folder::write_scene(&options.out, &plan.text, saved.map(|saved| saved.scene.as_str()))?;
     let writer = Writer::new(plan, ground, stepper, &options.out, resumed)?;
@@ -142,8 +145,11 @@ impl Course<'_> {
 
     /// A failure, with the value of the scene that may be behind it.
     fn failed(&self, reason: String, blame: bool) -> Ending {
-        let reason = extremes::hinted(reason, self.plan.suspect.clone().filter(|_| blame));
-        Ending::Failed { reason: format!("{}: {reason}", self.plan.origin()) }
+        let (origin, reason) =
+            (self.plan.origin(), extremes::hinted(reason, self.plan.suspect.clone().filter(|_| blame)));
+        // a formula's error names the file itself
+        let reason = if reason.contains(&format!("{origin}: ")) { reason } else { format!("{origin}: {reason}") };
+        Ending::Failed { reason }
     }
 
     fn step_to_the_end(&mut self, stepper: &mut dyn Stepper) -> Result<Ending, RunError> {

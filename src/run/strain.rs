@@ -7,8 +7,8 @@ use super::stepper::Ground;
 use super::view::Fields;
 use crate::measure::{MeasureError, Strain, Tensor};
 use crate::mesh::Mesh;
-use crate::model::momentum::tagged;
 use crate::model::Conditions;
+use crate::model::momentum::tagged;
 use crate::scene::{Field, Scene};
 
 /// A residual above this belongs to a flow that changes.
