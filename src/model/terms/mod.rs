@@ -104,7 +104,11 @@ pub struct Functional<V: Jet> {
     pub by_components: Derivative<Scalar, Scalar>,
     /// Along `L_h/B`.
     pub by_field: Derivative<Vector, V>,
-    /// Linear in the polarity, with a matrix that only the density changes: assembled once where that is 1.
+    /// Whether `by_polarity` or `by_field` has integrals over the faces between cells: the blocks that they take are
+    /// stored where such a term is on, and only there.
+    pub wide: bool,
+    /// Linear in the polarity, with a matrix that acts on both components alike and that only the density changes:
+    /// assembled once where that is 1.
     pub is_constant: bool,
 }
 
@@ -147,6 +151,7 @@ impl<V: Jet> Functional<V> {
         by_polarity: no_derivative,
         by_components: no_derivative,
         by_field: no_derivative,
+        wide: false,
         is_constant: false,
     };
 }

@@ -228,6 +228,7 @@ const ELASTIC_FORCE: Term<Vector> = Term {
         value: |at| at.parameters.elasticity * (power_of(at).force() - natural_traction(at)),
         by_polarity: |at| at.parameters.elasticity * (power_of(at).by_polarity() - natural_traction_tangent(at)),
         by_field: |at| at.parameters.elasticity * power_of(at).by_field(),
+        wide: true,
         ..Functional::NOTHING
     }),
     strong: ERICKSEN,

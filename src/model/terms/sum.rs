@@ -91,6 +91,11 @@ impl<'t, V: Jet> Sum<'t, V> {
         self.derivative(at, |term| term.by_components)
     }
 
+    /// Whether derivatives along polarity or field have integrals over the faces between cells.
+    pub fn is_wide(self, parameters: &Parameters) -> bool {
+        self.functionals(parameters).any(|(_, term)| term.wide)
+    }
+
     /// Along `L_h/B`.
     pub fn by_field<'a>(self, at: &At<'a>) -> Bilinear<'a, Vector, V> {
         self.derivative(at, |term| term.by_field)
