@@ -78,8 +78,8 @@ pub enum Switch {
 pub type Form<V> = for<'a> fn(&At<'a>) -> Linear<'a, V>;
 /// The derivative of a form along a field, whose jets are `U`.
 pub type Derivative<U, V> = for<'a> fn(&At<'a>) -> Bilinear<'a, U, V>;
-/// A matrix of the flow, which depends on parameters and the density at most.
-pub type FlowMatrix = for<'a> fn(&Parameters, &Space, Density<'a>) -> Bilinear<'a, Vector, Vector>;
+/// A matrix of the flow, which depends on the density at most.
+pub type FlowMatrix = for<'a> fn(&Space, Density<'a>) -> Bilinear<'a, Vector, Vector>;
 
 /// The weak form of a term.
 pub enum Weak<V: Jet> {
@@ -88,8 +88,9 @@ pub enum Weak<V: Jet> {
     Frame,
     /// In the weak form of the term of that name, because one integrand for both is cheaper.
     With(&'static str),
-    /// Linear in the flow, and the derivative of its product with the flow along the density.
-    Flow { matrix: FlowMatrix, by_density: Derivative<Scalar, V> },
+    /// Linear in the flow: a matrix, the derivative of its product with the flow along the density, and what multiplies
+    /// both. Nothing else of the parameters is in them, so that two sheets of equal weights have the same matrix.
+    Flow { weight: fn(&Parameters) -> f64, matrix: FlowMatrix, by_density: Derivative<Scalar, V> },
     /// A functional of the fields.
     Functional(Functional<V>),
 }

@@ -31,7 +31,8 @@ const VISCOSITY: Term<Vector> = Term {
     formula: Formula::Both("2(D(v)|D(w))", "2(ρD(v)|D(w))"),
     tag: "[7.11a]",
     weak: Weak::Flow {
-        matrix: |_, velocity, rho| match rho {
+        weight: |_| 1.0,
+        matrix: |velocity, rho| match rho {
             Density::One => stokes::viscosity(velocity),
             Density::Of(rho) => stokes::weighted_viscosity(velocity, rho),
         },
@@ -56,7 +57,8 @@ const FRICTION: Term<Vector> = Term {
     tag: "[7.11a]",
     on: |m| Some(Switch::By("friction", m.friction)),
     weak: Weak::Flow {
-        matrix: |m, velocity, _| m.friction * mass::vector_mass(velocity),
+        weight: |m| m.friction,
+        matrix: |velocity, _| mass::vector_mass(velocity),
         by_density: |_| Bilinear::zero(),
     },
     strong: Strong::Vector(|s| s.parameters.friction * s.velocity()),
