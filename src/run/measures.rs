@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{RunError, Setup};
 use crate::measure::Measure;
 use crate::measure::errors::{History, errors};
-use crate::measure::list::{ALL, Domain, FREE_ENERGY, Gauge, OfMarch, Taken, Tissue};
+use crate::measure::list::{ALL, Column, Domain, FREE_ENERGY, Gauge, OfMarch, Taken, Tissue};
 use crate::model::{Exact, ModelKind, Residuals, State};
 use crate::scene::{Scene, measured};
 use crate::scheme::Schedule;
@@ -183,7 +183,9 @@ pub fn columns(scene: &Scene) -> Vec<&'static str> {
     }
     let stops_by_energy = scene.time.stop_energy_rate.is_some();
     let is_written = |measure: &&&Measure| named.contains(measure) || ***measure == FREE_ENERGY && stops_by_energy;
-    columns.extend(ALL.iter().filter(is_written).flat_map(|measure| measure.column_names()));
+    let given = |column: &&Column| column.key.is_none_or(|key| scene.parameters.factors.of(key) != 0.0);
+    let written = ALL.iter().filter(is_written).flat_map(|measure| measure.columns);
+    columns.extend(written.filter(given).map(|column| column.name));
     columns
 }
 

@@ -79,7 +79,8 @@ fn relax(mesh: &Arc<Mesh>, elastic_force: ElasticForce, seed: u64, amplitude: f6
     for _ in 0..25 {
         march.advance(1e9).expect("the step converges");
         let budget = Budget::of(&march);
-        rows.push((march.energy().0, budget.defect(), budget.relaxation + budget.viscosity + budget.friction));
+        let dissipation = budget.relaxation + budget.line("budget_viscosity") + budget.line("budget_friction");
+        rows.push((march.energy().0, budget.defect(), dissipation));
     }
     rows
 }

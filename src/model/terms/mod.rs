@@ -2,8 +2,8 @@
 //! how a pass of the fixed point takes it.
 //!
 //! A model is a list of terms. From the lists follow residuals, the blocks of Newton's method, the linear equations of
-//! the fixed point, the sources of manufactured solutions, the factors that a scene may give, and what `check` and
-//! `summary.json` say. A term that is off is neither assembled nor stored.
+//! the fixed point, the sources of manufactured solutions, the lines of the energy law, the factors that a scene may
+//! give, and what `check` and `summary.json` say. A term that is off is neither assembled nor stored.
 //!
 //! A new term is a constant in the file of its equation and its name in the list there.
 
@@ -12,6 +12,7 @@ pub mod factor;
 pub mod mass;
 pub mod momentum;
 pub mod polarity;
+pub mod power;
 mod sum;
 
 use serde::Serialize;
@@ -21,6 +22,7 @@ pub use factor::{Factor, Factors};
 pub use mass::MASS;
 pub use momentum::MOMENTUM;
 pub use polarity::{MOLECULAR, POLARITY};
+pub use power::{Line, Loops, Power};
 pub use sum::Sum;
 
 use super::manufactured::{Matrix, Series};
@@ -48,6 +50,8 @@ pub struct Term<V: Jet> {
     pub weak: Weak<V>,
     pub pass: Pass,
     pub strong: Strong,
+    /// Its line of the energy law, where it has one.
+    pub power: Option<Power>,
 }
 
 /// The side of an equation.
@@ -169,6 +173,7 @@ impl<V: Jet> Term<V> {
         weak: Weak::Frame,
         pass: Pass::Lagged,
         strong: Strong::Frame,
+        power: None,
     };
 
     /// Whether it is on in a sheet; `None` where the sheet does not have it.
