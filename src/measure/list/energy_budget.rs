@@ -60,6 +60,7 @@ fn take(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     let budget = Budget::at(at.model, at.state, at.rate_of_p, at.t);
     let others = [(RATE, budget.rate), (RELAXATION, budget.relaxation), (DEFECT, budget.defect())];
     taken.values.extend(others.map(|(column, value)| (column.name, value)));
-    taken.values.extend(LINES.iter().map(|listed| listed.line.column).zip(budget.lines));
+    let lines = LINES.iter().zip(budget.lines).filter(|(listed, _)| listed.is_of(at.model.parameters()));
+    taken.values.extend(lines.map(|(listed, power)| (listed.line.column, power)));
     Ok(())
 }

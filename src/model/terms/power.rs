@@ -3,6 +3,7 @@
 use super::{At, MOLECULAR, MOMENTUM, POLARITY, Side, Term};
 use crate::form::words::Vector;
 use crate::form::{Integrator, Linear};
+use crate::model::parameters::Parameters;
 use crate::solve::dot;
 
 /// The power of a term, a line of the energy law on the side where the term's formula stands.
@@ -39,6 +40,13 @@ pub struct Listed {
     pub line: Line,
     pub side: Side,
     pub key: Option<&'static str>,
+}
+
+impl Listed {
+    /// Whether a sheet has the line.
+    pub fn is_of(&self, parameters: &Parameters) -> bool {
+        self.key.is_none_or(|key| parameters.factors.of(key) != 0.0)
+    }
 }
 
 /// The lines of both sides, as many as there are terms at most.
