@@ -5,6 +5,7 @@ mod compressible;
 mod curved;
 mod incompressible;
 mod rotation;
+mod self_advection;
 mod slip;
 mod space;
 mod time;
