@@ -4,6 +4,7 @@ mod common;
 mod compressible;
 mod curved;
 mod incompressible;
+mod polar_stress;
 mod rotation;
 mod self_advection;
 mod slip;

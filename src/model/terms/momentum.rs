@@ -1,5 +1,7 @@
 //! The terms of the momentum balance, test w   [7.11a], [7.34]
 
+mod polar_stress;
+
 use super::{At, Formula, Functional, Line, Power, Side, Strong, Switch, Term, Weak};
 use crate::expression::Taylor;
 use crate::form::compression::Compression;
@@ -8,6 +10,7 @@ use crate::form::words::{Vector, sym};
 use crate::form::{Bilinear, CellPoint, Density, FacePoint, Linear, elastic, mass, polarity, stokes};
 use crate::mesh::Point;
 use crate::model::parameters::{ElasticForce, Parameters};
+use polar_stress::POLAR_STRESS;
 
 /// In the order of the model page.
 pub const MOMENTUM: &[Term<Vector>] = &[
@@ -23,6 +26,7 @@ pub const MOMENTUM: &[Term<Vector>] = &[
     ELASTIC_FORCE,
     ACTIVE_STRESS,
     ISOTROPIC_ACTIVE_STRESS,
+    POLAR_STRESS,
     MOLECULAR_FIELD,
 ];
 
