@@ -1,7 +1,7 @@
 //! The molecular field eliminated from a force, `F_L M⁻¹ Λ′`, on the rows of one cell.
 //!
-//! A force without integrals over faces sees the field of its own cell, and so the carried fields of the cell and of its
-//! neighbours. One with them sees the fields of the neighbours, too, and with those what lies two faces away.
+//! A force without integrals over faces sees the field of its own cell, and so the carried fields of the cell and of
+//! its neighbours. One with them sees the fields of the neighbours, too, and with those what lies two faces away.
 
 use nalgebra::DMatrix;
 

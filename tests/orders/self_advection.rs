@@ -41,8 +41,8 @@ fn self_advection_has_the_order_of_an_upwind_method_in_both_sheets() {
     }
 }
 
-/// The equations in turn, with the transported polarity implicit and the carrying one of the last iterate, have the same
-/// solution as Newton's method.
+/// The equations in turn, with the transported polarity implicit and the carrying one of the last iterate, have the
+/// same solution as Newton's method.
 #[test]
 fn equations_in_turn_have_the_same_solution() {
     for text in [PLAIN, SQUEEZED] {

@@ -113,8 +113,8 @@ impl<'t, V: Jet> Sum<'t, V> {
         self.of_flow(parameters).fold(Bilinear::zero(), |sum, (_, weight, matrix)| sum + weight * matrix(velocity, rho))
     }
 
-    /// The terms that are linear in the flow, and what multiplies their matrices: all that [`Sum::flow_matrix`] takes of
-    /// the parameters.
+    /// The terms that are linear in the flow, and what multiplies their matrices: all that [`Sum::flow_matrix`] takes
+    /// of the parameters.
     pub fn flow_weights(self, parameters: &Parameters) -> Vec<(&'static str, f64)> {
         self.of_flow(parameters).map(|(name, weight, _)| (name, weight)).collect()
     }

@@ -1,4 +1,5 @@
-//! The polarity carries itself along, `ζρ(p·∇)p`, as in the models of Marcq (2014) and of Banerjee and Marchetti (2019).
+//! The polarity carries itself along, `ζρ(p·∇)p`, as in the models of Marcq (2014) and of Banerjee and Marchetti
+//! (2019).
 //!
 //! On a face the mean `{ρ}{p}·n` carries, which is one number for both sides though p jumps; upstream is the side that
 //! `ζ{p}·n` comes from. Where a polarity is prescribed, it comes in where the inner `ζp·n` points inwards.
