@@ -65,9 +65,14 @@ impl<'a, U: Jet, V: Jet> Bilinear<'a, U, V> {
         Self { cell_terms: Vec::new(), face_terms: Vec::new(), kinds: PhantomData }
     }
 
-    /// Whether there are integrals over faces, which couple the cells on both sides.
+    /// Whether there are integrals over faces.
     pub fn has_faces(&self) -> bool {
         !self.face_terms.is_empty()
+    }
+
+    /// Whether there are integrals over faces that two cells share.
+    pub fn couples_cells(&self) -> bool {
+        self.face_terms.iter().any(|term| term.faces.has_interior())
     }
 
     /// `∫_Ω integrand(φ, χ)`, of polynomial degree `degree`. `at` computes what depends on the point alone and returns

@@ -10,12 +10,11 @@ use std::sync::Arc;
 use nalgebra::Matrix2;
 use rayon::prelude::*;
 
-use super::bilinear::{Bilinear, MAX_SLOTS};
+use super::bilinear::MAX_SLOTS;
 use super::kernel::{Basis, add_vector};
 use super::linear::{self, Linear};
 use super::restrict::Restriction;
 use super::words::Jet;
-use super::worker::Worker;
 use crate::cut::{Cover, Part};
 use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
 use crate::element::tables::Tables;
@@ -42,6 +41,11 @@ impl Faces {
     pub fn tag(tag: usize) -> Self {
         assert!(tag < Self::MAX_TAGS);
         Faces(1 << tag)
+    }
+
+    /// Whether the set holds the interior faces.
+    pub fn has_interior(self) -> bool {
+        self.0 & Faces::INTERIOR.0 != 0
     }
 
     /// Whether the set holds `face`.
@@ -255,134 +259,6 @@ impl Integrator {
         per_face.iter().sum()
     }
 
-    /// Dense blocks of the cell terms, cell after cell, row-major with test dofs as rows.
-    pub fn cell_blocks<U: Jet, V: Jet>(&self, form: &Bilinear<U, V>, trial: &Space, test: &Space) -> Vec<f64> {
-        let mut blocks = vec![0.0; self.mesh.cells.len() * block_size::<V>(test) * block_size::<U>(trial)];
-        self.add_cell_blocks(form, trial, test, &mut blocks);
-        blocks
-    }
-
-    /// Adds the cell terms to the dense blocks `blocks`.
-    pub fn add_cell_blocks<U: Jet, V: Jet>(
-        &self,
-        form: &Bilinear<U, V>,
-        trial: &Space,
-        test: &Space,
-        blocks: &mut [f64],
-    ) {
-        let size = block_size::<V>(test) * block_size::<U>(trial);
-        blocks.par_chunks_mut(size).enumerate().for_each_init(
-            || Worker::new::<U, V>(trial, test),
-            |worker, (cell, out)| worker.add_cell(self, form, cell, out),
-        );
-    }
-
-    /// Dense blocks of the cell terms on some cells alone, in their order.
-    pub fn blocks_of<U: Jet, V: Jet>(
-        &self,
-        form: &Bilinear<U, V>,
-        (trial, test): (&Space, &Space),
-        cells: &[usize],
-    ) -> Vec<Vec<f64>> {
-        let size = block_size::<V>(test) * block_size::<U>(trial);
-        let block = |worker: &mut Worker, &cell: &usize| {
-            let mut block = vec![0.0; size];
-            worker.add_cell(self, form, cell, &mut block);
-            block
-        };
-        cells.par_iter().map_init(|| Worker::new::<U, V>(trial, test), block).collect()
-    }
-
-    /// The rows of a form, cell by cell: the block of the cell's own trial functions, and those of the three neighbours
-    /// across local faces 0, 1, 2, added to `diagonal` and `off`. Each cell visits its own faces.
-    pub fn add_rows<U: Jet, V: Jet>(
-        &self,
-        form: &Bilinear<U, V>,
-        (trial, test): (&Space, &Space),
-        diagonal: &mut [f64],
-        off: &mut [f64],
-    ) {
-        let size = block_size::<V>(test) * block_size::<U>(trial);
-        let cells = diagonal.par_chunks_mut(size).zip(off.par_chunks_mut(3 * size)).enumerate();
-        cells.for_each_init(
-            || Worker::new::<U, V>(trial, test),
-            |worker, (cell, (diagonal, off))| {
-                worker.add_cell(self, form, cell, diagonal);
-                for (local, off) in off.chunks_exact_mut(size).enumerate() {
-                    self.add_face_of_cell(worker, form, (cell, local), diagonal, off);
-                }
-            },
-        );
-    }
-
-    /// As [`Integrator::add_rows`] for a form whose rows only see their own cell.
-    pub fn add_own_rows<U: Jet, V: Jet>(
-        &self,
-        form: &Bilinear<U, V>,
-        (trial, test): (&Space, &Space),
-        diagonal: &mut [f64],
-    ) {
-        let size = block_size::<V>(test) * block_size::<U>(trial);
-        diagonal.par_chunks_mut(size).enumerate().for_each_init(
-            || (Worker::new::<U, V>(trial, test), vec![0.0; size]),
-            |(worker, off), (cell, diagonal)| {
-                worker.add_cell(self, form, cell, diagonal);
-                for local in 0..3 {
-                    self.add_face_of_cell(worker, form, (cell, local), diagonal, off);
-                }
-            },
-        );
-    }
-
-    fn add_face_of_cell<U: Jet, V: Jet>(
-        &self,
-        worker: &mut Worker,
-        form: &Bilinear<U, V>,
-        (cell, local): (usize, usize),
-        diagonal: &mut [f64],
-        off: &mut [f64],
-    ) {
-        let index = self.mesh.cell_faces[cell][local];
-        let face = &self.mesh.faces[index];
-        let side = usize::from(face.minus.cell != cell || face.minus.face != local);
-        worker.add_face_row(self, form, index, side, diagonal, off);
-    }
-
-    /// The whole matrix as triplets `(row, column, value)`; rows are test dofs. Duplicates are to be added.
-    pub fn triplets<U: Jet, V: Jet>(
-        &self,
-        form: &Bilinear<U, V>,
-        trial: &Space,
-        test: &Space,
-    ) -> Vec<(usize, usize, f64)> {
-        let mut triplets = Vec::new();
-        let size = block_size::<V>(test) * block_size::<U>(trial);
-        if !form.cell_terms.is_empty() {
-            let blocks = self.cell_blocks(form, trial, test);
-            for (cell, block) in blocks.chunks(size).enumerate() {
-                scatter::<U>(&mut triplets, block, (test, cell), (trial, cell));
-            }
-        }
-        let mut worker = Worker::new::<U, V>(trial, test);
-        let (mut own, mut other) = (vec![0.0; size], vec![0.0; size]);
-        for (index, face) in self.mesh.faces.iter().enumerate() {
-            if !form.face_terms.iter().any(|t| t.faces.holds(face)) {
-                continue;
-            }
-            let cells: Vec<usize> = std::iter::once(face.minus).chain(face.plus).map(|s| s.cell).collect();
-            for (side, &cell) in cells.iter().enumerate() {
-                own.fill(0.0);
-                other.fill(0.0);
-                worker.add_face_row(self, form, index, side, &mut own, &mut other);
-                scatter::<U>(&mut triplets, &own, (test, cell), (trial, cell));
-                if let Some(&across) = cells.get(1 - side) {
-                    scatter::<U>(&mut triplets, &other, (test, cell), (trial, across));
-                }
-            }
-        }
-        triplets
-    }
-
     /// The vector of a linear form, by dof of `test`.
     pub fn vector<V: Jet>(&self, form: &Linear<V>, test: &Space) -> Vec<f64> {
         let rows = block_size::<V>(test);
@@ -452,34 +328,11 @@ impl Integrator {
 }
 
 /// Dofs of one cell that a jet kind sees: a scalar jet on a vector space acts on each component alike.
-fn block_size<J: Jet>(space: &Space) -> usize {
+pub(super) fn block_size<J: Jet>(space: &Space) -> usize {
     space.n * J::SLOTS / 3
 }
 
 fn inverse_transposed(j: &Matrix2<f64>) -> (f64, Matrix2<f64>) {
     let det = j.determinant();
     (det, Matrix2::new(j.m22, -j.m21, -j.m12, j.m11) / det)
-}
-
-/// Appends a dense block.
-fn scatter<U: Jet>(
-    triplets: &mut Vec<(usize, usize, f64)>,
-    block: &[f64],
-    test: (&Space, usize),
-    trial: (&Space, usize),
-) {
-    let columns = block_size::<U>(trial.0);
-    assert_eq!(
-        (columns, block.len()),
-        (trial.0.cell_dof_count(), columns * test.0.cell_dof_count()),
-        "jets and spaces have different numbers of components"
-    );
-    for (k, &value) in block.iter().enumerate() {
-        if value != 0.0 {
-            let (i, j) = (k / columns, k % columns);
-            let row = test.0.dof(test.1, i / test.0.n, i % test.0.n);
-            let column = trial.0.dof(trial.1, j / trial.0.n, j % trial.0.n);
-            triplets.push((row, column, value));
-        }
-    }
 }

@@ -4,6 +4,7 @@
 //! `phi` (trial) and `chi` (test) at one point, and the loops of [`integrate`] turn it into matrices and vectors.
 
 pub mod bilinear;
+mod blocks;
 pub mod compression;
 pub mod density;
 pub mod elastic;

@@ -1,32 +1,29 @@
 //! The terms of the energy law [5.47], [7.18] at one state.
 
-use crate::form::words::sym;
+use crate::form::upwind::Carrier;
 use crate::model::State;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::Incompressible;
+use crate::model::terms::power::{COUNT, LINES, powers};
+use crate::model::terms::{At, Loops, Side};
 use crate::solve::dot;
 use crate::time::{Kind, March, Sheet};
 
 /// `dF_h/dt + C_F‖v‖² + ∫_∂Ω β_w (v·t)² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
 ///
 /// In a compressible sheet `2∫ρ[|D(v)|² + (div v)²]`, `∫|L_h|²/(Pe B ρ)` and `S_a δ(ρp,p,v) + S_a' ∫ρ|p|² div v` take
-/// their places.
+/// their places. Rate and relaxation are of the whole molecular field; all other lines are those of listed terms, and
+/// stand on the side of the term.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Budget {
     /// `dF_h/dt = (L_h|∂_t p)`
     pub rate: f64,
-    /// `C_F‖v‖²`
-    pub friction: f64,
     /// `∫_∂Ω β_w (v·t)²`
     pub wall_friction: f64,
-    /// `2‖D(v)‖²`
-    pub viscosity: f64,
     /// `‖L_h‖²/(Pe B)`
     pub relaxation: f64,
-    /// `T_a(p|v)`
-    pub traction: f64,
-    /// `S_a δ(p,p,v)`
-    pub active_stress: f64,
+    /// In the order of [`LINES`].
+    pub lines: [f64; COUNT],
 }
 
 impl Budget {
@@ -45,59 +42,31 @@ impl Budget {
 
     fn incompressible(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
         let (m, v, p) = (&model.parameters, &state.v, &state.p);
-        let k = v.space.degree;
-        let stretch = |x: &crate::form::CellPoint| sym(&v.vector_gradient(&x.site));
-        let mut budget = Self {
-            friction: m.friction * model.tissue().sum(2 * k, |x| v.vector(&x.site).norm_squared()),
-            wall_friction: model.momentum.walls.dissipation(&model.loops, v),
-            viscosity: 2.0 * model.loops.sum(2 * (k - 1), |x| stretch(x).norm_squared()),
-            traction: m.traction
-                * model.tissue().sum(k + p.space.degree, |x| p.vector(&x.site).dot(&v.vector(&x.site))),
-            ..Self::default()
-        };
-        if m.active_stress != 0.0 {
-            budget.active_stress = m.active_stress
-                * model.tissue().sum(k - 1 + 2 * p.space.degree, |x| {
-                    let p = p.vector(&x.site);
-                    p.dot(&(stretch(x) * p))
-                });
-        }
-        if m.elasticity != 0.0 {
+        let (given, l) = (model.given(t), model.molecular(p, t));
+        let at = At::new(m, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
+        let loops = Loops { tissue: model.tissue(), whole: &model.loops };
+        let wall_friction = model.momentum.walls().dissipation(&model.loops, v);
+        let mut budget = Self { wall_friction, lines: powers(&at, &loops), ..Self::default() };
+        if let Some(l) = &l {
             let well = model.polarity.molecular_functional(model.tissue(), p, t);
             budget.rate = m.elasticity * dot(&well, rate_of_p);
-            budget.relaxation = m.elasticity * dot(&well, &model.polarity.project(&well)) / m.peclet;
+            budget.relaxation = m.elasticity * dot(&well, &l.values) / m.peclet;
         }
         budget
     }
 
     fn compressible(model: &Compressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
-        let (m, law, loops) = (&model.parameters, &model.law(), &model.loops);
-        let (v, rho, p) = (&state.v, state.volume(), &state.p);
-        let (k, r, q) = (v.space.degree, rho.space.degree, p.space.degree);
-        let mut budget = Self {
-            rate: model.energy_rate(state, rate_of_p, t),
-            friction: m.friction * loops.sum(2 * k, |x| v.vector(&x.site).norm_squared()),
-            wall_friction: model.walls.dissipation(loops, v),
-            viscosity: loops.sum(2 * (k - 1) + r, |x| {
-                let g = v.vector_gradient(&x.site);
-                2.0 * rho.scalar(&x.site) * (sym(&g).norm_squared() + g.trace().powi(2))
-            }),
-            traction: m.traction * loops.sum(k + q, |x| p.vector(&x.site).dot(&v.vector(&x.site))),
-            ..Self::default()
-        };
-        if m.active_stress != 0.0 || law.active_stress_iso != 0.0 {
-            budget.active_stress = loops.sum(k - 1 + 2 * q + r, |x| {
-                let (g, p) = (v.vector_gradient(&x.site), p.vector(&x.site));
-                let along =
-                    m.active_stress * p.dot(&(sym(&g) * p)) + law.active_stress_iso * p.norm_squared() * g.trace();
-                rho.scalar(&x.site) * along
-            });
-        }
-        if m.elasticity != 0.0 {
-            let l = model.molecular(&model.molecular_functional(rho, p, t)).expect("there is elasticity");
+        let (m, v, rho, p) = (&model.parameters, &state.v, state.volume(), &state.p);
+        let (given, l) = (model.given(t), model.molecular(&model.molecular_functional(rho, p, t)));
+        let at = model.at(rho, p, v, &given).with_field(l.as_ref());
+        let loops = Loops { tissue: &model.loops, whole: &model.loops };
+        let rate = model.energy_rate(state, rate_of_p, t);
+        let wall_friction = model.walls.dissipation(&model.loops, v);
+        let mut budget = Self { rate, wall_friction, lines: powers(&at, &loops), ..Self::default() };
+        if let Some(l) = &l {
             // where there is no tissue, nothing relaxes
             budget.relaxation = m.elasticity / m.peclet
-                * loops.sum(2 * q + r, |x| match rho.scalar(&x.site) {
+                * model.loops.sum(2 * p.space.degree + rho.space.degree, |x| match rho.scalar(&x.site) {
                     density if density > 0.0 => l.vector(&x.site).norm_squared() / density,
                     _ => 0.0,
                 });
@@ -105,10 +74,24 @@ impl Budget {
         budget
     }
 
+    /// The line of a column, such as `budget_friction`.
+    ///
+    /// # Panics
+    /// A column that no term has.
+    pub fn line(&self, column: &str) -> f64 {
+        let place = LINES.iter().position(|listed| listed.line.column == column);
+        self.lines[place.expect("the column of a term")]
+    }
+
+    /// The sum of the lines of one side.
+    fn side(&self, side: Side) -> f64 {
+        let lines = LINES.iter().zip(self.lines).filter(|(listed, _)| listed.side == side);
+        lines.map(|(_, power)| power).sum()
+    }
+
     /// What the terms leave: power through the boundary and of sources, and the error of a discretisation that does not
     /// keep the law.
     pub fn defect(&self) -> f64 {
-        let taken = self.friction + self.wall_friction + self.viscosity + self.relaxation;
-        self.rate + taken - self.traction - self.active_stress
+        self.rate + self.side(Side::Left) + self.wall_friction + self.relaxation - self.side(Side::Right)
     }
 }

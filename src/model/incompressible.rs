@@ -1,11 +1,12 @@
 //! The incompressible tissue: velocity and pressure that follow the polarity, and a polarity that the flow carries.
 
+mod bodies;
+
 use std::sync::Arc;
 
 use super::boundary::{Conditions, Held};
-use super::floating::{Floating, immerse};
+use super::floating::Floating;
 use super::formulas::check_formulas;
-use super::immersed::{Carried, Rigidity};
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
@@ -14,14 +15,11 @@ use super::scales::{Scales, relative};
 use super::sources::Sources;
 pub use super::state::{Residuals, State};
 use super::terms::{At, Given, MOMENTUM, POLARITY, Sum};
-use crate::body::guide::Guide;
 use crate::expression::ExpressionError;
 use crate::form::power;
 use crate::form::upwind::Carrier;
 use crate::form::{CellPoint, Density, FacePoint, Faces, Integrator, elastic, mass};
 use crate::mesh::Mesh;
-use crate::shape::Wrench;
-use crate::shape::{Pose, Twist};
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
 
@@ -91,12 +89,12 @@ impl Incompressible {
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.pressure, 1));
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
-        let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, parameters.friction, *slip)?;
+        let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, parameters, *slip)?;
         Self::assemble(loops, None, Arc::new(momentum), &space, parameters, conditions, sources)
     }
 
     /// The same tissue with other parameters, and conditions and sources that may depend on them: keeps the mesh, the
-    /// spaces and, where friction and conditions stay, the Stokes factors.
+    /// spaces and, where the flow's matrix and conditions stay, the Stokes factors.
     ///
     /// # Errors
     /// As [`Incompressible::new`].
@@ -107,17 +105,17 @@ impl Incompressible {
         sources: &Sources,
     ) -> Result<Self, MomentumError> {
         let old = &self.momentum;
-        let same = parameters.friction == self.parameters.friction && conditions == self.conditions;
+        let weights = |m: &Parameters| Sum::of(&[MOMENTUM]).flow_weights(m);
+        let same = weights(parameters) == weights(&self.parameters) && conditions == self.conditions;
         let momentum = if same {
             old.clone()
         } else {
             let (velocity, pressure) = (&old.velocity, &old.pressure);
-            let friction = parameters.friction;
             Arc::new(match old.bodies() {
-                None => Momentum::new(&self.loops, velocity, pressure, conditions, friction, old.slip)?,
+                None => Momentum::new(&self.loops, velocity, pressure, conditions, parameters, old.slip)?,
                 Some(bodies) => {
                     let (spaces, bodies) = ((velocity, pressure), (bodies.immersion.clone(), bodies.rigidity.clone()));
-                    Momentum::with_bodies(&self.loops, spaces, conditions, friction, old.slip, bodies)?
+                    Momentum::with_bodies(&self.loops, spaces, conditions, parameters, old.slip, bodies)?
                 }
             })
         };
@@ -130,110 +128,6 @@ impl Incompressible {
             conditions,
             sources,
         )
-    }
-
-    /// As [`Incompressible::new`] with rigid bodies in the tissue   [L1.13]
-    ///
-    /// # Errors
-    /// As [`Incompressible::new`] and [`Momentum::with_bodies`].
-    pub fn around(
-        mesh: &Arc<Mesh>,
-        description: &Description,
-        guide: &Arc<Guide>,
-        poses: &[Pose],
-        epsilon: f64,
-    ) -> Result<Self, MomentumError> {
-        let Description { parameters, degrees, conditions, sources, slip } = description;
-        let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.velocity, 2));
-        let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.pressure, 1));
-        let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
-        let loops = Integrator::new(mesh);
-        let immersion = immerse(&loops, &velocity, &guide.bodies, poses)?;
-        let floating = Arc::new(Floating::new(&loops, guide, &immersion));
-        let rigidity = Rigidity { epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
-        let (spaces, bodies) = ((&velocity, &pressure), (immersion, rigidity));
-        let momentum = Momentum::with_bodies(&loops, spaces, conditions, parameters.friction, *slip, bodies)?;
-        Self::assemble(loops, Some(floating), Arc::new(momentum), &space, parameters, conditions, sources)
-    }
-
-    /// Moves the bodies: keeps the mesh, the spaces, the structure of the coupled matrix, and of the flow's factors
-    /// what lies away from the bodies.
-    ///
-    /// # Errors
-    /// As [`Momentum::place_bodies`].
-    ///
-    /// # Panics
-    /// Without bodies.
-    pub fn place_bodies(&mut self, poses: &[Pose]) -> Result<(), MomentumError> {
-        let guide = self.bodies.as_ref().expect("a tissue with bodies").guide.clone();
-        let momentum = Arc::get_mut(&mut self.momentum).expect("nobody else holds a flow whose bodies move");
-        momentum.place_bodies(&self.loops, poses)?;
-        let immersion = &momentum.bodies().expect("a flow with bodies").immersion;
-        let floating = Arc::new(Floating::new(&self.loops, &guide, immersion));
-        let (m, slopes) = (&self.parameters, self.sources.boundary().cloned());
-        let covered = &floating.covered;
-        let (space, passive) = (&self.polarity.space, Some(&covered.passive));
-        self.polarity = Polarity::around(&covered.tissue, space, &self.conditions, m, slopes, passive)?;
-        self.bodies = Some(floating);
-        Ok(())
-    }
-
-    /// Where the bodies are.
-    pub fn poses(&self) -> &[Pose] {
-        self.bodies.as_ref().map_or(&[], |bodies| &bodies.poses)
-    }
-
-    /// How a flow moves the bodies.
-    pub fn twists(&self, v: &Field) -> Vec<Twist> {
-        let means = self.momentum.bodies().map_or(&[][..], |bodies| &bodies.immersion.means);
-        means.iter().map(|means| means.twist(&v.values)).collect()
-    }
-
-    /// The flow that follows from a change of the force, where all that is prescribed stays.
-    ///
-    /// # Errors
-    /// As [`Momentum::solve`].
-    pub fn change_of_flow(&self, force: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
-        let rest = vec![0.0; self.momentum.velocity.dof_count()];
-        let Some(floating) = &self.bodies else { return self.momentum.solve(force, &rest) };
-        let rules = floating.guide.rules_of_change(&floating.poses);
-        let carried = self.momentum.carry(force, &rest, &vec![Wrench::ZERO; rules.len()], &rules)?;
-        Ok((carried.v, carried.pi))
-    }
-
-    /// Adds the forces on the bodies, from outside and those that hold them to what is prescribed of them.
-    fn add_body_forces(&self, force: &mut [f64], inputs: &Inputs) -> Result<(), MomentumError> {
-        let Some(floating) = &self.bodies else { return Ok(()) };
-        let holding = self.carry(force, inputs)?.holding;
-        self.momentum.add_body_loads(&floating.guide.loads(&floating.poses, inputs.t)?, force);
-        self.momentum.add_body_loads(&holding, force);
-        Ok(())
-    }
-
-    /// The flow with the forces that hold the bodies to what is prescribed of them.
-    ///
-    /// # Errors
-    /// As [`Momentum::carry`].
-    ///
-    /// # Panics
-    /// Without bodies.
-    pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<Carried, MomentumError> {
-        let floating = self.bodies.as_ref().expect("a tissue with bodies");
-        let (guide, poses) = (&floating.guide, &floating.poses);
-        let (loads, rules) = (guide.loads(poses, inputs.t)?, guide.rules(poses, inputs.t)?);
-        self.momentum.carry(force, &inputs.prescribed, &loads, &rules)
-    }
-
-    /// The forces and torques that hold the bodies in a state to what is prescribed of them; zero of a free body.
-    ///
-    /// # Errors
-    /// As [`Momentum::carry`].
-    ///
-    /// # Panics
-    /// Without bodies.
-    pub fn holding(&self, state: &State, t: f64) -> Result<Vec<Wrench>, MomentumError> {
-        let inputs = self.inputs(t)?;
-        Ok(self.carry(&self.force(&state.p, &state.v, &inputs), &inputs)?.holding)
     }
 
     fn assemble(

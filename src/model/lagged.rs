@@ -8,7 +8,8 @@
 //! ```
 //! Unknowns are numbered `û | Π | λ | p`, where λ has a multiplier of the pressure's zero mean for every closed part
 //! of the domain. The energy-consistent force couples cells two faces apart; these factors take the local force in
-//! its stead, which is close enough for a preconditioner.
+//! its stead, which is close enough for a preconditioner. Of other forces they have all but what those see two faces
+//! away.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
@@ -19,12 +20,12 @@ use super::closed::ClosedParts;
 use super::frames::Frames;
 use super::incompressible::Incompressible;
 use super::parameters::ElasticForce;
+use super::pushed::Pushed;
 use super::tangent::{ForceTangent, Tangent};
 use crate::solve::SolveError;
 use crate::solve::blocks::{NONE, Neighbours};
 use crate::solve::dissection::{Group, LEAF, LateGroup, dissect};
 use crate::solve::multifrontal::Multifrontal;
-use crate::solve::rows::Rows;
 use crate::solve::symbolic::{Element, Symbolic};
 use crate::space::Space;
 
@@ -393,15 +394,17 @@ impl<'t> Parts<'t> {
                     values[(p0 + c + k / n) * columns + at + c + k % n] += a;
                 }
             }
+            for (k, a) in operator.mixed_of(cell, f).into_iter().flatten().enumerate() {
+                values[(p0 + k / m) * columns + at + k % m] += a;
+            }
             at += m;
         }
     }
 
-    /// `−(F_p + F_L M⁻¹ Λ′)`.
+    /// `−(F_p + F_L M⁻¹ Λ′)`, without what F_L sees two faces away.
     fn fill_force(&self, cell: usize, maps: &[Vec<(usize, f64)>], p0: usize, columns: usize, values: &mut [f64]) {
         let (force, well) = (self.force(), &self.tangent.molecular);
-        let (nv, n, m) = (maps.len(), well.n, 2 * well.n);
-        let block = |rows: &Rows| DMatrix::from_row_slice(nv, m, rows.own_of(cell));
+        let (nv, m) = (maps.len(), 2 * well.n);
         let mut add = |at: usize, part: &DMatrix<f64>| {
             for (i, row) in maps.iter().enumerate() {
                 for (r, a) in row {
@@ -411,23 +414,14 @@ impl<'t> Parts<'t> {
                 }
             }
         };
-        add(p0, &block(&force.by_polarity));
-        let Some(by_field) = &force.by_field else { return };
-        // F_L M⁻¹, component by component
-        let mut pushed = block(by_field);
-        let inverse = self.model().polarity.projection_of(cell);
-        for c in [0, n] {
-            let part = pushed.columns(c, n) * &inverse;
-            pushed.columns_mut(c, n).copy_from(&part);
-        }
-        add(p0, &(&pushed * DMatrix::from_row_slice(m, m, &well.diagonal[cell * m * m..(cell + 1) * m * m])));
-        let mut at = p0 + m;
-        for (f, _) in well.neighbours[cell].iter().enumerate().filter(|(_, o)| **o != NONE) {
-            let off = DMatrix::from_row_slice(n, n, &well.off[(3 * cell + f) * n * n..(3 * cell + f + 1) * n * n]);
-            for c in [0, n] {
-                add(at + c, &(pushed.columns(c, n) * &off));
+        let pushed = force.by_field.as_ref().map(|rows| Pushed::new(rows, &self.model().polarity, cell));
+        let others = well.neighbours[cell].into_iter().filter(|o| *o != NONE);
+        for (k, seen) in std::iter::once(cell).chain(others).enumerate() {
+            let at = p0 + k * m;
+            if let Some(block) = force.by_polarity.block(cell, seen) {
+                add(at, &DMatrix::from_row_slice(nv, m, block));
             }
-            at += m;
+            pushed.iter().flat_map(|pushed| pushed.by_polarity(well, seen)).for_each(|part| add(at, &part));
         }
     }
 }

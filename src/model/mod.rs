@@ -17,6 +17,7 @@ pub mod momentum;
 pub mod parameters;
 pub mod passive;
 pub mod polarity;
+mod pushed;
 pub mod rotation;
 pub mod scales;
 pub mod sources;

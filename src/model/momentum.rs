@@ -1,6 +1,9 @@
 //! The velocity and pressure of a given polarity: a generalised Stokes problem, factorised once.
 
+mod error;
 mod factors;
+mod matrix;
+mod outer;
 
 use std::sync::Arc;
 
@@ -9,21 +12,20 @@ use super::closed::ClosedParts;
 use super::frames::{Frames, WallPoints};
 use super::immersed::{Carried, Ground, Immersed, Rigidity};
 use super::parameters::Parameters;
-use super::polarity::FORMULA_DEGREE;
-use super::sources::Sources;
 use super::walls::Walls;
 use crate::body::guide::Rule;
-use crate::expression::{Expression, ExpressionError};
-use crate::form::words::Vector;
-use crate::form::{Bilinear, CellPoint, FacePoint, Faces, Integrator, Linear, mass, stokes};
-use crate::mesh::Point;
-use crate::model::immersed::penalty::{BodyError, Immersion};
-use crate::shape::Pose;
-use crate::shape::Wrench;
+use crate::form::{CellPoint, Faces, Integrator, mass, stokes};
+use crate::model::immersed::penalty::Immersion;
+use crate::shape::{Pose, Wrench};
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, norm};
 use crate::space::Space;
+use error::blame_penalty;
 use factors::{System, factorise};
+use matrix::{Stiffness, cell_means};
+
+pub use error::MomentumError;
+pub use outer::outer_force;
 
 /// How `v·n = 0` is imposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,42 +46,6 @@ impl SlipTreatment {
     }
 }
 
-/// Why the momentum balance could not be set up or solved.
-#[derive(Debug, Clone, thiserror::Error)]
-pub enum MomentumError {
-    #[error(transparent)]
-    Solve(#[from] SolveError),
-    #[error(transparent)]
-    Formula(#[from] ExpressionError),
-    #[error(transparent)]
-    Body(#[from] BodyError),
-    #[error(
-        "`model.friction` = 0 and the boundary conditions leave a rigid motion{part} free: nothing holds the tissue \
-         in place; hint: \
-         give a friction, or a Dirichlet velocity on one tag{}", of_every(.part)
-    )]
-    Unheld { part: String },
-    #[error(
-        "the density vanishes, and with `model.friction` = 0 nothing but viscosity, which vanishes with it, holds the tissue: its \
-         velocity is not determined there; hint: give a friction, or keep the density away from 0"
-    )]
-    Vacuum,
-    /// A matrix that depends on the density.
-    #[error("{0}")]
-    Weighted(SolveError),
-    #[error(
-        "the prescribed velocities carry a net flux of {flux:.3e} through the closed boundary{part}, but div v = 0; \
-         hint: make \
-         inflow and outflow equal, or give one tag `velocity = \"traction\"`"
-    )]
-    Flux { flux: f64, part: String },
-}
-
-/// Where there are several parts.
-fn of_every(part: &str) -> &'static str {
-    if part.is_empty() { "" } else { " of every part" }
-}
-
 /// `2(D(v)|D(w)) + C_F(v|w) + b(w,Π) = F(w)`, `b(v,ξ) = 0`   [7.11a], [7.11b]
 #[derive(Debug)]
 pub struct Momentum {
@@ -91,7 +57,7 @@ pub struct Momentum {
     pub closed: ClosedParts,
     /// `∫ ξ` of every pressure function.
     means: Vec<f64>,
-    /// `2(D(v)|D(w)) + C_F(v|w)`, and the forms of walls.
+    /// The terms that are linear in the flow, `2(D(v)|D(w)) + C_F(v|w)`, and the forms of walls.
     stiffness: Matrix,
     /// `b(w,Π)`: velocity rows, pressure columns.
     gradient: Matrix,
@@ -104,9 +70,7 @@ pub struct Momentum {
     residual_masses: (Factored, Factored),
     /// What the pressures of the factors are multiples of.
     unit: f64,
-    friction: f64,
-    /// What walls add to the stiffness.
-    pub walls: Walls,
+    made_of: Stiffness,
 }
 
 impl Momentum {
@@ -119,10 +83,10 @@ impl Momentum {
         velocity: &Arc<Space>,
         pressure: &Arc<Space>,
         conditions: &[Conditions],
-        friction: f64,
+        parameters: &Parameters,
         slip: SlipTreatment,
     ) -> Result<Self, MomentumError> {
-        Self::build(loops, (velocity, pressure), conditions, friction, slip, None)
+        Self::build(loops, (velocity, pressure), conditions, parameters, slip, None)
     }
 
     /// The same with rigid bodies in the flow.
@@ -134,32 +98,28 @@ impl Momentum {
         loops: &Integrator,
         spaces: (&Arc<Space>, &Arc<Space>),
         conditions: &[Conditions],
-        friction: f64,
+        parameters: &Parameters,
         slip: SlipTreatment,
         bodies: (Immersion, Rigidity),
     ) -> Result<Self, MomentumError> {
-        Self::build(loops, spaces, conditions, friction, slip, Some(bodies))
+        Self::build(loops, spaces, conditions, parameters, slip, Some(bodies))
     }
 
     fn build(
         loops: &Integrator,
         (velocity, pressure): (&Arc<Space>, &Arc<Space>),
         conditions: &[Conditions],
-        friction: f64,
+        parameters: &Parameters,
         slip: SlipTreatment,
         bodies: Option<(Immersion, Rigidity)>,
     ) -> Result<Self, MomentumError> {
         let frames = Frames::new(velocity, conditions, slip.points());
-        if friction == 0.0 {
+        if parameters.friction == 0.0 {
             check_held(velocity, conditions)?;
         }
-        let walls = Walls::new(loops, conditions, slip)?;
+        let made_of = Stiffness { parameters: *parameters, walls: Walls::new(loops, conditions, slip)? };
         let (nv, np) = (velocity.dof_count(), pressure.dof_count());
-        let stiffness = Matrix::from_triplets(
-            nv,
-            nv,
-            &loops.triplets(&stiffness_form(velocity, friction, &walls), velocity, velocity),
-        );
+        let stiffness = Matrix::from_triplets(nv, nv, &loops.triplets(&made_of.form(velocity), velocity, velocity));
         let b = loops.triplets(&stokes::divergence(velocity, pressure), pressure, velocity);
         let gradient = Matrix::from_triplets(nv, np, &b);
         let transposed: Vec<_> = b.iter().map(|&(i, j, v)| (j, i, v)).collect();
@@ -180,10 +140,10 @@ impl Momentum {
                 system.map_err(|error| blame_penalty(slip, error))?
             }
             Some((immersion, rigidity)) => {
-                let blocks = element_blocks(loops, (velocity, pressure), friction, &walls);
+                let blocks = made_of.blocks(loops, (velocity, pressure));
                 let means = if closed.count() > 0 { cell_means(loops, pressure) } else { Vec::new() };
                 let ground = Ground { velocity, pressure, frames: &frames, closed: &closed };
-                let bodies = Immersed::new(ground, blocks, means, friction, immersion, rigidity)?;
+                let bodies = Immersed::new(ground, blocks, means, parameters.friction, immersion, rigidity)?;
                 System::Immersed(Box::new(bodies))
             }
         };
@@ -202,9 +162,13 @@ impl Momentum {
             system,
             residual_masses,
             unit,
-            friction,
-            walls,
+            made_of,
         })
+    }
+
+    /// What walls add to the stiffness.
+    pub fn walls(&self) -> &Walls {
+        &self.made_of.walls
     }
 
     /// Dense blocks of `2(D(v)|D(w)) + C_F(v|w)` and of `b(w,ξ)`, cell after cell, rows w.
@@ -212,7 +176,7 @@ impl Momentum {
     /// Bodies add a penalty that is soft enough for factors without their rigid motions; those are no exact inverse
     /// then.
     pub fn element_blocks(&self, loops: &Integrator) -> (Vec<f64>, Vec<f64>) {
-        let mut blocks = element_blocks(loops, (&self.velocity, &self.pressure), self.friction, &self.walls);
+        let mut blocks = self.made_of.blocks(loops, (&self.velocity, &self.pressure));
         if let Some(bodies) = self.bodies() {
             bodies.add_soft_blocks(&mut blocks.0);
         }
@@ -405,86 +369,6 @@ impl Momentum {
         };
         Ok([size(&self.residual_masses.0, &momentum)?, size(&self.residual_masses.1, &volume)?])
     }
-}
-
-/// Dense blocks of [`stiffness_form`] and of `b(w,ξ)`, cell after cell, rows w.
-fn element_blocks(
-    loops: &Integrator,
-    (velocity, pressure): (&Space, &Space),
-    friction: f64,
-    walls: &Walls,
-) -> (Vec<f64>, Vec<f64>) {
-    let form = stiffness_form(velocity, friction, walls);
-    let mut stiffness = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count().pow(2)];
-    loops.add_own_rows(&form, (velocity, velocity), &mut stiffness);
-    (stiffness, loops.cell_blocks(&stokes::divergence(velocity, pressure), pressure, velocity))
-}
-
-/// `∫_K ξ` of every pressure function on every cell K.
-fn cell_means(loops: &Integrator, pressure: &Space) -> Vec<f64> {
-    let blocks = loops.cell_blocks(&mass::mass(pressure), pressure, pressure);
-    blocks.chunks_exact(pressure.n).map(|row| row.iter().sum()).collect()
-}
-
-/// `2(D(v)|D(w)) + C_F(v|w)`, and the forms of walls   [7.11a]
-fn stiffness_form<'a>(velocity: &Space, friction: f64, walls: &'a Walls) -> Bilinear<'a, Vector, Vector> {
-    let mut form = stokes::viscosity(velocity);
-    if friction != 0.0 {
-        form = form + friction * mass::vector_mass(velocity);
-    }
-    form + walls.form(velocity)
-}
-
-/// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags; of exact fields, where they give the boundary
-/// data, `n·σ` on boundaries with a natural condition and its tangential part on walls, there with `β_w v` where they
-/// resist. In a compressible sheet ρσ takes the place of σ.
-pub fn outer_force<'a>(
-    velocity: &Space,
-    parameters: &'a Parameters,
-    conditions: &'a [Conditions],
-    sources: &'a Sources,
-    t: f64,
-) -> Linear<'a, Vector> {
-    let mut form = Linear::zero();
-    if sources.has_force() {
-        let value = move |x: &CellPoint| sources.force(parameters, x.site.x, t);
-        form = form + mass::load(velocity, FORMULA_DEGREE, value);
-    }
-    let pulled = tagged(conditions, |c| c.traction().is_some_and(|g| !g.iter().all(Expression::is_zero)));
-    if pulled != Faces::NONE {
-        let mesh = velocity.mesh.clone();
-        let value =
-            move |s: &FacePoint| match mesh.faces[s.face].tag.and_then(|tag| conditions[tag].velocity.traction()) {
-                Some([f, g]) => Point::new(f.eval(s.minus.x, t), g.eval(s.minus.x, t)),
-                None => unreachable!("only traction tags are in the set"),
-            };
-        form = form + mass::face_load(velocity, pulled, FORMULA_DEGREE, value);
-    }
-    let Some(exact) = sources.boundary() else { return form };
-    let whole = tagged(conditions, VelocityCondition::fixes_pressure);
-    let along = tagged(conditions, VelocityCondition::is_impermeable);
-    let traction = move |s: &FacePoint| exact.traction(parameters, s.minus.x, t, s.n);
-    let mesh = velocity.mesh.clone();
-    let tangential = move |s: &FacePoint| {
-        let mut g = traction(s);
-        if let Some(beta) = mesh.faces[s.face].tag.and_then(|tag| conditions[tag].velocity.resistance()) {
-            g += beta.eval(s.minus.x, t) * exact.at(s.minus.x, t).velocity;
-        }
-        g - s.exact_n * g.dot(&s.exact_n)
-    };
-    form + mass::face_load(velocity, whole, FORMULA_DEGREE, traction)
-        + mass::face_load(velocity, along, FORMULA_DEGREE, tangential)
-}
-
-/// Rounding weighs a penalty against the rest of the balance: a system that is not solved well is blamed on it.
-fn blame_penalty(slip: SlipTreatment, mut error: SolveError) -> SolveError {
-    if let (SlipTreatment::Penalty { epsilon }, SolveError::Inaccurate { hint, .. }) = (slip, &mut error) {
-        *hint = format!(
-            "`space.penalty` = {epsilon:e} may leave too few digits to the rest of the balance: raise it, 1e-8 is usual, or \
-             take `space.walls = \"rotated\"`"
-        );
-    }
-    error
 }
 
 /// The boundary faces whose velocity condition is of a kind.

@@ -224,11 +224,10 @@ impl Polarity {
         let forms = Sum::of(&[POLARITY, MOLECULAR]).varying().pass(at);
         let mut diagonal = self.constant.diagonal.clone();
         self.add_inertia(w, &mut diagonal);
-        out.off.copy_from_slice(&self.constant.off);
+        out.restart(&self.constant.off);
         loops.add_rows(&forms.components, (space, space), &mut diagonal, &mut out.off);
-        out.diagonal.fill(0.0);
         out.add_alike(&diagonal);
-        loops.add_cell_blocks(&forms.full, space, space, &mut out.diagonal);
+        loops.add_mixed(&forms.full, space, out);
         loops.vector(&forms.rest, space)
     }
 
@@ -247,7 +246,7 @@ impl Polarity {
         out.off.copy_from_slice(&self.constant.off);
         loops.add_rows(&sum.by_components(&at), (space, space), &mut diagonal, &mut out.off);
         out.add_alike(&diagonal);
-        loops.add_cell_blocks(&sum.by_polarity(&at), space, space, &mut out.diagonal);
+        loops.add_mixed(&sum.by_polarity(&at), space, &mut out);
         out
     }
 
@@ -261,7 +260,7 @@ impl Polarity {
         self.add_inertia(w, &mut diagonal);
         loops.add_rows(&sum.by_components(at), (space, space), &mut diagonal, &mut out.off);
         out.add_alike(&diagonal);
-        loops.add_cell_blocks(&sum.by_polarity(at), space, space, &mut out.diagonal);
+        loops.add_mixed(&sum.by_polarity(at), space, &mut out);
         out
     }
 

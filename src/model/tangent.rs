@@ -22,7 +22,7 @@ use crate::space::Field;
 /// How the force depends on the polarity at a state, `F_p`, and on the molecular field over B, `F_L`.
 #[derive(Debug, Clone)]
 pub struct ForceTangent {
-    /// `2n_v × 2n_p` per cell; the energy-consistent force also sees the cell's neighbours.
+    /// `2n_v × 2n_p` per cell; forces with integrals over faces also see the cell's neighbours.
     pub by_polarity: Rows,
     /// Only with elasticity.
     pub by_field: Option<Rows>,
@@ -54,8 +54,8 @@ impl<'m> Tangent<'m> {
         let molecular = model.polarity.molecular_tangent(loops, p);
         let operator = model.polarity.tangent(loops, w, &at, &molecular);
         let force = ForceTangent::new(model, &at);
-        let size = (p.space.cell_dof_count(), velocity.cell_dof_count());
-        let mut drag = Rows::zero(model.polarity.neighbours(), size, false);
+        let mut drag =
+            Rows::zero(model.polarity.neighbours(), (p.space.cell_dof_count(), velocity.cell_dof_count()), false);
         let form = Sum::of(&[POLARITY, MOLECULAR]).by_velocity(&at);
         loops.add_own_rows(&form, (velocity, &p.space), &mut drag.own);
         Self { model, state, t, operator, molecular, force, drag }
@@ -120,20 +120,9 @@ impl<'m> Tangent<'m> {
 impl ForceTangent {
     /// Derivative of the force [7.11a] at a state.
     fn new(model: &Incompressible, at: &At) -> Self {
-        let sum = Sum::of(&[MOMENTUM]);
-        let by_field = (model.parameters.elasticity != 0.0).then(|| rows(model, &-sum.by_field(at)));
-        Self { by_polarity: rows(model, &-sum.by_polarity(at)), by_field }
+        let (sum, spaces) = (Sum::of(&[MOMENTUM]), (&*model.polarity.space, &*model.momentum.velocity));
+        let rows = |form: Bilinear<Vector, Vector>| model.tissue().rows(&form, spaces, model.polarity.neighbours());
+        let by_field = (model.parameters.elasticity != 0.0).then(|| rows(-sum.by_field(at)));
+        Self { by_polarity: rows(-sum.by_polarity(at)), by_field }
     }
-}
-
-/// The rows of a force: those of one with faces see the neighbours of their cell.
-fn rows(model: &Incompressible, form: &Bilinear<Vector, Vector>) -> Rows {
-    let (trial, test) = (&*model.polarity.space, &*model.momentum.velocity);
-    let size = (test.cell_dof_count(), trial.cell_dof_count());
-    let mut out = Rows::zero(model.polarity.neighbours(), size, form.has_faces());
-    match form.has_faces() {
-        false => model.tissue().add_cell_blocks(form, trial, test, &mut out.own),
-        true => model.tissue().add_rows(form, (trial, test), &mut out.own, &mut out.off),
-    }
-    out
 }

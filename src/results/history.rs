@@ -2,6 +2,7 @@
 
 use super::curves::{Drawn, Picture, What, Wish};
 use super::{Results, Table, label, names};
+use crate::measure::list::BUDGET;
 use crate::output::plot::{Axis, Line, Markers, Plot, Scale, Series, Symbol};
 
 /// Columns that belong to one picture.
@@ -62,16 +63,7 @@ const GROUPS: [Group; 11] = [
         title: "Terms of the energy law",
         quantity: "power (dimensionless)",
         scale: Scale::Linear,
-        columns: &[
-            "budget_rate",
-            "budget_friction",
-            "budget_wall_friction",
-            "budget_viscosity",
-            "budget_relaxation",
-            "budget_traction",
-            "budget_active_stress",
-            "budget_defect",
-        ],
+        columns: &BUDGET,
     },
     Group {
         what: What::Step,

@@ -9,7 +9,7 @@ use super::stepper::{Ground, Plan};
 use super::view::{Fields, TissueFields, TissueNow, View};
 use crate::measure::Measure;
 use crate::measure::errors::{History, errors};
-use crate::measure::list::{ALL, Domain, FREE_ENERGY, Flow, Prepared, Subject, Taken, Tissue};
+use crate::measure::list::{ALL, Column, Domain, FREE_ENERGY, Flow, Prepared, Subject, Taken, Tissue};
 use crate::model::{Exact, ModelKind, Residuals, State};
 use crate::scene::{Field, Output, Scene, measured};
 use crate::scheme::Schedule;
@@ -228,7 +228,11 @@ pub fn columns(outputs: &[Output], tissue: Option<&Scene>) -> Vec<&'static str> 
     }
     let stops_by_energy = tissue.is_some_and(|scene| scene.time.stop_energy_rate.is_some());
     let is_written = |measure: &&&Measure| named.contains(measure) || ***measure == FREE_ENERGY && stops_by_energy;
-    columns.extend(ALL.iter().filter(is_written).flat_map(|measure| measure.column_names()));
+    let given = |column: &&Column| {
+        column.key.is_none_or(|key| tissue.is_some_and(|scene| scene.parameters.factors.of(key) != 0.0))
+    };
+    let written = ALL.iter().filter(is_written).flat_map(|measure| measure.columns);
+    columns.extend(written.filter(given).map(|column| column.name));
     columns
 }
 

@@ -16,6 +16,7 @@ use super::cuts;
 use super::forecast::{Count, Samples};
 use super::setup::describe;
 use crate::form::Faces;
+use crate::form::words::Vector;
 use crate::measure::Strain;
 use crate::mesh::Mesh;
 use crate::model::closed::ClosedParts;
@@ -23,6 +24,7 @@ use crate::model::frames::Frames;
 use crate::model::incompressible::Description;
 use crate::model::lagged::{Layout, Structure};
 use crate::model::parameters::{ElasticForce, ModelKind};
+use crate::model::terms::{MOLECULAR, MOMENTUM, POLARITY, Sum, Term};
 use crate::scene::{Cut, Field, Initial, Scene, What};
 use crate::solve::SolveError;
 use crate::solve::blocks::{Neighbours, neighbours};
@@ -182,16 +184,21 @@ impl Work<'_> {
         let (n, np) = (polarity.n as f64, layout.pressure.map_or(0, |space| space.n) as f64);
         let (columns, rows) = (polarity.cell_dof_count() as f64, layout.velocity.cell_dof_count() as f64);
         let vector = NUMBER * layout.carried_count() as f64;
+        let m = &scene.parameters;
+        // blocks of a cell and its neighbours, whole ones where a term mixes the components across faces
+        let blocks = |lists: &[&'static [Term<Vector>]]| if Sum::of(lists).is_wide(m) { 7.0 + 12.0 } else { 7.0 };
         match self {
             // operator, factors, and room to assemble
             Work::Apart { vectors } => {
-                FIXED_POINT * (NUMBER * cells * (7.0 + 4.0 + 1.0) * n * n + vectors as f64 * vector)
+                let operator = blocks(&[POLARITY, MOLECULAR]);
+                FIXED_POINT * (NUMBER * cells * (operator + 4.0 + 1.0) * n * n + vectors as f64 * vector)
             }
             Work::Coupled { structure, vectors } => {
                 // own blocks and those of three neighbours; the energy-consistent force is made a second time, local
-                let [force, local] = match scene.parameters.elastic_force {
-                    ElasticForce::Stress => [1.0, 0.0],
-                    ElasticForce::Energy => [4.0, 1.0],
+                let force = if Sum::of(&[MOMENTUM]).is_wide(m) { 4.0 } else { 1.0 };
+                let local = match m.elastic_force {
+                    ElasticForce::Stress => 0.0,
+                    ElasticForce::Energy => 1.0,
                 };
                 let density = layout.carried[0].map_or(0.0, |space| space.n as f64);
                 // by the density: force, drag, polarity and molecular field twice, transport, and the flow's blocks
@@ -201,7 +208,8 @@ impl Work<'_> {
                 } else {
                     0.0
                 };
-                let tangent = 2.0 * 7.0 * n * n + (2.0 * force + 1.0) * columns * rows + squeezed;
+                let operators = blocks(&[POLARITY, MOLECULAR]) + blocks(&[MOLECULAR]);
+                let tangent = operators * n * n + (2.0 * force + 1.0) * columns * rows + squeezed;
                 let parts = rows * rows + rows * np + 2.0 * local * columns * rows;
                 let threads = rayon::current_num_threads();
                 let made = NUMBER * cells * parts + structure.room(threads) as f64;

@@ -2,7 +2,8 @@
 //! factorisation.
 //!
 //! Both components of a vector couple to neighbouring cells in the same way, so a neighbour's block is that of one
-//! component, `n × n`; only the block of the cell itself, `2n × 2n`, couples the components.
+//! component, `n × n`; only the block of the cell itself, `2n × 2n`, couples the components. Where something mixes the
+//! components across faces, a neighbour has a second block, `2n × 2n`, that is added to it.
 
 use std::sync::Arc;
 
@@ -129,8 +130,10 @@ pub struct VectorBlocks {
     pub neighbours: Neighbours,
     /// `2n × 2n` per cell.
     pub diagonal: Vec<f64>,
-    /// `n × n` per cell and local face.
+    /// `n × n` per cell and local face: what acts on both components alike.
     pub off: Vec<f64>,
+    /// `2n × 2n` per cell and local face: what does not; empty where nothing mixes the components across faces.
+    mixed: Vec<f64>,
 }
 
 impl VectorBlocks {
@@ -142,7 +145,65 @@ impl VectorBlocks {
             neighbours: neighbours.clone(),
             diagonal: vec![0.0; 4 * cells * n * n],
             off: vec![0.0; 3 * cells * n * n],
+            mixed: Vec::new(),
         }
+    }
+
+    /// All blocks zero, in the same memory, but for those that act on both components alike across faces: those are
+    /// `off`.
+    pub fn restart(&mut self, off: &[f64]) {
+        self.diagonal.fill(0.0);
+        self.off.copy_from_slice(off);
+        self.mixed.fill(0.0);
+    }
+
+    /// The blocks of the cells, and room for blocks that mix the components across faces.
+    pub fn with_mixed(&mut self) -> (&mut [f64], &mut [f64]) {
+        if self.mixed.is_empty() {
+            self.mixed = vec![0.0; 3 * self.diagonal.len()];
+        }
+        (&mut self.diagonal, &mut self.mixed)
+    }
+
+    /// What mixes the components across a local face of a cell, where anything does.
+    pub fn mixed_of(&self, cell: usize, face: usize) -> Option<&[f64]> {
+        let size = 4 * self.n * self.n;
+        self.mixed.get((3 * cell + face) * size..(3 * cell + face + 1) * size)
+    }
+
+    /// `A B` for the block B of the rows of `cell` and the columns of `other`; `None` where there is none.
+    pub fn left_product(&self, a: &DMatrix<f64>, cell: usize, other: usize) -> Option<DMatrix<f64>> {
+        let (n, m) = (self.n, 2 * self.n);
+        if other == cell {
+            return Some(a * DMatrix::from_row_slice(m, m, &self.diagonal[cell * m * m..(cell + 1) * m * m]));
+        }
+        let face = self.neighbours[cell].iter().position(|&o| o == other)?;
+        let alike = &self.off[(3 * cell + face) * n * n..(3 * cell + face + 1) * n * n];
+        let alike = DMatrix::from_row_slice(n, n, alike);
+        let mut product = DMatrix::zeros(a.nrows(), m);
+        for c in [0, n] {
+            product.columns_mut(c, n).copy_from(&(a.columns(c, n) * &alike));
+        }
+        if let Some(mixed) = self.mixed_of(cell, face) {
+            product += a * DMatrix::from_row_slice(m, m, mixed);
+        }
+        Some(product)
+    }
+
+    /// The whole block `2n × 2n` across a local face of a cell.
+    fn whole_off(&self, cell: usize, face: usize) -> DMatrix<f64> {
+        let (n, m) = (self.n, 2 * self.n);
+        let alike = &self.off[(3 * cell + face) * n * n..(3 * cell + face + 1) * n * n];
+        let alike = DMatrix::from_row_slice(n, n, alike);
+        let mut whole = match self.mixed_of(cell, face) {
+            Some(mixed) => DMatrix::from_row_slice(m, m, mixed),
+            None => DMatrix::zeros(m, m),
+        };
+        for c in [0, n] {
+            let mut part = whole.view_mut((c, c), (n, n));
+            part += &alike;
+        }
+        whole
     }
 
     /// Adds blocks `n × n` per cell that act on both components alike.
@@ -171,6 +232,21 @@ impl VectorBlocks {
                 }
             }
         });
+        if !self.mixed.is_empty() {
+            self.add_mixed_times(x, y);
+        }
+    }
+
+    /// `y += A x` for the blocks that mix the components across faces.
+    fn add_mixed_times(&self, x: &[f64], y: &mut [f64]) {
+        let m = 2 * self.n;
+        y.par_chunks_mut(m).enumerate().for_each(|(cell, y)| {
+            for (f, &other) in self.neighbours[cell].iter().enumerate().filter(|(_, o)| **o != NONE) {
+                if let Some(block) = self.mixed_of(cell, f) {
+                    multiply(block, &x[other * m..(other + 1) * m], y, 1.0);
+                }
+            }
+        });
     }
 
     /// The same operator as a sparse matrix.
@@ -185,6 +261,9 @@ impl VectorBlocks {
                     for c in 0..2 {
                         triplets.push((cell * m + c * n + k / n, other * m + c * n + k % n, v));
                     }
+                }
+                for (k, &v) in self.mixed_of(cell, f).into_iter().flatten().enumerate() {
+                    triplets.push((cell * m + k / m, other * m + k % m, v));
                 }
             }
         }
@@ -219,14 +298,17 @@ impl Incomplete {
                     continue;
                 }
                 let back = a.neighbours[other].iter().position(|&c| c == cell).expect("neighbours are mutual");
-                let here = DMatrix::from_row_slice(n, n, &a.off[(3 * cell + f) * n * n..(3 * cell + f + 1) * n * n]);
-                let there =
-                    DMatrix::from_row_slice(n, n, &a.off[(3 * other + back) * n * n..(3 * other + back + 1) * n * n]);
                 let inverse = DMatrix::from_row_slice(m, m, &inverses[other * m * m..(other + 1) * m * m]);
-                for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                    let product = &here * inverse.view((r * n, c * n), (n, n)) * &there;
-                    let mut part = pivot.view_mut((r * n, c * n), (n, n));
-                    part -= product;
+                if a.mixed.is_empty() {
+                    let block = |k: usize| DMatrix::from_row_slice(n, n, &a.off[k * n * n..(k + 1) * n * n]);
+                    let (here, there) = (block(3 * cell + f), block(3 * other + back));
+                    for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                        let product = &here * inverse.view((r * n, c * n), (n, n)) * &there;
+                        let mut part = pivot.view_mut((r * n, c * n), (n, n));
+                        part -= product;
+                    }
+                } else {
+                    pivot -= a.whole_off(cell, f) * inverse * a.whole_off(other, back);
                 }
             }
             let inverse = pivot.try_inverse().filter(|i| i.iter().all(|v| v.is_finite())).ok_or_else(|| {
@@ -266,6 +348,9 @@ impl Incomplete {
             if other != NONE && counts(self.rank[other], self.rank[cell]) {
                 let block = &a.off[(3 * cell + f) * n * n..(3 * cell + f + 1) * n * n];
                 multiply_each(block, n, &x[other * m..(other + 1) * m], sum, -1.0);
+                if let Some(block) = a.mixed_of(cell, f) {
+                    multiply(block, &x[other * m..(other + 1) * m], sum, -1.0);
+                }
             }
         }
     }

@@ -37,6 +37,14 @@ impl Rows {
         self.neighbours[cell].into_iter().zip(blocks).filter(|(other, _)| *other != NONE)
     }
 
+    /// The block of the rows of `cell` and the columns of `other`, where there is one.
+    pub fn block(&self, cell: usize, other: usize) -> Option<&[f64]> {
+        match other == cell {
+            true => Some(self.own_of(cell)),
+            false => self.off_of(cell).find(|(seen, _)| *seen == other).map(|(_, block)| block),
+        }
+    }
+
     /// `A C` for a C that acts on single cells: its blocks where it is not the identity.
     pub fn times_columns(&mut self, changes: &[Option<DMatrix<f64>>]) {
         let (rows, columns) = self.size;

@@ -270,7 +270,7 @@ impl Tangent for compressible::Tangent<'_> {
     }
 
     fn factors_are_exact(&self) -> bool {
-        true
+        compressible::Tangent::factors_are_exact(self)
     }
 }
 

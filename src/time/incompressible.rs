@@ -247,7 +247,9 @@ impl Tangent for tangent::Tangent<'_> {
     }
 
     fn factors_are_exact(&self) -> bool {
-        self.model.parameters.elastic_force == ElasticForce::Stress && self.model.bodies.is_none()
+        // forces see no fields of other cells but by faces
+        let local = self.force.by_field.as_ref().is_none_or(|rows| rows.off.is_empty());
+        local && self.model.parameters.elastic_force == ElasticForce::Stress && self.model.bodies.is_none()
     }
 }
 

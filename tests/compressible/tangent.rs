@@ -4,6 +4,7 @@
 use crate::common::*;
 use monolayer::model::compressible::Compressible;
 use monolayer::model::lagged::Lagged;
+use monolayer::model::terms::factor;
 use monolayer::model::{DensityLaw, Parameters};
 use monolayer::space::Field;
 use monolayer::time::Phases;
@@ -54,6 +55,13 @@ fn parameters() -> Parameters {
     Parameters { alignment: 0.7, density: Some(law), ..PARAMETERS }
 }
 
+/// With derivatives that mix the components across faces.
+fn others() -> Parameters {
+    let plain = parameters();
+    let factors = factor::of_kind(plain.kind()).fold(plain.factors, |all, factor| all.with(factor.key, 0.7));
+    Parameters { factors, ..plain }
+}
+
 fn sheets() -> Vec<(Compressible, &'static str)> {
     vec![
         (sheet(&square(2), parameters(), 1, closed), "closed"),
@@ -61,6 +69,7 @@ fn sheets() -> Vec<(Compressible, &'static str)> {
         (sheet(&disc(), parameters(), 1, closed), "curved"),
         (sheet(&square(2), parameters(), 2, channel), "open, degree 2"),
         (sheet(&disc(), Parameters { elasticity: 0.0, ..parameters() }, 2, closed), "curved, without elasticity"),
+        (sheet(&square(2), others(), 1, channel), "terms of other models"),
     ]
 }
 

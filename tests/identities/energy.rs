@@ -79,7 +79,8 @@ fn relax(mesh: &Arc<Mesh>, elastic_force: ElasticForce, seed: u64, amplitude: f6
     for _ in 0..25 {
         march.advance(1e9).expect("the step converges");
         let budget = Budget::of(&march);
-        rows.push((march.energy().0, budget.defect(), budget.relaxation + budget.viscosity + budget.friction));
+        let dissipation = budget.relaxation + budget.line("budget_viscosity") + budget.line("budget_friction");
+        rows.push((march.energy().0, budget.defect(), dissipation));
     }
     rows
 }
@@ -98,5 +99,32 @@ fn a_closed_tissue_without_activity_never_gains_energy() {
                 assert!(defect.abs() < 1e-5 * dissipation, "the law leaves {defect:e} of {dissipation:e}");
             }
         }
+    }
+}
+
+/// With the energy-consistent force the lines of all terms that give or take energy close the law, self-advection among
+/// them.
+#[test]
+fn the_law_has_a_line_for_every_power() {
+    let plain = Parameters { elastic_force: ElasticForce::Energy, ..PARAMETERS };
+    let factors = plain.factors.with("self_advection", 0.8);
+    for (parameters, carries) in [(plain, false), (Parameters { factors, ..plain }, true)] {
+        let mesh = square(3);
+        let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| closed())).unwrap();
+        let p = random(&model.polarity.space, 5);
+        let inputs = model.inputs(0.0).unwrap();
+        let (mut v, mut pi) = (model.zero().v, model.zero().pressure().clone());
+        for _ in 0..60 {
+            (v, pi) = model.flow_of(&model.force(&p, &v, &inputs), &inputs).unwrap();
+        }
+        let state = State::incompressible(v, pi, p);
+        let residual = model.polarity_residual(&state, 0.0);
+        let rate: Vec<f64> = residual.iter().map(|r| -r / model.parameters.peclet).collect();
+        let budget = Budget::at(&model, &state, &model.polarity.mass_solve(&rate), 0.0);
+        let line = budget.line("budget_self_advection");
+        let largest = budget.lines.iter().fold(budget.relaxation, |m, line| m.max(line.abs()));
+        println!("{budget:?}");
+        assert!(budget.defect().abs() < 1e-11 * largest, "the law leaves {:e} of {largest:e}", budget.defect());
+        assert!(if carries { line.abs() > 1e-3 * largest } else { line == 0.0 }, "self-advection has {line:e}");
     }
 }

@@ -8,6 +8,7 @@ use monolayer::mesh::Mesh;
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts, Structure};
 use monolayer::model::tangent::Tangent;
+use monolayer::model::terms::factor;
 use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, VelocityCondition};
 use monolayer::space::Field;
 
@@ -49,7 +50,11 @@ fn cases() -> Vec<(Incompressible, &'static str)> {
     };
     let on =
         |kind| [(build(&square(2), kind, mixed), "mixed"), (build(&curved(), kind, |_| closed()), "closed, curved")];
-    kinds.into_iter().flat_map(on).collect()
+    // derivatives that mix the components across faces
+    let factors = factor::of_kind(PARAMETERS.kind()).fold(PARAMETERS.factors, |all, factor| all.with(factor.key, 0.7));
+    let parameters = Parameters { factors, ..PARAMETERS };
+    let others = Incompressible::new(&square(2), &describe(&square(2), parameters, mixed)).expect("the model builds");
+    kinds.into_iter().flat_map(on).chain([(others, "terms of other models")]).collect()
 }
 
 /// Central difference of `f` along unit vector `j` at `x`.

@@ -1,4 +1,7 @@
+use std::sync::Arc;
+
 use monolayer::solve::anderson::Anderson;
+use monolayer::solve::blocks::{Incomplete, NONE, Neighbours, VectorBlocks};
 use monolayer::solve::bordered::Bordered;
 use monolayer::solve::sparse::{Factored, Matrix};
 use monolayer::solve::{SolveError, krylov};
@@ -90,4 +93,57 @@ fn anderson_solves_a_linear_fixed_point_that_diverges_plainly() {
     }
     let worst = image(&x).iter().zip(&x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-9, "{worst}");
+}
+
+/// On a chain of cells incomplete factors are exact.
+#[test]
+fn blocks_that_mix_components_across_faces_are_in_products_and_factors() {
+    let (cells, n) = (7, 3);
+    let beside = |c: usize| [if c > 0 { c - 1 } else { NONE }, if c + 1 < cells { c + 1 } else { NONE }, NONE];
+    let neighbours: Neighbours = Arc::new((0..cells).map(beside).collect());
+    let number = |k: usize, seed: f64| (12.9898 * k as f64 + seed).sin();
+    let mut a = VectorBlocks::zero(&neighbours, n);
+    let m = 2 * n;
+    for cell in 0..cells {
+        for k in 0..m * m {
+            let at = cell * m * m + k;
+            a.diagonal[at] = number(at, 0.3) + if k / m == k % m { 8.0 } else { 0.0 };
+        }
+    }
+    let faces = || (0..3 * cells).filter(|face| neighbours[face / 3][face % 3] != NONE);
+    faces().for_each(|face| (0..n * n).for_each(|k| a.off[face * n * n + k] = number(k, face as f64)));
+    let plain = a.clone();
+    assert!(plain.mixed_of(1, 0).is_none(), "nothing is stored where nothing mixes");
+    let (_, mixed) = a.with_mixed();
+    faces().for_each(|face| (0..m * m).for_each(|k| mixed[face * m * m + k] = number(k, 0.7 * face as f64)));
+    let x: Vec<f64> = (0..cells * m).map(|k| number(k, 1.1)).collect();
+    for (operator, name) in [(&plain, "alike"), (&a, "mixed")] {
+        let mut image = vec![0.0; x.len()];
+        operator.times(&x, &mut image);
+        for (found, exact) in image.iter().zip(operator.to_sparse().times(&x)) {
+            assert!((found - exact).abs() < 1e-12, "{name}: {found}, not {exact}");
+        }
+        let order = Arc::new((0..cells).rev().collect::<Vec<usize>>());
+        let factors = Incomplete::new(operator, &order, &order).unwrap();
+        factors.solve(operator, &mut image);
+        for (found, exact) in image.iter().zip(&x) {
+            assert!((found - exact).abs() < 1e-11, "{name}: {found}, not {exact}");
+        }
+        // a row of blocks against the cells beside it
+        let part = DMatrix::from_fn(2, m, |i, j| number(i * m + j, 2.0));
+        let dense = |row: usize, column: usize| {
+            let mut block = DMatrix::zeros(m, m);
+            for (i, j, value) in operator.to_sparse().triplets() {
+                if i / m == row && j / m == column {
+                    block[(i % m, j % m)] += value;
+                }
+            }
+            block
+        };
+        for other in [2, 3, 4] {
+            let found = operator.left_product(&part, 3, other).unwrap();
+            assert!((found - &part * dense(3, other)).norm() < 1e-12, "{name}, cell {other}");
+        }
+        assert!(operator.left_product(&part, 3, 5).is_none());
+    }
 }

@@ -17,8 +17,8 @@ use monolayer::model::terms::{
 use monolayer::model::{Conditions, ElasticForce, Exact, Parameters, PolarityCondition};
 use monolayer::space::{Field, Space, project};
 
-/// Sheets in which every term is on, one of each kind and with either elastic force.
-fn sheets() -> [Parameters; 3] {
+/// Sheets in which every term is on, one of each kind and with either elastic force, and with factors of either sign.
+fn sheets() -> Vec<Parameters> {
     let plain = Parameters { active_stress: 0.7, coherence: 0.4, elasticity: 0.6, alignment: 0.8, ..Parameters::PLAIN };
     let law = DensityLaw { penalty: 1.5, exponent: 1.0, critical: 0.3, active_stress_iso: 0.4 };
     let sheets = [
@@ -26,10 +26,12 @@ fn sheets() -> [Parameters; 3] {
         Parameters { elastic_force: ElasticForce::Energy, ..plain },
         Parameters { density: Some(law), ..plain },
     ];
-    sheets.map(|sheet| {
-        let factors = factor::of_kind(sheet.kind()).fold(sheet.factors, |all, factor| all.with(factor.key, 0.9));
+    let with = |sheet: Parameters, value: f64| {
+        let factors = factor::of_kind(sheet.kind()).fold(sheet.factors, |all, factor| all.with(factor.key, value));
         Parameters { factors, ..sheet }
-    })
+    };
+    let [stress, energy, compressible] = sheets;
+    vec![with(stress, 0.9), with(energy, 0.9), with(compressible, 0.9), with(stress, -0.8), with(compressible, -0.8)]
 }
 
 /// A state on a mesh; the density is positive.
@@ -90,9 +92,9 @@ impl Fields {
         let given = self.given();
         match &term.weak {
             Weak::Functional(functional) => self.loops.vector(&(functional.value)(&self.at(m, &given)), test),
-            Weak::Flow { matrix, .. } => {
+            Weak::Flow { weight, matrix, .. } => {
                 let rho = if m.density.is_some() { Density::Of(&self.rho) } else { Density::One };
-                times(&self.loops, &matrix(m, &self.v.space, rho), &self.v, &self.v.space)
+                times(&self.loops, &(weight(m) * matrix(&self.v.space, rho)), &self.v, &self.v.space)
             }
             Weak::With(_) | Weak::Frame => vec![0.0; test.dof_count()],
         }
@@ -154,10 +156,10 @@ fn differentiate<V: Jet>(list: &'static [Term<V>], test: impl Fn(&Fields) -> Arc
                 let sum = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(b).map(|(a, b)| a + b).collect::<Vec<f64>>();
                 match &term.weak {
                     Weak::With(_) | Weak::Frame => {}
-                    Weak::Flow { by_density, .. } => {
+                    Weak::Flow { weight, by_density, .. } => {
                         if m.density.is_some() {
                             let (direction, slopes) = along(0, &|fields| &mut fields.rho);
-                            compare("ρ", times(loops, &by_density(&at), &direction, &test), slopes);
+                            compare("ρ", times(loops, &(weight(&m) * by_density(&at)), &direction, &test), slopes);
                         }
                     }
                     Weak::Functional(functional) => {
@@ -206,6 +208,59 @@ fn derivatives_are_those_of_differences() {
     differentiate(MASS, |fields| fields.rho.space.clone());
     differentiate(POLARITY, |fields| fields.p.space.clone());
     differentiate(MOLECULAR, |fields| fields.p.space.clone());
+}
+
+/// What a pass solves for has the last iterate for its solution where that solves the equation: the operators on it and
+/// the rest are the value of the term.
+#[test]
+fn passes_solve_the_equation_of_the_terms() {
+    for mesh in [square(2), mesh("shape = \"disc\"\nh = 0.9")] {
+        let fields = Fields::random(&mesh);
+        let (loops, given, test) = (&fields.loops, fields.given(), &fields.p.space);
+        for m in sheets() {
+            let at = fields.at(&m, &given);
+            for term in POLARITY.iter().chain(MOLECULAR).filter(|term| term.is_on(&m)) {
+                let lists = [std::slice::from_ref(term)];
+                let sum = Sum::of(&lists);
+                let (forms, value) = (sum.pass(&at), loops.vector(&sum.value(&at), test));
+                let alike = times_alike(loops, &forms.components, &fields.p);
+                let (full, rest) = (times(loops, &forms.full, &fields.p, test), loops.vector(&forms.rest, test));
+                let scale = value.iter().fold(1.0_f64, |s, v| s.max(v.abs()));
+                for (i, value) in value.iter().enumerate() {
+                    let found = alike[i] + full[i] + rest[i];
+                    assert!((found - value).abs() < 1e-11 * scale, "`{}`: {found}, not {value}", term.name);
+                }
+            }
+        }
+    }
+}
+
+/// Blocks across faces are stored for the terms that have them.
+fn width<V: Jet>(list: &'static [Term<V>]) {
+    let fields = Fields::random(&square(2));
+    let given = fields.given();
+    for m in sheets() {
+        let at = fields.at(&m, &given);
+        for term in list.iter().filter(|term| term.is_on(&m)) {
+            if let Weak::Functional(functional) = &term.weak {
+                let wide = (functional.by_polarity)(&at).couples_cells() || (functional.by_field)(&at).couples_cells();
+                assert_eq!(functional.wide, wide, "`{}`", term.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn terms_that_see_other_cells_say_so() {
+    width(MOMENTUM);
+    width(MASS);
+    width(POLARITY);
+    width(MOLECULAR);
+    for m in sheets() {
+        let off = Parameters { factors: Parameters::PLAIN.factors, elastic_force: ElasticForce::Stress, ..m };
+        assert!(Sum::of(&[POLARITY, MOLECULAR]).is_wide(&m), "self-advection is on");
+        assert!(!Sum::of(&[POLARITY, MOLECULAR]).is_wide(&off) && !Sum::of(&[MOMENTUM]).is_wide(&off));
+    }
 }
 
 /// Fields of low degree, so that every form is integrated exactly and the molecular field lies in the polarity's space.

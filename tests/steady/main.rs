@@ -4,5 +4,6 @@ mod arnoldi;
 mod branches;
 mod common;
 mod find;
+mod self_advection;
 mod spectrum;
 mod tangent;

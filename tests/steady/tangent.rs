@@ -32,7 +32,7 @@ fn differences(model: &Incompressible, state: &State) -> DMatrix<f64> {
 #[test]
 fn the_spectrum_is_that_of_finite_differences_for_both_elastic_forces() {
     let mut leading = Vec::new();
-    for force in ["stress", "energy-consistent"] {
+    for (force, factor) in [("stress", "0"), ("energy-consistent", "0"), ("stress", "0.7")] {
         let (scene, setup) = Square::new()
             .sides("velocity", "{ dirichlet = [\"y\", \"x/2\"] }")
             .set("boundary.right.velocity", "\"traction\"")
@@ -43,6 +43,7 @@ fn the_spectrum_is_that_of_finite_differences_for_both_elastic_forces() {
             .set("model.active_stress", "0.5")
             .set("model.traction", "0.6")
             .set("model.elastic_force", &format!("\"{force}\""))
+            .set("model.self_advection", factor)
             .setup();
         let model = model_of(&setup);
         let rest = steady(&scene, model);
@@ -58,4 +59,5 @@ fn the_spectrum_is_that_of_finite_differences_for_both_elastic_forces() {
         leading.push(found.modes[0].value.re);
     }
     assert!((leading[0] - leading[1]).abs() > 1e-4, "the forces differ: {leading:?}");
+    assert!((leading[0] - leading[2]).abs() > 1e-4, "polarity carries itself along: {leading:?}");
 }

@@ -18,17 +18,24 @@ pub struct Column {
     pub of_a_march: bool,
     /// Whether it counts cells of the mesh, and so has no limit on finer ones.
     pub counts_cells: bool,
+    /// The key of `[model]` without which a scene does not have it: the factor of a term.
+    pub key: Option<&'static str>,
 }
 
 impl Column {
     /// A column that states have.
     pub const fn new(name: &'static str, words: &'static str, unit: &'static str, short: &'static str) -> Self {
-        Self { name, words, unit, short, of_a_march: false, counts_cells: false }
+        Self { name, words, unit, short, of_a_march: false, counts_cells: false, key: None }
     }
 
     /// The same, of a march in time.
     pub const fn of_a_march(self) -> Self {
         Self { of_a_march: true, ..self }
+    }
+
+    /// The same, of scenes that give this key.
+    pub const fn with(self, key: Option<&'static str>) -> Self {
+        Self { key, ..self }
     }
 
     /// The same, of which there is no estimate.

@@ -2,17 +2,52 @@
 
 use super::{Column, DIMENSIONLESS, Measure, Of, Region, Taken, Taking, Tissue};
 use crate::measure::{Budget, MeasureError};
+use crate::model::terms::Side;
+use crate::model::terms::power::{COUNT, LINES};
 
-const COLUMNS: [Column; 8] = [
-    Column::new("budget_rate", "energy law: dF/dt", DIMENSIONLESS, "dF/dt"),
-    Column::new("budget_friction", "energy law: friction", DIMENSIONLESS, "friction"),
-    Column::new("budget_wall_friction", "energy law: friction with walls", DIMENSIONLESS, "friction with walls"),
-    Column::new("budget_viscosity", "energy law: viscosity", DIMENSIONLESS, "viscosity"),
-    Column::new("budget_relaxation", "energy law: relaxation", DIMENSIONLESS, "relaxation"),
-    Column::new("budget_traction", "energy law: traction", DIMENSIONLESS, "traction"),
-    Column::new("budget_active_stress", "energy law: active stress", DIMENSIONLESS, "active stress"),
-    Column::new("budget_defect", "energy law: what its terms leave", DIMENSIONLESS, "defect"),
-];
+const RATE: Column = Column::new("budget_rate", "energy law: dF/dt", DIMENSIONLESS, "dF/dt");
+const RELAXATION: Column = Column::new("budget_relaxation", "energy law: relaxation", DIMENSIONLESS, "relaxation");
+const WALL_FRICTION: Column =
+    Column::new("budget_wall_friction", "energy law: friction with walls", DIMENSIONLESS, "friction with walls");
+const DEFECT: Column = Column::new("budget_defect", "energy law: what its terms leave", DIMENSIONLESS, "defect");
+
+/// The rate, the lines of terms on the left side, the friction with walls, the relaxation, the lines of terms on the right side, and the defect.
+const COLUMNS: [Column; COUNT + 4] = {
+    let mut columns = [DEFECT; COUNT + 4];
+    columns[0] = RATE;
+    let (mut at, mut k) = (1, 0);
+    while k < COUNT {
+        if k == left() {
+            columns[at] = WALL_FRICTION;
+            columns[at + 1] = RELAXATION;
+            at += 2;
+        }
+        let line = LINES[k].line;
+        columns[at] = Column::new(line.column, line.words, DIMENSIONLESS, line.short).with(LINES[k].key);
+        (at, k) = (at + 1, k + 1);
+    }
+    columns
+};
+
+/// The names of the columns.
+pub const BUDGET: [&str; COUNT + 4] = {
+    let mut names = [""; COUNT + 4];
+    let mut k = 0;
+    while k < COUNT + 4 {
+        names[k] = COLUMNS[k].name;
+        k += 1;
+    }
+    names
+};
+
+/// How many lines are on the left side.
+const fn left() -> usize {
+    let mut k = 0;
+    while k < COUNT && matches!(LINES[k].side, Side::Left) {
+        k += 1;
+    }
+    k
+}
 
 /// Every term of the energy law, and what they leave.
 pub const ENERGY_BUDGET: Measure = Measure {
@@ -26,8 +61,10 @@ pub const ENERGY_BUDGET: Measure = Measure {
 
 fn take(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     let budget = Budget::at(at.model, at.state, at.rate_of_p, at.t);
-    let defect = budget.defect();
-    let Budget { rate, friction, wall_friction, viscosity, relaxation, traction, active_stress } = budget;
-    taken.put(&COLUMNS, [rate, friction, wall_friction, viscosity, relaxation, traction, active_stress, defect]);
+    let walls = (WALL_FRICTION, budget.wall_friction);
+    let others = [(RATE, budget.rate), walls, (RELAXATION, budget.relaxation), (DEFECT, budget.defect())];
+    taken.values.extend(others.map(|(column, value)| (column.name, value)));
+    let lines = LINES.iter().zip(budget.lines).filter(|(listed, _)| listed.is_of(at.model.parameters()));
+    taken.values.extend(lines.map(|(listed, power)| (listed.line.column, power)));
     Ok(())
 }

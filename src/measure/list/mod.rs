@@ -31,7 +31,7 @@ pub use self::circulation::CIRCULATION;
 pub use self::defects::DEFECTS;
 pub use self::density::{DENSITY_MIN, LIMITED_CELLS, MASS};
 pub use self::elastic_strain::ELASTIC_STRAIN;
-pub use self::energy_budget::ENERGY_BUDGET;
+pub use self::energy_budget::{BUDGET, ENERGY_BUDGET};
 pub use self::free_energy::FREE_ENERGY;
 pub use self::mean_speed::MEAN_SPEED;
 pub use self::overshoot::OVERSHOOT;

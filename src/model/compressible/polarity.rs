@@ -62,7 +62,7 @@ impl Compressible {
         let forms = Sum::of(&[POLARITY, MOLECULAR]).pass(&self.at(rho, last, v, &given));
         let mut operator = self.polarity.empty_operator();
         self.add_alike(&(forms.components + self.inertia_form(rho, w)), &mut operator);
-        self.loops.add_cell_blocks(&forms.full, space, space, &mut operator.diagonal);
+        self.loops.add_mixed(&forms.full, space, &mut operator);
         let mut right = inputs.source.clone();
         axpy(-1.0, &self.loops.vector(&forms.rest, space), &mut right);
         axpy(-1.0, &self.inertia(rho, history), &mut right);

@@ -17,10 +17,11 @@ use crate::model::incompressible::Inputs;
 use crate::model::lagged::{Elements, add_velocity_block};
 use crate::model::limiter::Limited;
 use crate::model::momentum::MomentumError;
+use crate::model::pushed::Pushed;
 use crate::model::state::State;
 use crate::model::terms::{MASS, MOLECULAR, MOMENTUM, POLARITY, Sum};
 use crate::solve::axpy;
-use crate::solve::blocks::VectorBlocks;
+use crate::solve::blocks::{NONE, VectorBlocks};
 use crate::solve::rows::Rows;
 use crate::solve::symbolic::Element;
 use crate::space::Field;
@@ -95,20 +96,16 @@ impl<'m> Tangent<'m> {
 
         let mut well = model.polarity.empty_operator();
         model.add_alike(&molecular.by_components(&here), &mut well);
-        loops.add_cell_blocks(&molecular.by_polarity(&here), space, space, &mut well.diagonal);
+        loops.add_mixed(&molecular.by_polarity(&here), space, &mut well);
         let mut operator = well.clone();
         model.add_alike(&(polarity.by_components(&here) + model.inertia_form(rho, w[1])), &mut operator);
-        loops.add_cell_blocks(&polarity.by_polarity(&here), space, space, &mut operator.diagonal);
+        loops.add_mixed(&polarity.by_polarity(&here), space, &mut operator);
 
-        let mut force_by_density = rows((sizes[2], sizes[0]), false);
-        loops.add_cell_blocks(&-momentum.by_density(&here), density_space, velocity, &mut force_by_density.own);
-        let mut force_by_polarity = rows((sizes[2], sizes[1]), false);
-        loops.add_cell_blocks(&-momentum.by_polarity(&here), space, velocity, &mut force_by_polarity.own);
-        let force_by_field = at.molecular.as_ref().map(|_| {
-            let mut out = rows((sizes[2], sizes[1]), false);
-            loops.add_cell_blocks(&-momentum.by_field(&here), space, velocity, &mut out.own);
-            out
-        });
+        let neighbours = model.polarity.neighbours();
+        let mut force_by_density = loops.rows(&-momentum.by_density(&here), (density_space, velocity), neighbours);
+        let force_by_polarity = loops.rows(&-momentum.by_polarity(&here), (space, velocity), neighbours);
+        let of_field = |_: &Field| loops.rows(&-momentum.by_field(&here), (space, velocity), neighbours);
+        let force_by_field = at.molecular.as_ref().map(of_field);
         let limiter = model.density.limiter_derivatives(&at.u, &at.limited);
         // everything sees the limited density
         let mut density = model.transport_by_density(rho, v, inputs.t);
@@ -183,70 +180,51 @@ impl Elements for Tangent<'_> {
         draft.add_dense(p0, r0, n, self.by_density.own_of(cell));
         let square = m * m;
         draft.add_dense(p0, p0, m, &self.operator.diagonal[cell * square..(cell + 1) * square]);
-        let force = self.force_rows(cell);
-        draft.add_force(r0, n, &force.0);
-        draft.add_force(p0, m, &force.1);
+        let others = self.operator.neighbours[cell].into_iter().enumerate().filter(|(_, other)| *other != NONE);
         // the neighbours follow, each with its density and its polarity
-        let mut at = r0 + n + m;
-        let size = wide * wide;
-        for (f, &other) in self.operator.neighbours[cell].iter().enumerate() {
-            if other == crate::solve::blocks::NONE {
-                continue;
-            }
+        let (mut at, size) = (r0 + n + m, wide * wide);
+        for (f, _) in others.clone() {
             let block = 3 * cell + f;
             draft.add_dense(r0, at, n, &self.density.off[block * n * n..(block + 1) * n * n]);
-            let by_density = &self.by_density.off[block * m * n..(block + 1) * m * n];
-            draft.add_dense(p0, at, n, by_density);
+            draft.add_dense(p0, at, n, &self.by_density.off[block * m * n..(block + 1) * m * n]);
             let alike = &self.operator.off[block * size..(block + 1) * size];
             draft.add_dense(p0, at + n, wide, alike);
             draft.add_dense(p0 + wide, at + n + wide, wide, alike);
-            if let Some(pushed) = &force.2 {
-                let by_density = &self.well_by_density.off[block * m * n..(block + 1) * m * n];
-                draft.add_force(at, n, &product(pushed, by_density, n));
-                let off = &self.well.off[block * size..(block + 1) * size];
-                draft.add_force(at + n, m, &pushed_alike(pushed, off, wide));
+            if let Some(mixed) = self.operator.mixed_of(cell, f) {
+                draft.add_dense(p0, at + n, m, mixed);
             }
             at += n + m;
         }
+        let seen = std::iter::once(cell).chain(others.map(|(_, other)| other));
+        self.fill_force(cell, seen.enumerate().map(|(k, other)| (other, r0 + k * (n + m))), &mut draft);
     }
 }
 
 impl Tangent<'_> {
-    /// The force's rows by a cell's own density and polarity, and `F_L M⁻¹`.
-    fn force_rows(&self, cell: usize) -> (Vec<f64>, Vec<f64>, Option<DMatrix<f64>>) {
-        let (rows, n) = self.force_by_density.size;
-        let m = self.force_by_polarity.size.1;
-        let mut by_density = self.force_by_density.own_of(cell).to_vec();
-        let mut by_polarity = self.force_by_polarity.own_of(cell).to_vec();
-        let pushed = self.force_by_field.as_ref().map(|by_field| {
-            let mut pushed = DMatrix::from_row_slice(rows, m, by_field.own_of(cell));
-            let inverse = self.model.polarity.projection_of(cell);
-            for c in [0, m / 2] {
-                let part = pushed.columns(c, m / 2) * &inverse;
-                pushed.columns_mut(c, m / 2).copy_from(&part);
+    /// `−(F_ρ + F_L M⁻¹ ∂Λ/∂ρ)` and `−(F_p + F_L M⁻¹ ∂Λ/∂p)` by the carried fields of some cells, which begin at some
+    /// columns, without what F_L sees two faces away.
+    fn fill_force(&self, cell: usize, seen: impl Iterator<Item = (usize, usize)>, draft: &mut Draft) {
+        let (n, m) = (self.force_by_density.size.1, self.force_by_polarity.size.1);
+        let pushed = self.force_by_field.as_ref().map(|rows| Pushed::new(rows, &self.model.polarity, cell));
+        let by_row = |part: DMatrix<f64>| part.transpose().as_slice().to_vec();
+        for (other, at) in seen {
+            if let Some(block) = self.force_by_density.block(cell, other) {
+                draft.add_force(at, n, block);
             }
-            axpy(1.0, &product(&pushed, self.well_by_density.own_of(cell), n), &mut by_density);
-            axpy(1.0, &product(&pushed, &self.well.diagonal[cell * m * m..(cell + 1) * m * m], m), &mut by_polarity);
-            pushed
-        });
-        (by_density, by_polarity, pushed)
+            if let Some(block) = self.force_by_polarity.block(cell, other) {
+                draft.add_force(at + n, m, block);
+            }
+            if let Some(pushed) = &pushed {
+                pushed.by_density(&self.well_by_density, other).for_each(|part| draft.add_force(at, n, &by_row(part)));
+                pushed.by_polarity(&self.well, other).for_each(|part| draft.add_force(at + n, m, &by_row(part)));
+            }
+        }
     }
-}
 
-/// `A B`, B and the result row-major with `columns` columns.
-fn product(a: &DMatrix<f64>, b: &[f64], columns: usize) -> Vec<f64> {
-    let product = a * DMatrix::from_row_slice(a.ncols(), columns, b);
-    product.transpose().as_slice().to_vec()
-}
-
-/// `A B` where B acts on both components alike.
-fn pushed_alike(a: &DMatrix<f64>, b: &[f64], n: usize) -> Vec<f64> {
-    let b = DMatrix::from_row_slice(n, n, b);
-    let mut out = DMatrix::zeros(a.nrows(), 2 * n);
-    for c in [0, n] {
-        out.columns_mut(c, n).copy_from(&(a.columns(c, n) * &b));
+    /// Whether the factors of the elements invert the derivative exactly: no force sees the field of other cells.
+    pub fn factors_are_exact(&self) -> bool {
+        self.force_by_field.as_ref().is_none_or(|rows| rows.off.is_empty())
     }
-    out.transpose().as_slice().to_vec()
 }
 
 /// An element under construction.

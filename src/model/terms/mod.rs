@@ -2,8 +2,8 @@
 //! how a pass of the fixed point takes it.
 //!
 //! A model is a list of terms. From the lists follow residuals, the blocks of Newton's method, the linear equations of
-//! the fixed point, the sources of manufactured solutions, the factors that a scene may give, and what `check` and
-//! `summary.json` say. A term that is off is neither assembled nor stored.
+//! the fixed point, the sources of manufactured solutions, the lines of the energy law, the factors that a scene may
+//! give, and what `check` and `summary.json` say. A term that is off is neither assembled nor stored.
 //!
 //! A new term is a constant in the file of its equation and its name in the list there.
 
@@ -12,6 +12,7 @@ pub mod factor;
 pub mod mass;
 pub mod momentum;
 pub mod polarity;
+pub mod power;
 mod sum;
 
 use serde::Serialize;
@@ -21,6 +22,7 @@ pub use factor::{Factor, Factors};
 pub use mass::MASS;
 pub use momentum::MOMENTUM;
 pub use polarity::{MOLECULAR, POLARITY};
+pub use power::{Line, Loops, Power};
 pub use sum::Sum;
 
 use super::manufactured::{Matrix, Series};
@@ -48,6 +50,8 @@ pub struct Term<V: Jet> {
     pub weak: Weak<V>,
     pub pass: Pass,
     pub strong: Strong,
+    /// Its line of the energy law, where it has one.
+    pub power: Option<Power>,
 }
 
 /// The side of an equation.
@@ -78,8 +82,8 @@ pub enum Switch {
 pub type Form<V> = for<'a> fn(&At<'a>) -> Linear<'a, V>;
 /// The derivative of a form along a field, whose jets are `U`.
 pub type Derivative<U, V> = for<'a> fn(&At<'a>) -> Bilinear<'a, U, V>;
-/// A matrix of the flow, which depends on parameters and the density at most.
-pub type FlowMatrix = for<'a> fn(&Parameters, &Space, Density<'a>) -> Bilinear<'a, Vector, Vector>;
+/// A matrix of the flow, which depends on the density at most.
+pub type FlowMatrix = for<'a> fn(&Space, Density<'a>) -> Bilinear<'a, Vector, Vector>;
 
 /// The weak form of a term.
 pub enum Weak<V: Jet> {
@@ -88,8 +92,9 @@ pub enum Weak<V: Jet> {
     Frame,
     /// In the weak form of the term of that name, because one integrand for both is cheaper.
     With(&'static str),
-    /// Linear in the flow, and the derivative of its product with the flow along the density.
-    Flow { matrix: FlowMatrix, by_density: Derivative<Scalar, V> },
+    /// Linear in the flow: a matrix, the derivative of its product with the flow along the density, and what multiplies
+    /// both. Nothing else of the parameters is in them, so that two sheets of equal weights have the same matrix.
+    Flow { weight: fn(&Parameters) -> f64, matrix: FlowMatrix, by_density: Derivative<Scalar, V> },
     /// A functional of the fields.
     Functional(Functional<V>),
 }
@@ -104,7 +109,11 @@ pub struct Functional<V: Jet> {
     pub by_components: Derivative<Scalar, Scalar>,
     /// Along `L_h/B`.
     pub by_field: Derivative<Vector, V>,
-    /// Linear in the polarity, with a matrix that only the density changes: assembled once where that is 1.
+    /// Whether `by_polarity` or `by_field` has integrals over the faces between cells: the blocks that they take are
+    /// stored where such a term is on, and only there.
+    pub wide: bool,
+    /// Linear in the polarity, with a matrix that acts on both components alike and that only the density changes:
+    /// assembled once where that is 1.
     pub is_constant: bool,
 }
 
@@ -147,6 +156,7 @@ impl<V: Jet> Functional<V> {
         by_polarity: no_derivative,
         by_components: no_derivative,
         by_field: no_derivative,
+        wide: false,
         is_constant: false,
     };
 }
@@ -163,6 +173,7 @@ impl<V: Jet> Term<V> {
         weak: Weak::Frame,
         pass: Pass::Lagged,
         strong: Strong::Frame,
+        power: None,
     };
 
     /// Whether it is on in a sheet; `None` where the sheet does not have it.

@@ -1,13 +1,16 @@
 //! The terms of the momentum balance, test w   [7.11a], [7.34]
 
-use super::{At, Formula, Functional, Side, Strong, Switch, Term, Weak};
+mod polar_stress;
+
+use super::{At, Formula, Functional, Line, Power, Side, Strong, Switch, Term, Weak};
 use crate::expression::Taylor;
 use crate::form::compression::Compression;
-use crate::form::power::{self, Power};
-use crate::form::words::Vector;
-use crate::form::{Bilinear, Density, FacePoint, Linear, elastic, mass, polarity, stokes};
+use crate::form::power;
+use crate::form::words::{Vector, sym};
+use crate::form::{Bilinear, CellPoint, Density, FacePoint, Linear, elastic, mass, polarity, stokes};
 use crate::mesh::Point;
 use crate::model::parameters::{ElasticForce, Parameters};
+use polar_stress::POLAR_STRESS;
 
 /// In the order of the model page.
 pub const MOMENTUM: &[Term<Vector>] = &[
@@ -23,6 +26,7 @@ pub const MOMENTUM: &[Term<Vector>] = &[
     ELASTIC_FORCE,
     ACTIVE_STRESS,
     ISOTROPIC_ACTIVE_STRESS,
+    POLAR_STRESS,
     MOLECULAR_FIELD,
 ];
 
@@ -31,13 +35,28 @@ const VISCOSITY: Term<Vector> = Term {
     formula: Formula::Both("2(D(v)|D(w))", "2(ρD(v)|D(w))"),
     tag: "[7.11a]",
     weak: Weak::Flow {
-        matrix: |_, velocity, rho| match rho {
+        weight: |_| 1.0,
+        matrix: |velocity, rho| match rho {
             Density::One => stokes::viscosity(velocity),
             Density::Of(rho) => stokes::weighted_viscosity(velocity, rho),
         },
         by_density: |at| stokes::viscosity_by_density(at.v(), at.density().1),
     },
     strong: Strong::Stress(|s| s.stress_of(|i, j| s.weighed(s.stretching(i, j)))),
+    power: Some(Power {
+        line: Line { column: "budget_viscosity", words: "energy law: viscosity", short: "viscosity" },
+        of: |at, loops| {
+            let (v, rho) = (at.v(), at.rho);
+            // rigid bodies have the penalty's share of it
+            2.0 * loops.whole.sum(2 * (v.space.degree - 1) + rho.degree(), |x| {
+                let g = v.vector_gradient(&x.site);
+                match rho {
+                    Density::One => sym(&g).norm_squared(),
+                    Density::Of(rho) => rho.scalar(&x.site) * (sym(&g).norm_squared() + g.trace().powi(2)),
+                }
+            })
+        },
+    }),
     ..Term::PLAIN
 };
 
@@ -56,10 +75,18 @@ const FRICTION: Term<Vector> = Term {
     tag: "[7.11a]",
     on: |m| Some(Switch::By("friction", m.friction)),
     weak: Weak::Flow {
-        matrix: |m, velocity, _| m.friction * mass::vector_mass(velocity),
+        weight: |m| m.friction,
+        matrix: |velocity, _| mass::vector_mass(velocity),
         by_density: |_| Bilinear::zero(),
     },
     strong: Strong::Vector(|s| s.parameters.friction * s.velocity()),
+    power: Some(Power {
+        line: Line { column: "budget_friction", words: "energy law: friction", short: "friction" },
+        of: |at, loops| {
+            let v = at.v();
+            at.parameters.friction * loops.tissue.sum(2 * v.space.degree, |x| v.vector(&x.site).norm_squared())
+        },
+    }),
     ..Term::PLAIN
 };
 
@@ -87,6 +114,14 @@ const TRACTION: Term<Vector> = Term {
         ..Functional::NOTHING
     }),
     strong: Strong::Vector(|s| -s.parameters.traction * s.polarity()),
+    power: Some(Power {
+        line: Line { column: "budget_traction", words: "energy law: traction", short: "traction" },
+        of: |at, loops| {
+            let (v, p) = (at.v(), at.p);
+            let along = |x: &CellPoint| p.vector(&x.site).dot(&v.vector(&x.site));
+            at.parameters.traction * loops.tissue.sum(v.space.degree + p.space.degree, along)
+        },
+    }),
     ..Term::PLAIN
 };
 
@@ -228,16 +263,17 @@ const ELASTIC_FORCE: Term<Vector> = Term {
         value: |at| at.parameters.elasticity * (power_of(at).force() - natural_traction(at)),
         by_polarity: |at| at.parameters.elasticity * (power_of(at).by_polarity() - natural_traction_tangent(at)),
         by_field: |at| at.parameters.elasticity * power_of(at).by_field(),
+        wide: true,
         ..Functional::NOTHING
     }),
     strong: ERICKSEN,
     ..Term::PLAIN
 };
 
-fn power_of<'a>(at: &At<'a>) -> Power<'a, impl Fn(&FacePoint) -> Point + Sync + Copy + 'a> {
+fn power_of<'a>(at: &At<'a>) -> power::Power<'a, impl Fn(&FacePoint) -> Point + Sync + Copy + 'a> {
     let given = at.given;
     let data = move |s: &FacePoint| given.polarity(s);
-    Power { p: at.p, l: at.molecular(), carrier: at.carrier(), inflow: given.dirichlet, data }
+    power::Power { p: at.p, l: at.molecular(), carrier: at.carrier(), inflow: given.dirichlet, data }
 }
 
 fn natural_traction<'a>(at: &At<'a>) -> Linear<'a, Vector> {
@@ -249,6 +285,10 @@ fn natural_traction_tangent<'a>(at: &At<'a>) -> Bilinear<'a, Vector, Vector> {
     let [open, dirichlet] = at.given.natural;
     power::natural_traction_tangent(at.velocity(), at.p, at.parameters.coherence, open, dirichlet)
 }
+
+/// Of the active stress, all of it.
+const ACTIVE: Line =
+    Line { column: "budget_active_stress", words: "energy law: active stress", short: "active stress" };
 
 const ACTIVE_STRESS: Term<Vector> = Term {
     name: "active stress",
@@ -268,6 +308,18 @@ const ACTIVE_STRESS: Term<Vector> = Term {
         let (p, active) = (&s.p, s.parameters.active_stress);
         s.stress_of(|i, j| s.weighed(-active * (p[i] * p[j])))
     }),
+    power: Some(Power {
+        line: ACTIVE,
+        of: |at, loops| {
+            let (v, p, rho) = (at.v(), at.p, at.rho);
+            let degree = v.space.degree - 1 + 2 * p.space.degree + rho.degree();
+            at.parameters.active_stress
+                * loops.tissue.sum(degree, |x| {
+                    let p = p.vector(&x.site);
+                    rho.at(&x.site) * p.dot(&(sym(&v.vector_gradient(&x.site)) * p))
+                })
+        },
+    }),
     ..Term::PLAIN
 };
 
@@ -284,6 +336,17 @@ const ISOTROPIC_ACTIVE_STRESS: Term<Vector> = Term {
         ..Functional::NOTHING
     }),
     strong: Strong::Stress(|s| s.isotropic(-s.law().active_stress_iso * s.weighed(s.square()))),
+    power: Some(Power {
+        line: ACTIVE,
+        of: |at, loops| {
+            let (v, p, (rho, _)) = (at.v(), at.p, at.density());
+            let degree = v.space.degree - 1 + 2 * p.space.degree + rho.space.degree;
+            activity(at.parameters).active
+                * loops.tissue.sum(degree, |x| {
+                    rho.scalar(&x.site) * p.vector(&x.site).norm_squared() * v.vector_gradient(&x.site).trace()
+                })
+        },
+    }),
     ..Term::PLAIN
 };
 

@@ -1,13 +1,16 @@
 //! The terms of the polarity's equation, test q   [7.11c], [7.34]
 
+mod self_advection;
+
 use super::{At, Factor, Formula, Functional, Pass, Side, Strong, Switch, Term, Weak};
 use crate::form::words::{Scalar, Vector};
 use crate::form::{Bilinear, FacePoint, Faces, Linear, elastic, mass, polarity, swip, upwind};
 use crate::mesh::Point;
 use crate::model::polarity::FORMULA_DEGREE;
+use self_advection::SELF_ADVECTION;
 
 /// What the flow does to the polarity, in the order of the model page.
-pub const POLARITY: &[Term<Vector>] = &[RATE, ADVECTION, ROTATION, STRETCHING, FLOW_ALIGNMENT];
+pub const POLARITY: &[Term<Vector>] = &[RATE, ADVECTION, ROTATION, STRETCHING, FLOW_ALIGNMENT, SELF_ADVECTION];
 
 /// The terms of `(1/B)(L_h|q)`, the derivative of the free energy, which the polarity's equation has as well   [7.10]
 pub const MOLECULAR: &[Term<Vector>] = &[RELAXATION, COHERENCE];

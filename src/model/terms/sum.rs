@@ -1,6 +1,6 @@
 //! Sums over lists of terms.
 
-use super::{At, Functional, Pass, Term, Weak};
+use super::{At, FlowMatrix, Functional, Pass, Term, Weak};
 use crate::form::words::{Jet, Scalar, Vector};
 use crate::form::{Bilinear, Density, Linear};
 use crate::model::parameters::Parameters;
@@ -76,7 +76,9 @@ impl<'t, V: Jet> Sum<'t, V> {
     pub fn by_density<'a>(self, at: &At<'a>) -> Bilinear<'a, Scalar, V> {
         let functionals = self.derivative(at, |term| term.by_density);
         self.terms(at.parameters).fold(functionals, |sum, term| match &term.weak {
-            Weak::Flow { by_density, .. } => sum + term.scale(at.parameters) * by_density(at),
+            Weak::Flow { weight, by_density, .. } => {
+                sum + term.scale(at.parameters) * weight(at.parameters) * by_density(at)
+            }
             Weak::Functional(_) | Weak::With(_) | Weak::Frame => sum,
         })
     }
@@ -91,6 +93,11 @@ impl<'t, V: Jet> Sum<'t, V> {
         self.derivative(at, |term| term.by_components)
     }
 
+    /// Whether derivatives along polarity or field have integrals over the faces between cells.
+    pub fn is_wide(self, parameters: &Parameters) -> bool {
+        self.functionals(parameters).any(|(_, term)| term.wide)
+    }
+
     /// Along `L_h/B`.
     pub fn by_field<'a>(self, at: &At<'a>) -> Bilinear<'a, Vector, V> {
         self.derivative(at, |term| term.by_field)
@@ -103,9 +110,24 @@ impl<'t, V: Jet> Sum<'t, V> {
         velocity: &Space,
         rho: Density<'a>,
     ) -> Bilinear<'a, Vector, Vector> {
-        self.terms(parameters).fold(Bilinear::zero(), |sum, term| match &term.weak {
-            Weak::Flow { matrix, .. } => sum + term.scale(parameters) * matrix(parameters, velocity, rho),
-            Weak::Functional(_) | Weak::With(_) | Weak::Frame => sum,
+        self.of_flow(parameters).fold(Bilinear::zero(), |sum, (_, weight, matrix)| sum + weight * matrix(velocity, rho))
+    }
+
+    /// The terms that are linear in the flow, and what multiplies their matrices: all that [`Sum::flow_matrix`] takes
+    /// of the parameters.
+    pub fn flow_weights(self, parameters: &Parameters) -> Vec<(&'static str, f64)> {
+        self.of_flow(parameters).map(|(name, weight, _)| (name, weight)).collect()
+    }
+
+    fn of_flow<'p>(
+        self,
+        parameters: &'p Parameters,
+    ) -> impl Iterator<Item = (&'static str, f64, FlowMatrix)> + use<'t, 'p, V> {
+        self.terms(parameters).filter_map(move |term| match &term.weak {
+            Weak::Flow { weight, matrix, .. } => {
+                Some((term.name, term.scale(parameters) * weight(parameters), *matrix))
+            }
+            Weak::Functional(_) | Weak::With(_) | Weak::Frame => None,
         })
     }
 }

@@ -1,4 +1,5 @@
-//! What a state of the compressible sheet is worth: free energy, pressure, and how stiff its density is.
+//! Numbers of a state of the compressible sheet: its free energy and the rate of that, its pressure, and how stiff its
+//! density is.
 
 use std::sync::Arc;
 
