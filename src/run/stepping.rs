@@ -147,8 +147,9 @@ impl Course<'_> {
     fn failed(&self, reason: String, blame: bool) -> Ending {
         let (origin, reason) =
             (self.plan.origin(), extremes::hinted(reason, self.plan.suspect.clone().filter(|_| blame)));
-        // a formula's error names the file itself
-        let reason = if reason.contains(&format!("{origin}: ")) { reason } else { format!("{origin}: {reason}") };
+        // the march of a tissue names its step, and a formula's error the file itself
+        let named = self.plan.tissue.is_some() || reason.contains(&format!("{origin}: "));
+        let reason = if named { reason } else { format!("{origin}: {reason}") };
         Ending::Failed { reason }
     }
 
