@@ -10,7 +10,7 @@ use super::integrate::Integrator;
 use super::kernel::{Basis, add_vector};
 use super::linear::{self, Linear};
 use super::words::Jet;
-use super::worker::Worker;
+use super::worker::{FaceSide, Worker};
 use crate::mesh::Face;
 use crate::space::{Continuity, Space};
 
@@ -105,7 +105,7 @@ impl Integrator {
         let index = self.mesh.cell_faces[cell][local];
         let face = &self.mesh.faces[index];
         let side = usize::from(face.minus.cell != cell || face.minus.face != local);
-        worker.add_face_row(self, form, index, side, diagonal, off);
+        worker.add_face_row(self, form, FaceSide { face: index, side }, diagonal, off);
     }
 
     /// The whole matrix as triplets `(row, column, value)`; rows are test dofs. Duplicates are to be added.
@@ -133,7 +133,7 @@ impl Integrator {
             for (side, &cell) in cells.iter().enumerate() {
                 own.fill(0.0);
                 other.fill(0.0);
-                worker.add_face_row(self, form, index, side, &mut own, &mut other);
+                worker.add_face_row(self, form, FaceSide { face: index, side }, &mut own, &mut other);
                 scatter::<U>(&mut triplets, &own, (test, cell), (trial, cell));
                 if let Some(&across) = cells.get(1 - side) {
                     scatter::<U>(&mut triplets, &other, (test, cell), (trial, across));

@@ -62,29 +62,22 @@ fn iterate_from(
         if !now.size.is_finite() {
             return Err(StepFailure::Diverged { scheme, iterations: k, increment: now.size });
         }
-        let quick = quick_correction(&equations, memory, &now, settings.tolerance, phases)?;
-        // no correction lowers the residual any more, usually because of rounding
-        let mut stuck = false;
-        let change = match quick {
-            Some((next, change)) => {
-                last_size = std::mem::replace(&mut now, next).size;
-                change
-            }
+        let found = match quick_correction(&equations, memory, &now, settings.tolerance, phases)? {
+            Some((next, change)) => Search::Found(Box::new(next), change),
             None => {
                 let reduction = forcing(now.size, last_size);
                 let (delta, products) = correction(&equations, memory, (&now, weights), reduction, phases)?;
                 linear_iterations += products;
-                match search(&equations, &now, &delta, settings.tolerance, phases)? {
-                    Search::Found(next, change) => {
-                        last_size = std::mem::replace(&mut now, *next).size;
-                        change
-                    }
-                    Search::Stuck(change) => {
-                        stuck = true;
-                        change
-                    }
-                }
+                search(&equations, &now, &delta, settings.tolerance, phases)?
             }
+        };
+        let (change, stuck) = match found {
+            Search::Found(next, change) => {
+                last_size = std::mem::replace(&mut now, *next).size;
+                (change, false)
+            }
+            // no correction lowers the residual any more, usually because of rounding
+            Search::Stuck(change) => (change, true),
         };
         if k == 1 {
             first = change;
