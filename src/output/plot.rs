@@ -231,8 +231,8 @@ impl Plot {
     /// The endings are appended, so a dot in the name stays. The folder must exist.
     ///
     /// # Errors
-    /// Those of [`Plot::svg`] and [`Plot::png`], [`PlotError::Write`] if a file cannot be written, and
-    /// [`PlotError::Foreign`] if it is there and not one of this program.
+    /// [`PlotError::Font`], [`PlotError::Canvas`] or [`PlotError::Encode`] if it cannot be drawn, [`PlotError::Write`]
+    /// if a file cannot be written, and [`PlotError::Foreign`] if it is there and not one of this program.
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
         let font = text::Font::load()?;
         let scene = layout::arrange(self, &font);

@@ -187,7 +187,7 @@ pub fn slope(family: &Family, at: &Place, work: &mut Work) -> Result<Vec<f64>, S
 /// The direction of the branch at a place, on the side of `ahead` or of growing ξ, not yet of length 1.
 ///
 /// # Errors
-/// As [`slope`]; a linear system that cannot be solved.
+/// A model that cannot be set up there; a linear system that cannot be solved.
 pub fn direction(
     family: &Family,
     at: &Place,

@@ -109,7 +109,7 @@ impl<'m> March<'m> {
     /// Starts at `t = 0` from the carried vector `y`; the flow follows from it.
     ///
     /// # Errors
-    /// As [`Sheet::state_of`].
+    /// A flow that cannot be solved for; a density that is negative; a formula that is not finite.
     pub fn start(model: &'m dyn Sheet, settings: MarchSettings, y: Vec<f64>) -> Result<Self, StepFailure> {
         Self::start_after(model, settings, vec![(0.0, y)])
     }
@@ -117,7 +117,7 @@ impl<'m> March<'m> {
     /// Starts after known levels `(t_i, y_i)`, newest first: all but the oldest count as steps.
     ///
     /// # Errors
-    /// As [`Sheet::state_of`].
+    /// A flow that cannot be solved for; a density that is negative; a formula that is not finite.
     ///
     /// # Panics
     /// Without a level.
@@ -346,7 +346,7 @@ impl<'m> March<'m> {
     /// Residuals of the stationary equations at the current state.
     ///
     /// # Errors
-    /// As [`Sheet::residuals`].
+    /// A formula that is not finite; a mass matrix that cannot be solved with.
     pub fn residuals(&mut self) -> Result<Residuals, MomentumError> {
         let (model, state, t) = (self.model, &self.state, self.t);
         self.phases.measure("residuals", || model.residuals(state, t))

@@ -34,7 +34,7 @@ fn predict(step: &Step) -> Vec<f64> {
 /// is one correction, by GMRES or by the lagged factors alone.
 ///
 /// # Errors
-/// As [`super::coupling::solve_step`].
+/// Too slow, diverged, a linear solve that failed, or a flow that cannot be solved for.
 pub(super) fn iterate(step: &Step, memory: &mut Memory, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
     match iterate_from(step, predict(step), memory, phases) {
         Err(failure) if step.known.len() > 1 && failure.may_be_cured_by_a_smaller_step() => {

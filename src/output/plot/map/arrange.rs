@@ -55,7 +55,7 @@ impl<'m> Arranged<'m> {
     /// Places the axes and samples the scalar.
     ///
     /// # Errors
-    /// [`PlotError::Blank`]
+    /// [`PlotError::Blank`] where the scalar has no value in the window.
     pub fn new(map: &'m Map<'m>, font: &'m Font) -> Result<Self, PlotError> {
         let (mut arranged, [width, height]) = Self::place_axes(map, font, true);
         let pixels = Pixels::sample(map.scalar, &map.name, &map.window, width, height)?;
