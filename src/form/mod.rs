@@ -1,7 +1,7 @@
 //! Weak forms: one vocabulary, one pair of integration loops, and one file per form of the model page.
 //!
 //! A form is a value. It can be added, scaled and tested alone; its integrand is written for two arbitrary functions
-//! `phi` (trial) and `chi` (test) at one point, and the loops of [`integrate`] turn it into matrices and vectors (`assemble`).
+//! `phi` (trial) and `chi` (test) at one point, and the loops of [`integrate`] turn it into matrices and vectors.
 
 mod assemble;
 pub mod bilinear;

@@ -157,7 +157,8 @@ pub enum PlotError {
     },
     /// The part of the plane that a map shows cannot be drawn.
     #[error(
-        "map window [{}, {}] to [{}, {}]: must be finite, increasing, and at most {limit} times as long as wide; hint: give the lower left and the upper right corner",
+        "map window [{}, {}] to [{}, {}]: must be finite, increasing, and at most {limit} times as long as wide; hint: \
+         give the lower left and the upper right corner",
         low[0], low[1], high[0], high[1]
     )]
     Window {

@@ -18,25 +18,28 @@ pub(super) fn solved(run: &Results) -> Markup {
         @if run.scene.is_some() {
             @if kind == Some("particles") {
                 p {
-                    "Rigid bodies with forces and contact, and no flow: their velocities change by the forces, and are then projected onto \
-                    those that let no two bodies, and no body and wall, overlap."
+                    "Rigid bodies with forces and contact, and no flow: their velocities change by the forces, and are \
+                    then projected onto those that let no two bodies, and no body and wall, overlap."
                 }
             } @else if kind == Some("stokes") {
                 p {
-                    "An incompressible viscous flow in which rigid bodies are regions of a viscosity larger by 1/ε: viscous stress and \
-                    pressure balance forces and friction; the velocity has no divergence; the bodies move with the mean of the flow over them."
+                    "An incompressible viscous flow in which rigid bodies are regions of a viscosity larger by 1/ε: \
+                    viscous stress and pressure balance forces and friction; the velocity has no divergence; the \
+                    bodies move with the mean of the flow over them."
                 }
             } @else if kind == Some("compressible") {
                 p {
-                    "A compressible sheet: the density is carried by the flow (∂ρ/∂t + div(ρv) = 0) and gives the pressure c"
-                    sub { "0" } " ρ" sup { "γ+1" } "; viscous, elastic and active stress balance friction and traction, all weighed with the \
-                    density; the polarity is carried, turned and stretched by the flow, and relaxes over its coherence length."
+                    "A compressible sheet: the density is carried by the flow (∂ρ/∂t + div(ρv) = 0) and gives the \
+                    pressure c"
+                    sub { "0" } " ρ" sup { "γ+1" } "; viscous, elastic and active stress balance friction and \
+                    traction, all weighed with the density; the polarity is carried, turned and stretched by the flow, \
+                    and relaxes over its coherence length."
                 }
             } @else {
                 p {
-                    "An incompressible sheet: viscous stress, pressure, elastic and active stress balance friction with the substrate and \
-                    traction along the polarity; the velocity has no divergence; the polarity is carried, turned and stretched by the \
-                    flow, and relaxes to length one over its coherence length."
+                    "An incompressible sheet: viscous stress, pressure, elastic and active stress balance friction \
+                    with the substrate and traction along the polarity; the velocity has no divergence; the polarity \
+                    is carried, turned and stretched by the flow, and relaxes to length one over its coherence length."
                 }
                 pre.equations { (INCOMPRESSIBLE) }
             }
@@ -55,9 +58,17 @@ fn parameter_table(all: &[Setting]) -> Markup {
             div.scroll {
                 table {
                     caption { "Parameters" }
-                    thead { tr { th scope="col" { "symbol" } th.number scope="col" { "value" } th scope="col" { "meaning" } } }
+                    thead {
+                        tr {
+                            th scope="col" { "symbol" }
+                            th.number scope="col" { "value" }
+                            th scope="col" { "meaning" }
+                        }
+                    }
                     tbody {
-                        @for s in all { tr { th scope="row" { (plain(&s.symbol)) } (cell(&s.value)) td { (s.meaning) } } }
+                        @for s in all {
+                            tr { th scope="row" { (plain(&s.symbol)) } (cell(&s.value)) td { (s.meaning) } }
+                        }
                     }
                 }
             }
@@ -142,7 +153,12 @@ fn terms(run: &Results) -> Markup {
                 table {
                     caption { "Terms of the equations" }
                     thead {
-                        tr { th scope="col" { "term" } th scope="col" { "" } th scope="col" { "formula" } th scope="col" { "because" } }
+                        tr {
+                            th scope="col" { "term" }
+                            th scope="col" { "" }
+                            th scope="col" { "formula" }
+                            th scope="col" { "because" }
+                        }
                     }
                     tbody {
                         @for term in &all {

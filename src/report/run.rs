@@ -163,7 +163,9 @@ fn measures(run: &Results) -> Markup {
             table {
                 caption {
                     "Measures of the last state"
-                    @if let Some(from) = get(run, "/estimated/contains").and_then(Value::as_str) { "; the errors are those of " (from) }
+                    @if let Some(from) = get(run, "/estimated/contains").and_then(Value::as_str) {
+                        "; the errors are those of " (from)
+                    }
                 }
                 thead {
                     tr {
@@ -212,8 +214,17 @@ fn steady(run: &Results) -> Markup {
                 div.scroll {
                     table {
                         caption { "Leading eigenvalues: disturbances behave like exp(λt)" }
-                        thead { tr { th.number scope="col" { "growth rate" } th.number scope="col" { "angular frequency" } } }
-                        tbody { @for e in &eigenvalues { tr { td.number { (part(e, "re")) } td.number { (part(e, "im")) } } } }
+                        thead {
+                            tr {
+                                th.number scope="col" { "growth rate" }
+                                th.number scope="col" { "angular frequency" }
+                            }
+                        }
+                        tbody {
+                            @for e in &eigenvalues {
+                                tr { td.number { (part(e, "re")) } td.number { (part(e, "im")) } }
+                            }
+                        }
                     }
                 }
             }
@@ -221,10 +232,20 @@ fn steady(run: &Results) -> Markup {
                 div.scroll {
                     table {
                         caption { "Ways that were tried" }
-                        thead { tr { th scope="col" { "way" } th.number scope="col" { "steps" } th scope="col" { "outcome" } } }
+                        thead {
+                            tr {
+                                th scope="col" { "way" }
+                                th.number scope="col" { "steps" }
+                                th scope="col" { "outcome" }
+                            }
+                        }
                         tbody {
                             @for t in &tries {
-                                tr { th scope="row" { (word(t, "way")) } td.number { (part(t, "steps")) } td { (word(t, "outcome")) } }
+                                tr {
+                                    th scope="row" { (word(t, "way")) }
+                                    td.number { (part(t, "steps")) }
+                                    td { (word(t, "outcome")) }
+                                }
                             }
                         }
                     }

@@ -205,7 +205,8 @@ impl Finder<'_, '_> {
             let Some(mode) = growing.filter(|_| leaves) else { return Ok(Found::Steady(Box::new(steady))) };
             let (rate, omega) = (mode.value.re, mode.value.im);
             self.note(format!(
-                "on the way, a steady state that is unstable: a disturbance grows at the rate {rate:.4}{}; leaving it along that mode",
+                "on the way, a steady state that is unstable: a disturbance grows at the rate {rate:.4}{}; leaving it \
+                 along that mode",
                 if omega == 0.0 { String::new() } else { format!(", turning with the angular frequency {omega:.4}") },
             ))?;
             *p = self.disturbed(&steady.state, &mode);

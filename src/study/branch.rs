@@ -228,7 +228,8 @@ fn no_start(study: &BranchStudy, reason: &str) -> StudyError {
 fn no_direction(study: &BranchStudy, stall: &Stall) -> StudyError {
     let Stall::Failed(StepFailure::Polarity(_)) = stall else { return no_start(study, &stall.to_string()) };
     let reason = "a steady state was found, but its equations have a singular derivative: it is a point where branches \
-                  meet or turn back, or one of many beside each other, as where nothing fixes the direction of the polarity";
+                  meet or turn back, or one of many beside each other, as where nothing fixes the direction of the \
+                  polarity";
     let hint = "choose another `start`; where every start says so, give the polarity at an inlet or a wall";
     StudyError::NoBranch { parameter: study.parameter.clone(), start: study.start, reason: reason.to_owned(), hint }
 }
