@@ -113,7 +113,7 @@ fn forcing(size: f64, last: f64) -> f64 {
 }
 
 /// The correction of the lagged factors alone, if it is near the tolerance and lowers the residual enough to be worth
-/// its price: a third of that of a correction by GMRES.
+/// its price, which is below that of a correction by GMRES.
 fn quick_correction(
     equations: &Equations,
     memory: &Memory,
