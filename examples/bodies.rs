@@ -125,7 +125,8 @@ fn shear() -> Result<(), Failure> {
 fn offset() -> Result<(), Failure> {
     const FINE: usize = 112;
     println!(
-        "spin of a disc of radius 0.17 at (0.43, 0.52), v = (0, x²) on the sides, ε = 1e-8; differences to the first one"
+        "spin of a disc of radius 0.17 at (0.43, 0.52), v = (0, x²) on the sides, ε = 1e-8; differences to the first \
+         one"
     );
     let spin = |n: usize| -> Result<f64, Failure> {
         let disc = body(Shape::from(Disc { radius: 0.17 }), Point::new(0.43, 0.52), [0.0, 0.0]);

@@ -331,7 +331,8 @@ fn page(old: &str, sections: &str, files: usize, runs: usize, total: f64) -> Str
     let (minutes, threads) = (total / 60.0, rayon::current_num_threads());
     format!(
         "{above}\n\n{BELOW}\n\n{runs} runs, {minutes:.1} minutes with {threads} thread{}; {files} tables and summaries \
-         searched, no NaN and no infinity found; no run that ended well without a note on resolution is off by more than {WRONG}.\n\
+         searched, no NaN and no infinity found; no run that ended well without a note on resolution is off by more \
+         than {WRONG}.\n\
          {sections}",
         if threads == 1 { "" } else { "s" }
     )

@@ -12,7 +12,7 @@ use monolayer::model::{State, VelocityCondition, Volume};
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::solve::{dot, root};
-use monolayer::steady::{Found, find};
+use monolayer::steady::{Found, SearchSettings, find};
 use monolayer::time::{Phases, Sheet};
 
 /// Penalties; the last one stands for the limit of this discretisation.
@@ -98,8 +98,8 @@ fn solve(scene: &Scene, near: Option<&State>) -> Result<(Setup, State), Failure>
         None => march.state.clone(),
     };
     let start = setup.model.carried(&start);
-    let search =
-        find(&*setup.model, start, settings, scene.march(), &interrupt, &mut Phases::default(), &mut |_| Ok(()))?;
+    let settings = SearchSettings { steady: *settings, marching: scene.march() };
+    let search = find(&*setup.model, start, &settings, &interrupt, &mut Phases::default(), &mut |_| Ok(()))?;
     match search.found {
         Found::Steady(steady) => Ok((setup, steady.state)),
         Found::Oscillating { .. } | Found::Nothing | Found::Interrupted => Err("no steady state".into()),

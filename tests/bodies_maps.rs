@@ -26,7 +26,8 @@ force = ["0", "-500*area"]
 step = 0.02
 end = 0.06
 [[output]]
-maps = ["speed", "pressure", "bodies", { of = "velocity_2", name = "lines", arrows = "velocity", streamlines = true, mesh = true }]
+maps = ["speed", "pressure", "bodies",
+    { of = "velocity_2", name = "lines", arrows = "velocity", streamlines = true, mesh = true }]
 every = { steps = 2 }
 [[output]]
 fields = ["velocity"]

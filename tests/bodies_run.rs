@@ -93,7 +93,8 @@ fn a_sweep_over_particles() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     let sweep = format!(
-        "scene = {}\nset = {{ \"time.end\" = 3.0 }}\nvary = {{ \"body.particle.density\" = [0.2, 0.4], \"contact.gamma_min\" = [0.0, -inf] }}\n\
+        "scene = {}\nset = {{ \"time.end\" = 3.0 }}\n\
+         vary = {{ \"body.particle.density\" = [0.2, 0.4], \"contact.gamma_min\" = [0.0, -inf] }}\n\
          measures = [\"body_velocity_2\", \"contacts\"]\n",
         toml::Value::from(path("push-pull.toml"))
     );

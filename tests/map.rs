@@ -51,7 +51,8 @@ end = 1e-9
 [[output]]
 maps = ["speed", { of = "polarity_laplacian_1", name = "spread", arrows = "velocity", streamlines = true, mesh = true }]
 [[output]]
-cuts = [{ name = "circle", center = [0.1, 0.0], radius = 0.5, points = 8 }, { name = "far", centre = [0, 0], radius = 1.2 }]
+cuts = [{ name = "circle", center = [0.1, 0.0], radius = 0.5, points = 8 },
+    { name = "far", centre = [0, 0], radius = 1.2 }]
 [[output]]
 fields = ["polarity_laplacian"]
 "#;

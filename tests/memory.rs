@@ -123,7 +123,8 @@ fn vectors_and_factors_are_counted_one_by_one() {
 fn the_structure_that_was_counted_is_the_models() {
     let disc = "shape = \"disc\"\nh = 0.4";
     let closed = format!(
-        "[model]\nkind = \"incompressible\"\nbeta = 0.5\npeclet = 1.0\ncoherence = 0.3\n[mesh]\n{disc}\n[boundary.wall]\n\
+        "[model]\nkind = \"incompressible\"\nbeta = 0.5\npeclet = 1.0\ncoherence = 0.3\n[mesh]\n{disc}\n\
+         [boundary.wall]\n\
          velocity = \"slip\"\npolarity = \"neumann\"\n[initial]\npolarity = [\"1\", \"x\"]\n[time]\nscheme = \"bdf1\"\n\
          step = 0.1\nend = 1.0\n[coupling]\nkind = \"newton\"\n"
     );
@@ -186,7 +187,8 @@ fn studies_are_refused_for_memory_too() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = strip_file().display().to_string();
     let study = format!(
-        "scene = '{scene}'\nset = {{ \"mesh.h\" = 2.0, \"time.max_steps\" = 2 }}\nvary = {{ \"mesh.h_disc\" = [0.75, 0.6] }}\n"
+        "scene = '{scene}'\nset = {{ \"mesh.h\" = 2.0, \"time.max_steps\" = 2 }}\n\
+         vary = {{ \"mesh.h_disc\" = [0.75, 0.6] }}\n"
     );
     std::fs::write(folder.path().join("study.toml"), study).expect("written");
     let check = |memory: &str| {

@@ -462,7 +462,8 @@ fn wrong_ranges_pairs_names_and_plots_are_explained() {
 
 #[test]
 fn a_plot_and_a_typed_table_lie_beside_the_text() {
-    let plot = "plot = [{ x = \"model.peclet\", y = \"iterations\", log = \"x\" }]\nmeasures = [\"free_energy\"]\nduration = \"2 s\"\n";
+    let plot = "plot = [{ x = \"model.peclet\", y = \"iterations\", log = \"x\" }]\nmeasures = [\"free_energy\"]\n\
+                duration = \"2 s\"\n";
     let energy = ", \"output\" = [{ measures = [\"free_energy\", \"energy_budget\"] }] }";
     let root = with_study(&format!("{}{plot}", STUDY.replacen(" }", energy, 1)));
     let output = succeeds(root.path(), &["study", "tiny.toml", "--out", "out"]);

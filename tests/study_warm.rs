@@ -42,7 +42,8 @@ eigenvalues = 0
 fn rim(root: &Path, values: &str, more: &str) -> Vec<[String; 4]> {
     std::fs::write(root.join("disc.toml"), SCENE).unwrap();
     let text = format!(
-        "scene = \"disc.toml\"\nwarm_start = true\nvary = {{ \"boundary.wall.polarity.dirichlet.0\" = {values} }}\n{more}"
+        "scene = \"disc.toml\"\nwarm_start = true\nvary = {{ \"boundary.wall.polarity.dirichlet.0\" = {values} }}\n\
+         {more}"
     );
     std::fs::write(root.join("rim.toml"), text).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_monolayer"));

@@ -123,7 +123,7 @@ impl Stiffness {
     /// What strains a step the most; `None` where nothing varies.
     ///
     /// # Errors
-    /// As [`Response::twists`].
+    /// A flow that cannot be solved for.
     pub fn strain<R: Response>(&self, step: Stride, response: &R) -> Result<Option<Strain>, R::Error> {
         let mut worst = self.worst_path(step);
         if self.varying.is_empty() {

@@ -51,7 +51,13 @@ struct Draw {
     #[arg(long, value_name = "K", default_value_t = 0, conflicts_with = "file")]
     seed: u64,
     /// Field of view in disc radii, such as --box=-10,-5,10,5 [default: the whole domain].
-    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = corners, conflicts_with = "file")]
+    #[arg(
+        long,
+        value_name = "X0,Y0,X1,Y1",
+        allow_hyphen_values = true,
+        value_parser = corners,
+        conflicts_with = "file"
+    )]
     r#box: Option<[Point; 2]>,
 }
 

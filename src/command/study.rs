@@ -36,7 +36,11 @@ pub struct StudyArgs {
     #[arg(long)]
     retry_failed: bool,
     /// Join the tables of all runs that are in this folder; run nothing.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["sets", "out", "jobs", "shard", "resume", "retry_failed", "launcher"])]
+    #[arg(
+        long,
+        value_name = "DIR",
+        conflicts_with_all = ["sets", "out", "jobs", "shard", "resume", "retry_failed", "launcher"]
+    )]
     gather: Option<PathBuf>,
     /// Who does the runs.
     #[arg(long, value_enum, default_value = "local", conflicts_with_all = ["jobs", "shard"])]

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Partner;
+use super::pairs::Pair;
 
 /// A place where a body touches something: pairs of flat sides have two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -10,6 +11,12 @@ pub struct Key {
     pub body: usize,
     pub partner: Partner,
     pub slot: u32,
+}
+
+impl Key {
+    fn pair(&self) -> Pair {
+        Pair { body: self.body, partner: self.partner }
+    }
 }
 
 /// What is kept of it.
@@ -41,17 +48,17 @@ impl Bonds {
     }
 
     /// Those of the places of one pair.
-    pub fn of_pair(&self, body: usize, partner: Partner) -> &[(Key, Bond)] {
-        let start = self.list.partition_point(|(key, _)| (key.body, key.partner) < (body, partner));
-        let end = start + self.list[start..].partition_point(|(key, _)| (key.body, key.partner) == (body, partner));
+    pub fn of_pair(&self, pair: Pair) -> &[(Key, Bond)] {
+        let start = self.list.partition_point(|(key, _)| key.pair() < pair);
+        let end = start + self.list[start..].partition_point(|(key, _)| key.pair() == pair);
         &self.list[start..end]
     }
 
     /// The bonds of a pair for the places where it touches now. A corner that has taken over from another one takes
     /// over its γ as well.
-    pub fn shared(&self, body: usize, partner: Partner, slots: &[u32]) -> Vec<Bond> {
+    pub fn shared(&self, pair: Pair, slots: &[u32]) -> Vec<Bond> {
         let mut bonds = vec![Bond::default(); slots.len()];
-        for (key, bond) in self.of_pair(body, partner) {
+        for (key, bond) in self.of_pair(pair) {
             let heir = slots.iter().position(|slot| *slot == key.slot);
             match heir {
                 Some(k) => {

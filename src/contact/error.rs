@@ -4,7 +4,8 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ContactError {
     #[error(
-        "Δt = {dt}: a step must be finite and greater than 0; hint: end the run one step earlier instead of making an empty step"
+        "Δt = {dt}: a step must be finite and greater than 0; hint: end the run one step earlier instead of making an \
+         empty step"
     )]
     Step { dt: f64 },
     #[error(
@@ -13,7 +14,8 @@ pub enum ContactError {
     )]
     NotFinite { body: String, what: &'static str, value: f64, at: String },
     #[error(
-        "body \"{body}\" has {what} = {value}: it must be finite and greater than 0; hint: give it a density (and, overdamped, a drag) above 0"
+        "body \"{body}\" has {what} = {value}: it must be finite and greater than 0; hint: give it a density (and, \
+         overdamped, a drag) above 0"
     )]
     Inertia { body: String, what: &'static str, value: f64 },
     #[error("body \"{first}\" and {second} have the same centre; hint: place the bodies without overlap")]
@@ -21,8 +23,8 @@ pub enum ContactError {
     #[error("body \"{first}\" and {second} overlap by {depth:.3e}; hint: place the bodies without overlap")]
     Overlap { first: String, second: String, depth: f64 },
     #[error(
-        "the bodies cannot move without overlap, \"{first}\" and {second} least of all (missed by {miss:.1e} after {iterations} iterations); hint: \
-         {hint}"
+        "the bodies cannot move without overlap, \"{first}\" and {second} least of all (missed by {miss:.1e} after \
+         {iterations} iterations); hint: {hint}"
     )]
     Caught { first: String, second: String, miss: f64, iterations: usize, hint: String },
     #[error(

@@ -110,13 +110,24 @@ pub fn touches(first: &Placed, second: &Placed, reach: f64, out: &mut Vec<Touch>
 fn rounded(slot: u32, p: Point, q: Point, first: &Placed, second: &Placed, normal: Point) -> Touch {
     let distance = (q - p).norm();
     let normal = if distance > 0.0 { (q - p) / distance } else { normal };
-    faced(slot, p, q, distance, normal, first, second)
+    faced(slot, &Nearest { p, q, distance, normal }, first, second)
 }
 
-/// A touch whose cores are `distance` apart along `normal`.
-fn faced(slot: u32, p: Point, q: Point, distance: f64, normal: Point, first: &Placed, second: &Placed) -> Touch {
-    let (on_first, on_second) = (p + first.radius * normal, q - second.radius * normal);
-    Touch { slot, gap: distance - (first.radius + second.radius), normal, on_first, on_second }
+/// Nearest points of the cores of two shapes.
+struct Nearest {
+    /// On the first core, and on the second.
+    p: Point,
+    q: Point,
+    /// How far the second is from the first along `normal`; negative where they overlap.
+    distance: f64,
+    normal: Point,
+}
+
+/// The touch of two shapes whose cores are nearest there.
+fn faced(slot: u32, cores: &Nearest, first: &Placed, second: &Placed) -> Touch {
+    let normal = cores.normal;
+    let (on_first, on_second) = (cores.p + first.radius * normal, cores.q - second.radius * normal);
+    Touch { slot, gap: cores.distance - (first.radius + second.radius), normal, on_first, on_second }
 }
 
 /// A side of a core: its place among the sides, start, unit direction, length and outward normal.
@@ -213,11 +224,8 @@ fn corners(first: &Placed, second: &Placed, reach: f64, out: &mut Vec<Touch>) {
         let height = side.height(x);
         let foot = x - height * side.normal;
         let slot = if single { 0 } else { index as u32 + if in_first { 1 } else { SECOND } };
-        if in_first {
-            faced(slot, x, foot, height, -side.normal, first, second)
-        } else {
-            faced(slot, foot, x, height, side.normal, first, second)
-        }
+        let (p, q, normal) = if in_first { (x, foot, -side.normal) } else { (foot, x, side.normal) };
+        faced(slot, &Nearest { p, q, distance: height, normal }, first, second)
     };
     let lowest = (0..other.len()).fold(0, |a, b| if side.height(other[b]) < side.height(other[a]) { b } else { a });
     let opposite =

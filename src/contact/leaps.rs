@@ -1,7 +1,7 @@
 //! Pairs that would pass through each other within a step, and pairs that overlap because nothing parts them.
 
 use super::gap::Touch;
-use super::pairs::Pairs;
+use super::pairs::{Pair, Pairs};
 use super::solver::{Freedom, Projected, partner_name, rounding};
 use super::step::Step;
 use super::{Contact, ContactError, Partner, Wall};
@@ -17,18 +17,18 @@ impl Step<'_> {
     pub(super) fn refuse_leaps(&self, pairs: &Pairs) -> Result<(), ContactError> {
         let predicted: Vec<Twist> = self.movers.iter().map(|m| m.whole(&m.predicted, self.dt)).collect();
         for near in &self.near {
-            if near.touch.gap > CLOSE * self.thinner(near.body, near.partner) {
-                self.refuse_leap((near.body, near.partner), &near.touch, &predicted)?;
+            if near.touch.gap > CLOSE * self.thinner(near.pair) {
+                self.refuse_leap(near.pair, &near.touch, &predicted)?;
             }
         }
         let mut found = Vec::new();
-        for &(body, partner) in &pairs.given {
+        for &pair in &pairs.given {
             found.clear();
-            let reach = self.pair_reach(body, partner);
-            self.solver.touches(self.movers, body, partner, |k| self.movers[k].pose, reach, &mut found);
+            let reach = self.pair_reach(pair);
+            self.solver.touches(self.movers, pair, |k| self.movers[k].pose, reach, &mut found);
             // what overlaps already has been told
             for touch in found.iter().filter(|touch| touch.gap > 0.0) {
-                self.refuse_leap((body, partner), touch, &predicted)?;
+                self.refuse_leap(pair, touch, &predicted)?;
             }
         }
         Ok(())
@@ -37,20 +37,16 @@ impl Step<'_> {
     /// Refuses a step that moves two bodies that can meet in it past each other by more than the thinner one is thick,
     /// or turns them by more than half of that: gaps are looked at where a step ends. Gaps of discs and walls are
     /// convex, so that their rows keep them apart however far a step goes, as long as one of them may be pushed.
-    pub(super) fn refuse_leap(
-        &self,
-        (body, partner): (usize, Partner),
-        touch: &Touch,
-        twists: &[Twist],
-    ) -> Result<(), ContactError> {
+    pub(super) fn refuse_leap(&self, pair: Pair, touch: &Touch, twists: &[Twist]) -> Result<(), ContactError> {
+        let Pair { body, partner } = pair;
         let (mut shift, mut turn) = self.movers[body].strides(&twists[body], self.dt);
         if let Partner::Body(other) = partner {
             let (by, turned) = self.movers[other].strides(&twists[other], self.dt);
             (shift, turn) = (shift - by, turn + turned);
         }
         let travel = shift.norm() + turn;
-        let limit = 2.0 * self.thinner(body, partner);
-        let apart = self.is_pushed(body, partner) && self.is_convex(body, partner);
+        let limit = 2.0 * self.thinner(pair);
+        let apart = self.is_pushed(pair) && self.is_convex(pair);
         if apart || touch.gap > travel || (travel <= limit && turn <= 0.5 * limit) {
             return Ok(());
         }
@@ -60,7 +56,7 @@ impl Step<'_> {
     }
 
     /// Whether contact can move one of the two.
-    fn is_pushed(&self, body: usize, partner: Partner) -> bool {
+    fn is_pushed(&self, Pair { body, partner }: Pair) -> bool {
         let given = |k: usize| matches!(self.movers[k].freedom, Freedom::Given { .. });
         match partner {
             Partner::Body(other) => !(given(body) && given(other)),
@@ -69,7 +65,7 @@ impl Step<'_> {
     }
 
     /// Whether the gap is a convex function of what a step changes.
-    fn is_convex(&self, body: usize, partner: Partner) -> bool {
+    fn is_convex(&self, Pair { body, partner }: Pair) -> bool {
         let shifted = |k: usize| {
             let pinned = matches!(self.movers[k].freedom, Freedom::Pinned { .. });
             self.movers[k].shape.is_round() && !pinned
@@ -81,7 +77,7 @@ impl Step<'_> {
     }
 
     /// Half of the thickness of the thinner of two; walls that are lines or hollows cannot be passed.
-    fn thinner(&self, body: usize, partner: Partner) -> f64 {
+    fn thinner(&self, Pair { body, partner }: Pair) -> f64 {
         let own = self.movers[body].shape.inradius();
         match partner {
             Partner::Body(other) => own.min(self.movers[other].shape.inradius()),
@@ -93,17 +89,25 @@ impl Step<'_> {
     }
 
     /// Adds the pairs that overlap after the step because the motion of both is given.
-    pub(super) fn add_overlaps(&self, given: &[(usize, Partner)], out: &mut Projected) {
+    pub(super) fn add_overlaps(&self, given: &[Pair], out: &mut Projected) {
         let mut found: Vec<Touch> = Vec::new();
         let before = out.contacts.len();
-        for &(body, partner) in given {
+        for &pair in given {
             found.clear();
-            self.solver.touches(self.movers, body, partner, |k| out.poses[k], 0.0, &mut found);
-            let slack = rounding(self.movers, body, partner);
+            self.solver.touches(self.movers, pair, |k| out.poses[k], 0.0, &mut found);
+            let slack = rounding(self.movers, pair);
             for touch in found.iter().filter(|touch| touch.gap < -slack) {
                 let (point, normal) = (touch.point(), touch.normal);
                 out.gap = out.gap.min(touch.gap);
-                let contact = Contact { body, partner, gap: touch.gap, force: 0.0, gamma: 0.0, point, normal };
+                let contact = Contact {
+                    body: pair.body,
+                    partner: pair.partner,
+                    gap: touch.gap,
+                    force: 0.0,
+                    gamma: 0.0,
+                    point,
+                    normal,
+                };
                 out.contacts.push(contact);
             }
         }

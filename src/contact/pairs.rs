@@ -40,13 +40,21 @@ fn reaches(range: &Range, centre: Point, radius: f64) -> bool {
     (range.centre - centre).norm() + std::f64::consts::SQRT_2 * range.half >= radius
 }
 
+/// A body and what it may touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Pair {
+    /// The first body, of the lower index.
+    pub body: usize,
+    pub partner: Partner,
+}
+
 /// Pairs whose ranges meet, in ascending order: every body with its partners of higher index, then with walls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Pairs {
     /// Of which one at least moves.
-    pub pushed: Vec<(usize, Partner)>,
+    pub pushed: Vec<Pair>,
     /// That nothing parts: the motion of both is given.
-    pub given: Vec<(usize, Partner)>,
+    pub given: Vec<Pair>,
 }
 
 /// Finds the pairs.
@@ -81,14 +89,14 @@ pub fn find(ranges: &[Range], walls: &[Wall]) -> Pairs {
         let near = hollows.iter().filter(|(_, centre, radius)| reaches(range, *centre, *radius));
         found.extend(near.map(|(index, ..)| Partner::Wall(*index)));
         found.sort_unstable();
-        for partner in &found {
+        for &partner in &found {
             let pushed = range.moves
-                || match *partner {
+                || match partner {
                     Partner::Body(other) => ranges[other].moves,
                     Partner::Wall(_) => false,
                 };
             let list = if pushed { &mut pairs.pushed } else { &mut pairs.given };
-            list.push((i, *partner));
+            list.push(Pair { body: i, partner });
         }
     }
     pairs

@@ -215,7 +215,8 @@ impl Particles {
     /// them.
     ///
     /// # Errors
-    /// As [`Particles::step`].
+    /// Empty steps; forces that are not finite; bodies that cannot move without overlap. The state is that before the
+    /// step.
     pub fn step_along(
         &mut self,
         stiffness: &Stiffness,
@@ -269,7 +270,7 @@ impl Particles {
     /// How hard a step from `t` is to follow, for bodies whose forces or velocities vary with their place.
     ///
     /// # Errors
-    /// As [`Particles::step`].
+    /// Forces that are not finite.
     pub fn strain(
         &self,
         stiffness: &Stiffness,

@@ -2,7 +2,7 @@
 
 use super::bonds::Bonds;
 use super::gap::{Placed, Touch};
-use super::pairs::{self, Range};
+use super::pairs::{self, Pair, Range};
 use super::projection::Method;
 use super::step::Step;
 use super::walls::Walls;
@@ -192,11 +192,11 @@ impl Solver {
     pub fn check(&self, movers: &[Mover]) -> Result<(), ContactError> {
         let ranges: Vec<Range> = movers.iter().map(|m| range(m, 0.0)).collect();
         let mut found = Vec::new();
-        for (body, partner) in pairs::find(&ranges, self.walls.all()).pushed {
+        for pair in pairs::find(&ranges, self.walls.all()).pushed {
             found.clear();
-            self.touches(movers, body, partner, |k| movers[k].pose, 0.0, &mut found);
+            self.touches(movers, pair, |k| movers[k].pose, 0.0, &mut found);
             for touch in &found {
-                self.refuse_overlap(movers, body, partner, touch)?;
+                self.refuse_overlap(movers, pair, touch)?;
             }
         }
         Ok(())
@@ -231,14 +231,13 @@ impl Solver {
     pub(super) fn touches(
         &self,
         movers: &[Mover],
-        body: usize,
-        partner: Partner,
+        pair: Pair,
         pose: impl Fn(usize) -> Pose,
         reach: f64,
         out: &mut Vec<Touch>,
     ) {
-        let first = Placed::new(movers[body].shape, &pose(body));
-        match partner {
+        let first = Placed::new(movers[pair.body].shape, &pose(pair.body));
+        match pair.partner {
             Partner::Body(other) => {
                 super::gap::touches(&first, &Placed::new(movers[other].shape, &pose(other)), reach, out);
             }
@@ -247,9 +246,9 @@ impl Solver {
     }
 
     /// The radius that a tolerance is relative to.
-    pub(super) fn size(&self, movers: &[Mover], body: usize, partner: Partner) -> f64 {
-        let own = movers[body].shape.circumradius();
-        match partner {
+    pub(super) fn size(&self, movers: &[Mover], pair: Pair) -> f64 {
+        let own = movers[pair.body].shape.circumradius();
+        match pair.partner {
             Partner::Body(other) => own.min(movers[other].shape.circumradius()),
             Partner::Wall(index) => match &self.walls.all()[index] {
                 Wall::Segment(_) | Wall::Hollow { .. } => own,
@@ -258,16 +257,11 @@ impl Solver {
         }
     }
 
-    pub(super) fn refuse_overlap(
-        &self,
-        movers: &[Mover],
-        body: usize,
-        partner: Partner,
-        touch: &Touch,
-    ) -> Result<(), ContactError> {
-        let size = self.size(movers, body, partner);
+    pub(super) fn refuse_overlap(&self, movers: &[Mover], pair: Pair, touch: &Touch) -> Result<(), ContactError> {
+        let Pair { body, partner } = pair;
+        let size = self.size(movers, pair);
         // NaN is no gap either
-        if touch.gap >= -(self.settings.overlap * size + rounding(movers, body, partner)) {
+        if touch.gap >= -(self.settings.overlap * size + rounding(movers, pair)) {
             return Ok(());
         }
         let (first, second) = (movers[body].name.to_owned(), partner_name(movers, partner));
@@ -281,7 +275,7 @@ impl Solver {
 }
 
 /// Rounding of a gap: that of the positions and sizes it is computed from.
-pub(super) fn rounding(movers: &[Mover], body: usize, partner: Partner) -> f64 {
+pub(super) fn rounding(movers: &[Mover], Pair { body, partner }: Pair) -> f64 {
     let one = |m: &Mover| m.pose.position.norm() + m.shape.circumradius();
     let other = match partner {
         Partner::Body(other) => one(&movers[other]),

@@ -2,7 +2,7 @@
 
 use super::bonds::{Bond, Bonds, Key};
 use super::gap::{Touch, along};
-use super::pairs::{self, Pairs};
+use super::pairs::{self, Pair, Pairs};
 use super::projection::{Problem, Projection, Row};
 use super::solver::{Effort, Freedom, Metric, Mover, Projected, Solver, partner_name, range, rounding};
 use super::walls::{equivalent_radius, resistance};
@@ -19,8 +19,7 @@ const CONTRAST: f64 = 1e12;
 
 /// A touch with its row.
 pub(super) struct Near {
-    pub(super) body: usize,
-    pub(super) partner: Partner,
+    pub(super) pair: Pair,
     pub(super) touch: Touch,
     row: Row,
     /// R of the lubrication.
@@ -100,9 +99,7 @@ impl<'a> Step<'a> {
                 }
             }
             if enough {
-                self.near
-                    .iter()
-                    .try_for_each(|near| self.refuse_leap((near.body, near.partner), &near.touch, &twists))?;
+                self.near.iter().try_for_each(|near| self.refuse_leap(near.pair, &near.touch, &twists))?;
                 return Ok(self.projected(&twists, &pairs.given));
             }
         }
@@ -118,11 +115,11 @@ impl<'a> Step<'a> {
     /// What to do about bodies that cannot move.
     fn hint(&self) -> String {
         let near = self.near.iter().flat_map(|near| {
-            let other = match near.partner {
+            let other = match near.pair.partner {
                 Partner::Body(other) => Some(other),
                 Partner::Wall(_) => None,
             };
-            std::iter::once(near.body).chain(other)
+            std::iter::once(near.pair.body).chain(other)
         });
         let weights = near.filter_map(|k| match self.movers[k].freedom {
             Freedom::Free { mass, .. } => Some((mass, k)),
@@ -156,20 +153,20 @@ impl<'a> Step<'a> {
         let pairs = pairs::find(&ranges, self.solver.walls.all());
         let mut found = Vec::new();
         let before = std::mem::take(&mut self.near);
-        for &(body, partner) in &pairs.pushed {
-            let reach = margin + self.pair_reach(body, partner);
+        for &pair in &pairs.pushed {
+            let reach = margin + self.pair_reach(pair);
             found.clear();
-            self.solver.touches(self.movers, body, partner, |k| self.movers[k].pose, reach, &mut found);
+            self.solver.touches(self.movers, pair, |k| self.movers[k].pose, reach, &mut found);
             // a gap that is not a number must not pass for a wide one
             found.retain(|touch| touch.gap <= reach || touch.gap.is_nan());
             let slots: Vec<u32> = found.iter().map(|touch| touch.slot).collect();
-            let bonds = self.solver.bonds.shared(body, partner, &slots);
+            let bonds = self.solver.bonds.shared(pair, &slots);
             for (touch, bond) in found.iter().zip(bonds) {
-                self.solver.refuse_overlap(self.movers, body, partner, touch)?;
-                let mut near = self.near(body, partner, *touch, bond);
+                self.solver.refuse_overlap(self.movers, pair, touch)?;
+                let mut near = self.near(pair, *touch, bond);
                 // the search before may have been nearly far enough
-                let first = before.partition_point(|n| (n.body, n.partner) < (body, partner));
-                let mut of_pair = before[first..].iter().take_while(|n| (n.body, n.partner) == (body, partner));
+                let first = before.partition_point(|n| n.pair < pair);
+                let mut of_pair = before[first..].iter().take_while(|n| n.pair == pair);
                 near.warm = of_pair.find(|n| n.touch.slot == touch.slot).map_or(near.warm, |n| n.warm);
                 self.near.push(near);
             }
@@ -178,7 +175,7 @@ impl<'a> Step<'a> {
         Ok(pairs)
     }
 
-    pub(super) fn pair_reach(&self, body: usize, partner: Partner) -> f64 {
+    pub(super) fn pair_reach(&self, Pair { body, partner }: Pair) -> f64 {
         self.reach[body]
             + match partner {
                 Partner::Body(other) => self.reach[other],
@@ -186,10 +183,10 @@ impl<'a> Step<'a> {
             }
     }
 
-    fn near(&self, body: usize, partner: Partner, touch: Touch, bond: Bond) -> Near {
+    fn near(&self, pair: Pair, touch: Touch, bond: Bond) -> Near {
         let settings = &self.solver.settings;
-        let radius = equivalent_radius(self.movers[body].shape);
-        let resistance = match partner {
+        let radius = equivalent_radius(self.movers[pair.body].shape);
+        let resistance = match pair.partner {
             Partner::Body(other) => {
                 let other = equivalent_radius(self.movers[other].shape);
                 ((radius + other) / (radius * other)).powi(2)
@@ -197,16 +194,15 @@ impl<'a> Step<'a> {
             Partner::Wall(index) => resistance(radius, &self.solver.walls.all()[index]),
         };
         let mut row = Row { offset: touch.gap - settings.margin, ..Row::default() };
-        self.fill(&mut row, body, partner, &touch);
+        self.fill(&mut row, pair, &touch);
         row.bound = bond.gamma / (resistance * self.dt * self.unit);
-        row.slack =
-            settings.tolerance * self.solver.size(self.movers, body, partner) + rounding(self.movers, body, partner);
+        row.slack = settings.tolerance * self.solver.size(self.movers, pair) + rounding(self.movers, pair);
         let warm = row.bound + bond.multiplier;
-        Near { body, partner, touch, row, resistance, warm, followed: false }
+        Near { pair, touch, row, resistance, warm, followed: false }
     }
 
     /// `Δt G·W` of a touch: entries for what is free, and the offset of what is given.
-    fn fill(&self, row: &mut Row, body: usize, partner: Partner, touch: &Touch) {
+    fn fill(&self, row: &mut Row, Pair { body, partner }: Pair, touch: &Touch) {
         self.fill_body(row, body, touch.gradient_first(self.movers[body].pose.position));
         if let Partner::Body(other) = partner {
             self.fill_body(row, other, touch.gradient_second(self.movers[other].pose.position));
@@ -239,7 +235,7 @@ impl<'a> Step<'a> {
     }
 
     /// Projects until the gaps at the end of the step are what the rows say.
-    fn rounds(&mut self, pairs: &[(usize, Partner)]) -> Result<(), ContactError> {
+    fn rounds(&mut self, pairs: &[Pair]) -> Result<(), ContactError> {
         let method = self.solver.settings.method;
         for round in 0..ROUNDS {
             let rows = self.near.iter().map(|near| near.row.clone()).collect();
@@ -253,8 +249,8 @@ impl<'a> Step<'a> {
             let solution = solved.map_err(|unsolved| {
                 let near = &self.near[unsolved.row];
                 let miss = unsolved.excess * near.row.slack;
-                let first = self.movers[near.body].name.to_owned();
-                let second = partner_name(self.movers, near.partner);
+                let first = self.movers[near.pair.body].name.to_owned();
+                let second = partner_name(self.movers, near.pair.partner);
                 ContactError::Caught { first, second, miss, iterations: unsolved.iterations, hint: self.hint() }
             })?;
             self.effort.iterations += solution.iterations;
@@ -267,8 +263,8 @@ impl<'a> Step<'a> {
             self.solution = solution;
             match self.follow(pairs) {
                 None => return Ok(()),
-                Some((body, partner, miss)) if round + 1 == ROUNDS => {
-                    return Err(self.caught(body, partner_name(self.movers, partner), miss));
+                Some((pair, miss)) if round + 1 == ROUNDS => {
+                    return Err(self.caught(pair.body, partner_name(self.movers, pair.partner), miss));
                 }
                 Some(_) => {}
             }
@@ -287,7 +283,7 @@ impl<'a> Step<'a> {
 
     /// Compares the rows with the gaps at the end of the step, and moves those that a gap misses: the direction of
     /// their force stays. The worst miss, when there is one.
-    fn follow(&mut self, pairs: &[(usize, Partner)]) -> Option<(usize, Partner, f64)> {
+    fn follow(&mut self, pairs: &[Pair]) -> Option<(Pair, f64)> {
         let twists = self.twists();
         let poses = self.poses(&twists);
         let margin = self.solver.settings.margin;
@@ -295,19 +291,19 @@ impl<'a> Step<'a> {
             Law::Inelastic => false,
             Law::Gluey { gamma_min } => gamma_min < 0.0,
         };
-        let mut worst: Option<(usize, Partner, f64)> = None;
+        let mut worst: Option<(Pair, f64)> = None;
         let mut new = Vec::new();
         let (mut found, mut start) = (Vec::new(), 0);
-        for &(body, partner) in pairs {
-            let count = self.near[start..].iter().take_while(|n| (n.body, n.partner) == (body, partner)).count();
+        for &pair in pairs {
+            let count = self.near[start..].iter().take_while(|n| n.pair == pair).count();
             found.clear();
-            let reach = margin + self.pair_reach(body, partner);
-            self.solver.touches(self.movers, body, partner, |k| poses[k], reach, &mut found);
-            let slack = self.solver.settings.tolerance * self.solver.size(self.movers, body, partner)
-                + rounding(self.movers, body, partner);
+            let reach = margin + self.pair_reach(pair);
+            self.solver.touches(self.movers, pair, |k| poses[k], reach, &mut found);
+            let slack =
+                self.solver.settings.tolerance * self.solver.size(self.movers, pair) + rounding(self.movers, pair);
             let mut note = |miss: f64| {
-                if miss > 4.0 * slack && worst.is_none_or(|(.., most)| miss > most) {
-                    worst = Some((body, partner, miss));
+                if miss > 4.0 * slack && worst.is_none_or(|(_, most)| miss > most) {
+                    worst = Some((pair, miss));
                 }
             };
             for touch in &found {
@@ -316,7 +312,7 @@ impl<'a> Step<'a> {
                 let known = self.near[start..start + count].iter_mut().find(|near| near.touch.slot == touch.slot);
                 let Some(near) = known else {
                     if true_value < -4.0 * slack {
-                        new.push((body, partner, *touch, true_value));
+                        new.push((pair, *touch, true_value));
                     }
                     continue;
                 };
@@ -332,10 +328,10 @@ impl<'a> Step<'a> {
             }
             start += count;
         }
-        for (body, partner, touch, true_value) in new {
-            let mut near = self.near(body, partner, touch, Bond::default());
+        for (pair, touch, true_value) in new {
+            let mut near = self.near(pair, touch, Bond::default());
             near.row.offset = true_value - near.row.times(&self.solution.velocity);
-            let at = self.near.partition_point(|n| (n.body, n.partner) <= (body, partner));
+            let at = self.near.partition_point(|n| n.pair <= pair);
             self.near.insert(at, near);
         }
         worst
@@ -373,7 +369,7 @@ impl<'a> Step<'a> {
         }
     }
 
-    fn projected(&self, twists: &[Twist], given: &[(usize, Partner)]) -> Projected {
+    fn projected(&self, twists: &[Twist], given: &[Pair]) -> Projected {
         let poses = self.poses(twists);
         let mut out = Projected {
             poses,
@@ -386,28 +382,29 @@ impl<'a> Step<'a> {
         let mut found: Vec<Touch> = Vec::new();
         let mut of = None;
         for (near, mu) in self.near.iter().zip(&self.solution.multipliers) {
-            if of != Some((near.body, near.partner)) {
+            if of != Some(near.pair) {
                 found.clear();
-                let reach = self.pair_reach(near.body, near.partner) + self.solver.settings.margin;
-                self.solver.touches(self.movers, near.body, near.partner, |k| out.poses[k], reach, &mut found);
-                of = Some((near.body, near.partner));
+                let reach = self.pair_reach(near.pair) + self.solver.settings.margin;
+                self.solver.touches(self.movers, near.pair, |k| out.poses[k], reach, &mut found);
+                of = Some(near.pair);
             }
             let after = found.iter().find(|touch| touch.slot == near.touch.slot);
             let gap = after.map_or(near.row.value(&self.solution.velocity) + self.solver.settings.margin, |t| t.gap);
             let shown = after.unwrap_or(&near.touch);
             let force = mu * self.unit;
+            let Pair { body, partner } = near.pair;
             let gamma = self.gamma(near, *mu);
             let (point, normal) = (shown.point(), shown.normal);
             out.gap = out.gap.min(gap);
-            out.contacts.push(Contact { body: near.body, partner: near.partner, gap, force, gamma, point, normal });
-            let mut add = |body: usize, gradient: [f64; 3]| {
-                let torque = if self.movers[body].shape.is_round() { 0.0 } else { gradient[2] };
-                for (total, g) in out.forces[body].iter_mut().zip([gradient[0], gradient[1], torque]) {
+            out.contacts.push(Contact { body, partner, gap, force, gamma, point, normal });
+            let mut add = |index: usize, gradient: [f64; 3]| {
+                let torque = if self.movers[index].shape.is_round() { 0.0 } else { gradient[2] };
+                for (total, g) in out.forces[index].iter_mut().zip([gradient[0], gradient[1], torque]) {
                     *total += force * g;
                 }
             };
-            add(near.body, near.touch.gradient_first(self.movers[near.body].pose.position));
-            match near.partner {
+            add(body, near.touch.gradient_first(self.movers[body].pose.position));
+            match partner {
                 Partner::Body(other) => add(other, near.touch.gradient_second(self.movers[other].pose.position)),
                 Partner::Wall(_) => out.wall_force += force * near.touch.normal,
             }
@@ -419,7 +416,7 @@ impl<'a> Step<'a> {
     /// What the next step must know.
     pub(super) fn bonds(&self) -> Bonds {
         let bond = |(near, mu): (&Near, &f64)| {
-            let key = Key { body: near.body, partner: near.partner, slot: near.touch.slot };
+            let key = Key { body: near.pair.body, partner: near.pair.partner, slot: near.touch.slot };
             (key, Bond { gamma: self.gamma(near, *mu), multiplier: (mu - near.row.bound).max(0.0) })
         };
         Bonds::new(self.near.iter().zip(&self.solution.multipliers).map(bond).collect())

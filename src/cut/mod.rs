@@ -50,7 +50,7 @@ pub enum Part {
 ///
 /// The rules of straight cells are exact to rounding. On curved cells the boundary of a body is taken to the reference
 /// triangle point by point and integrated by Gauss rules, with 7 points more than polynomials need on pieces of at most
-/// a quarter of the cell: the error is below 1e-12 of the cell unless its map is strongly bent.
+/// a quarter of the cell; `docs/bodies.md` tells how exact that is.
 ///
 /// Bodies may leave the domain; only what lies inside the mesh counts. They should not overlap: what two bodies share
 /// is twice inside.

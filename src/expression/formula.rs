@@ -22,7 +22,7 @@ impl Formula {
     /// The expression, with `parameters` bound.
     ///
     /// # Errors
-    /// As [`Expression::parse`].
+    /// A syntax error with its position, a name that does not exist, a constant formula that is not finite.
     pub fn parse(&self, parameters: &[(&str, f64)]) -> Result<Expression, ExpressionError> {
         Expression::parse(&self.to_string(), parameters)
     }
@@ -30,7 +30,7 @@ impl Formula {
     /// The expression of a body.
     ///
     /// # Errors
-    /// As [`Expression::of_body`].
+    /// A syntax error with its position, a name that does not exist, a constant formula that is not finite.
     pub fn parse_of_body(&self, parameters: &[(&str, f64)]) -> Result<Expression, ExpressionError> {
         Expression::of_body(&self.to_string(), parameters)
     }
@@ -39,7 +39,8 @@ impl Formula {
 /// Both components of a vector as expressions.
 ///
 /// # Errors
-/// As [`Expression::parse`], for the first component that fails.
+/// A syntax error with its position, a name that does not exist, a constant formula that is not finite: that of the
+/// first component that fails.
 pub fn parse_vector(formulas: &VectorFormula, parameters: &[(&str, f64)]) -> Result<[Expression; 2], ExpressionError> {
     let [first, second] = formulas;
     Ok([first.parse(parameters)?, second.parse(parameters)?])

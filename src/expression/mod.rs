@@ -77,7 +77,7 @@ impl Expression {
     /// Reads a formula of a rigid body, which knows the angle `theta` as well; `x` and `y` are the body's position.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse).
+    /// A syntax error with its position, a name that does not exist, a constant formula that is not finite.
     pub fn of_body(text: &str, parameters: &[(&str, f64)]) -> Result<Self, ExpressionError> {
         Self::parse_with(text, &Variable::ALL, parameters)
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::Bilinear;
 use super::integrate::{Integrator, block_size};
 use super::words::{Jet, Vector};
-use super::worker::Worker;
+use super::worker::{FaceSide, Worker};
 use crate::solve::blocks::{Neighbours, VectorBlocks};
 use crate::solve::rows::Rows;
 use crate::space::Space;
@@ -152,7 +152,7 @@ impl Integrator {
         let index = self.mesh.cell_faces[cell][local];
         let face = &self.mesh.faces[index];
         let side = usize::from(face.minus.cell != cell || face.minus.face != local);
-        worker.add_face_row(self, form, index, side, diagonal, off);
+        worker.add_face_row(self, form, FaceSide { face: index, side }, diagonal, off);
     }
 
     /// The whole matrix as triplets `(row, column, value)`; rows are test dofs. Duplicates are to be added.
@@ -181,7 +181,7 @@ impl Integrator {
             for (side, &cell) in cells.iter().enumerate() {
                 own.fill(0.0);
                 other.fill(0.0);
-                worker.add_face_row(self, form, index, side, &mut own, &mut other);
+                worker.add_face_row(self, form, FaceSide { face: index, side }, &mut own, &mut other);
                 scatter::<U>(&mut triplets, &own, (test, cell), (trial, cell));
                 if let Some(&across) = cells.get(1 - side) {
                     scatter::<U>(&mut triplets, &other, (test, cell), (trial, across));

@@ -1,8 +1,8 @@
 //! The integration loops over cells and faces; nothing else in the crate has any.
 //!
-//! Results do not depend on the number of threads: every cell and face computes its own block, and blocks are gathered
-//! in a fixed order. Quadrature is exact on affine cells for the degree that a term states; on curved cells, where
-//! integrands are not polynomial, the degree is raised by twice the geometry's.
+//! Sums do not depend on the number of threads: every cell and face gives its own, and these are added in a fixed
+//! order. Quadrature is exact on affine cells for the degree that a term states; on curved cells, where integrands are
+//! not polynomial, the degree is raised by twice the geometry's.
 
 use std::ops::BitOr;
 use std::sync::Arc;

@@ -8,7 +8,7 @@
 //! | `t.mean()` | `{φ} = ½(φ− + φ+)`; the inner trace on the boundary |
 //! | `t.mean_dn(n)` | `{∂_n φ}`; the inner trace on the boundary |
 //! | `rho.mean(s)` | `{ρ}`, the weight of a flux; the inner trace on the boundary |
-//! | `rho.harmonic(s)` | `η = 2ρ−ρ+/(ρ− + ρ+)`, the weight of a diffusive flux: `{ρ∂_nφ}_ω = η{∂_nφ}`; the inner trace on the boundary |
+//! | `rho.harmonic(s)` | `η = 2ρ−ρ+/(ρ− + ρ+)`, the weight in `{ρ∂_nφ}_ω = η{∂_nφ}`; the inner trace on the boundary |
 //! | `negative(x)` | `x⊖ = ½(|x|−x)` |
 //! | `s.n`, `s.exact_n` | normal of the face from minus to plus; normal of the exact boundary curve |
 //! | `s.varpi` | `ϖ_S = max(|∂K−|/|K−|, |∂K+|/|K+|)` |

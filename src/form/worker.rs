@@ -21,6 +21,13 @@ pub(super) struct Worker<'s> {
     other: Block,
 }
 
+/// One side of a face of the mesh: 0 minus, 1 plus.
+#[derive(Clone, Copy)]
+pub(super) struct FaceSide {
+    pub face: usize,
+    pub side: usize,
+}
+
 impl<'s> Worker<'s> {
     pub fn new<U: Jet, V: Jet>(trial: &'s Space, test: &'s Space) -> Self {
         let components = (V::SLOTS / 3, U::SLOTS / 3);
@@ -82,14 +89,13 @@ impl<'s> Worker<'s> {
         self.own.add_to(out);
     }
 
-    /// Rows of the test functions on `side` (0 minus, 1 plus) of a face: the block of trial functions on the same side
+    /// Rows of the test functions on one side of a face: the block of trial functions on the same side
     /// is added to `own`, that of the other side to `other`.
     pub fn add_face_row<U: Jet, V: Jet>(
         &mut self,
         loops: &Integrator,
         form: &Bilinear<U, V>,
-        index: usize,
-        side: usize,
+        FaceSide { face: index, side }: FaceSide,
         own: &mut [f64],
         other: &mut [f64],
     ) {

@@ -25,33 +25,36 @@ pub use stream::StreamFunction;
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum MeasureError {
     #[error(
-        "the measure `asymmetry` needs a domain that is its own mirror image in x₂ = {axis}: ({x:.4}, {y:.4}) has no image; \
-         hint: remove the measure"
+        "the measure `asymmetry` needs a domain that is its own mirror image in x₂ = {axis}: ({x:.4}, {y:.4}) has no \
+         image; hint: remove the measure"
     )]
     NoMirror { axis: f64, x: f64, y: f64 },
     #[error(
-        "the measure `{measure}` needs a disc (boundary tag `disc`) with tissue behind it, at x₁ > {behind}; hint: remove the \
-         measure, or give `mesh.centre` and `mesh.radius`"
+        "the measure `{measure}` needs a disc (boundary tag `disc`) with tissue behind it, at x₁ > {behind}; hint: \
+         remove the measure, or give `mesh.centre` and `mesh.radius`"
     )]
     NoDisc { measure: &'static str, behind: f64 },
     #[error(
-        "the measure `{measure}` counts from what flows in on the axis x₂ = {axis}, and {what}; hint: remove the measure, or          give the boundary at the left end of the axis a velocity and a polarity whose first component is not 0"
+        "the measure `{measure}` counts from what flows in on the axis x₂ = {axis}, and {what}; hint: remove the \
+         measure, or give the boundary at the left end of the axis a velocity and a polarity whose first component is \
+         not 0"
     )]
     NoInflow { measure: &'static str, axis: f64, what: String },
     #[error("the cut `{name}` meets no cell; hint: check its ends, or the place of the disc that axes refer to")]
     CutOutside { name: String },
     #[error(
-        "the {what} meets no cell between x₁ = {from:.4} and {to:.4} at x₂ = {y:.4}; hint: check `mesh.centre` and `mesh.length`"
+        "the {what} meets no cell between x₁ = {from:.4} and {to:.4} at x₂ = {y:.4}; hint: check `mesh.centre` and \
+         `mesh.length`"
     )]
     Outside { what: &'static str, from: f64, to: f64, y: f64 },
     #[error(
-        "the flux-keeping correction needs cells at x₁ = {x1}: no bin there holds any; hint: shorten `window`, or look at `box`, \
-         `centre` and `length`"
+        "the flux-keeping correction needs cells at x₁ = {x1}: no bin there holds any; hint: shorten `window`, or look \
+         at `box`, `centre` and `length`"
     )]
     NoCells { x1: f64 },
     #[error(
-        "the flux-keeping correction needs a flux: the mean velocity across the band is {minus:e} at x₁ = −{window} and {plus:e} at \
-         x₁ = {window}; hint: leave `window` out"
+        "the flux-keeping correction needs a flux: the mean velocity across the band is {minus:e} at x₁ = −{window} \
+         and {plus:e} at x₁ = {window}; hint: leave `window` out"
     )]
     NoFlux { window: f64, minus: f64, plus: f64 },
     #[error(transparent)]

@@ -46,7 +46,7 @@ impl StreamFunction {
     /// `∫∇ψ·∇χ = ∫(curl v)χ − ∫_∂Ω (v·t)χ`, t = n turned by +90°; ψ has mean zero in each connected part   [B.54]
     ///
     /// # Errors
-    /// As [`Factored::solve`].
+    /// A velocity or solution that is not finite; a relative residual that shows a singular matrix.
     pub fn of(&self, loops: &Integrator, v: &Field) -> Result<Field, MeasureError> {
         let (q, k) = (self.space.degree, v.space.degree);
         let form = Linear::cells(q + k - 1, |x| {

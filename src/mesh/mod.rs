@@ -32,7 +32,8 @@ pub enum MeshError {
     #[error("the edge between vertices {a} and {b} belongs to {count} cells; a conforming mesh has at most two")]
     NonManifold { a: usize, b: usize, count: usize },
     #[error(
-        "the boundary edge from ({x0:.4}, {y0:.4}) to ({x1:.4}, {y1:.4}) has no tag; hint: give every boundary edge a tag (a physical curve in Gmsh)"
+        "the boundary edge from ({x0:.4}, {y0:.4}) to ({x1:.4}, {y1:.4}) has no tag; hint: give every boundary edge a \
+         tag (a physical curve in Gmsh)"
     )]
     Untagged { x0: f64, y0: f64, x1: f64, y1: f64 },
     #[error("the tagged edge between vertices {a} and {b} (tag `{tag}`) is no boundary face of the mesh")]
@@ -60,11 +61,11 @@ pub enum MeshError {
     )]
     Pinched { x: f64, y: f64 },
     #[error(
-        "the mesh is cut through: {count} pairs of boundary edges lie on one another without sharing their nodes, \
-         the first from \
-         ({:.4}, {:.4}) to ({:.4}, {:.4}), of the tags `{}` and `{}` (connected parts: {parts}); hint: merge what touches before meshing \
-         (`Coherence;` or `BooleanFragments` in Gmsh) or the mesh itself (`Coherence Mesh;`), or set `mesh.slits = true` if these \
-         are walls without thickness", .ends[0], .ends[1], .ends[2], .ends[3], .tags[0], .tags[1]
+        "the mesh is cut through: {count} pairs of boundary edges lie on one another without sharing their nodes, the \
+         first from ({:.4}, {:.4}) to ({:.4}, {:.4}), of the tags `{}` and `{}` (connected parts: {parts}); hint: \
+         merge what touches before meshing (`Coherence;` or `BooleanFragments` in Gmsh) or the mesh itself (`Coherence \
+         Mesh;`), or set `mesh.slits = true` if these are walls without thickness",
+        .ends[0], .ends[1], .ends[2], .ends[3], .tags[0], .tags[1]
     )]
     Cut { count: usize, ends: [f64; 4], tags: [String; 2], parts: usize },
     #[error("mesh key `{key}` = {value}: {rule}; hint: {hint}")]

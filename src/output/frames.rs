@@ -39,7 +39,7 @@ impl Frames {
     /// Starts empty lists.
     ///
     /// # Errors
-    /// [`OutputError::Io`]
+    /// [`OutputError::Io`] if the file cannot be written.
     pub fn create(folder: &Path) -> Result<Self, OutputError> {
         let frames = Self { folder: folder.into(), frames: Vec::new() };
         frames.write_table().map(|()| frames)
@@ -48,7 +48,8 @@ impl Frames {
     /// Continues the lists from `time` on: later frames are dropped. Without a file they start empty.
     ///
     /// # Errors
-    /// [`OutputError::Malformed`] for a file that is no list of frames, [`OutputError::Io`].
+    /// [`OutputError::Malformed`] for a file that is no list of frames, [`OutputError::Io`] if it cannot be read or
+    /// written.
     pub fn resume(folder: &Path, time: f64) -> Result<Self, OutputError> {
         let path = folder.join(TABLE);
         if !path.exists() {
@@ -68,7 +69,7 @@ impl Frames {
     /// Adds a picture to a film; one of the same file is replaced.
     ///
     /// # Errors
-    /// [`OutputError::Io`]
+    /// [`OutputError::Io`] if the file cannot be written.
     ///
     /// # Panics
     /// When the time is not a number or infinite.

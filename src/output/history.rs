@@ -29,7 +29,7 @@ impl History {
     /// Begins a new table; `columns` follow the column `step`.
     ///
     /// # Errors
-    /// [`OutputError::Io`]
+    /// [`OutputError::Io`] if the file cannot be written.
     pub fn create(path: &Path, columns: Vec<String>) -> Result<Self, OutputError> {
         let file = File::create(path).map_err(|e| OutputError::io(path, &e))?;
         let mut history = Self { path: path.into(), columns, writer: csv::Writer::from_writer(file) };
@@ -41,7 +41,7 @@ impl History {
     /// Continues a table after step `last`: later rows are dropped, columns that it lacks are added empty.
     ///
     /// # Errors
-    /// [`OutputError::Io`]; a table that cannot be read.
+    /// [`OutputError::Io`] if the file cannot be written; a table that cannot be read.
     pub fn resume(path: &Path, columns: Vec<String>, last: usize) -> Result<Self, OutputError> {
         let malformed = |what: String| OutputError::Malformed {
             path: path.display().to_string(),
@@ -76,7 +76,7 @@ impl History {
     /// Appends a row; `value` gives the entry of each column, `None` for an empty one.
     ///
     /// # Errors
-    /// [`OutputError::Io`]
+    /// [`OutputError::Io`] if the file cannot be written.
     pub fn append(&mut self, step: usize, value: impl Fn(&str) -> Option<f64>) -> Result<(), OutputError> {
         let cell = |column: &String| value(column).map_or_else(String::new, number);
         let row: Vec<String> = std::iter::once(step.to_string()).chain(self.columns.iter().map(cell)).collect();

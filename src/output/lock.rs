@@ -46,7 +46,7 @@ pub fn take(folder: &Path, room: Room) -> Result<Lock, OutputError> {
 /// As [`take`]; `None` while somebody else has it. Where the file system knows no locks, nobody is kept out.
 ///
 /// # Errors
-/// As [`take`].
+/// [`OutputError::Foreign`] where there is no room for results; a folder that cannot be written.
 pub fn try_take(folder: &Path, room: Room) -> Result<Option<Lock>, OutputError> {
     open(folder, room, |file| match file.try_lock() {
         Ok(()) | Err(TryLockError::Error(_)) => true,
@@ -71,7 +71,8 @@ pub fn wait_for(folder: &Path, room: Room) -> Result<Lock, OutputError> {
 /// before.
 ///
 /// # Errors
-/// As [`take`]; those of the work.
+/// [`OutputError::Held`] while somebody else has it, [`OutputError::Foreign`] where there is no room for results; a
+/// folder that cannot be written; what goes wrong in the work.
 pub fn alone<T, E: From<OutputError>>(folder: &Path, room: Room, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
     let made: Vec<&Path> = folder.ancestors().take_while(|at| !at.as_os_str().is_empty() && !at.exists()).collect();
     let lock = take(folder, room)?;
@@ -101,7 +102,7 @@ pub fn is_held(folder: &Path) -> bool {
 /// Refuses a folder that is not marked and has no room.
 ///
 /// # Errors
-/// [`OutputError::Foreign`]
+/// [`OutputError::Foreign`] where there are files that are not ours.
 pub fn check(folder: &Path, room: Room) -> Result<(), OutputError> {
     if is_marked(folder) || (folder.join(LOCK).exists() && is_of_a_study(folder)) {
         return Ok(());

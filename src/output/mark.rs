@@ -16,7 +16,7 @@ const NEAR: u64 = 4096;
 /// Refuses to replace a file without the mark.
 ///
 /// # Errors
-/// [`OutputError::Foreign`]; a file that cannot be read.
+/// [`OutputError::Foreign`] for a file that is not ours; one that cannot be read.
 pub fn check(path: &Path) -> Result<(), OutputError> {
     match is_marked(path) {
         Ok(true) => Ok(()),

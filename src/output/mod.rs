@@ -23,7 +23,8 @@ pub enum OutputError {
     #[error("{path}: {what}; hint: {hint}")]
     Io { path: String, what: String, hint: &'static str },
     #[error(
-        "{path}: field `{field}` has the value {value} in cell {cell} at node {node}, component {component}; hint: {hint}"
+        "{path}: field `{field}` has the value {value} in cell {cell} at node {node}, component {component}; hint: \
+         {hint}"
     )]
     NonFinite {
         path: String,
@@ -39,7 +40,8 @@ pub enum OutputError {
     #[error("{folder}: is in use by {who}; hint: wait for its end, or choose another `--out`")]
     Held { folder: String, who: String },
     #[error(
-        "{path}: is there already, not known as a result of this program, and will not be replaced; hint: choose another `--out`, or move it away"
+        "{path}: is there already, not known as a result of this program, and will not be replaced; hint: choose \
+         another `--out`, or move it away"
     )]
     Foreign { path: String },
     #[error("{path}: {what}; hint: {hint}")]

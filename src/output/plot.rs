@@ -157,7 +157,8 @@ pub enum PlotError {
     },
     /// The part of the plane that a map shows cannot be drawn.
     #[error(
-        "map window [{}, {}] to [{}, {}]: must be finite, increasing, and at most {limit} times as long as wide; hint: give the lower left and the upper right corner",
+        "map window [{}, {}] to [{}, {}]: must be finite, increasing, and at most {limit} times as long as wide; hint: \
+         give the lower left and the upper right corner",
         low[0], low[1], high[0], high[1]
     )]
     Window {
@@ -231,8 +232,8 @@ impl Plot {
     /// The endings are appended, so a dot in the name stays. The folder must exist.
     ///
     /// # Errors
-    /// Those of [`Plot::svg`] and [`Plot::png`], [`PlotError::Write`] if a file cannot be written, and
-    /// [`PlotError::Foreign`] if it is there and not one of this program.
+    /// [`PlotError::Font`], [`PlotError::Canvas`] or [`PlotError::Encode`] if it cannot be drawn, [`PlotError::Write`]
+    /// if a file cannot be written, and [`PlotError::Foreign`] if it is there and not one of this program.
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
         let font = text::Font::load()?;
         let scene = layout::arrange(self, &font);

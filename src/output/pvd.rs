@@ -31,7 +31,7 @@ impl Series {
     /// Starts an empty series, in place of one that may exist.
     ///
     /// # Errors
-    /// [`OutputError::Io`].
+    /// [`OutputError::Io`] if the file cannot be written.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
         let series = Self { path: path.to_owned(), entries: Vec::new() };
         series.write().map(|()| series)
@@ -40,7 +40,7 @@ impl Series {
     /// Continues a series from `time` on: later entries are dropped. Without a file it starts an empty one.
     ///
     /// # Errors
-    /// [`OutputError::Malformed`] for a file that is no index, [`OutputError::Io`].
+    /// [`OutputError::Malformed`] for a file that is no index, [`OutputError::Io`] if it cannot be read or written.
     pub fn resume(path: &Path, time: f64) -> Result<Self, OutputError> {
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
@@ -57,7 +57,7 @@ impl Series {
     /// Adds a file. One that is in the series already is given the new time and the last place.
     ///
     /// # Errors
-    /// [`OutputError::Io`].
+    /// [`OutputError::Io`] if the file cannot be written.
     ///
     /// # Panics
     /// When the time is not a number or infinite.
@@ -72,7 +72,7 @@ impl Series {
     /// file that never changes may be added at every time.
     ///
     /// # Errors
-    /// [`OutputError::Io`].
+    /// [`OutputError::Io`] if the file cannot be written.
     ///
     /// # Panics
     /// When the time is not a number or infinite.

@@ -22,7 +22,7 @@ impl TimedTable {
     /// Begins a new table; `columns` follow the column `time`.
     ///
     /// # Errors
-    /// [`OutputError::Io`]
+    /// [`OutputError::Io`] if the file cannot be written.
     pub fn create(path: &Path, columns: &[&str]) -> Result<Self, OutputError> {
         let file = File::create(path).map_err(|e| OutputError::io(path, &e))?;
         let mut table =
@@ -35,7 +35,8 @@ impl TimedTable {
     /// Continues a table from `time` on: later rows are dropped. Without a file it begins a new one.
     ///
     /// # Errors
-    /// [`OutputError::Io`]; [`OutputError::Malformed`] for a table with other columns.
+    /// [`OutputError::Io`] if the file cannot be read or written; [`OutputError::Malformed`] for a table with other
+    /// columns.
     pub fn resume(path: &Path, columns: &[&str], time: f64) -> Result<Self, OutputError> {
         if !path.exists() {
             return Self::create(path, columns);
@@ -70,7 +71,7 @@ impl TimedTable {
     /// is.
     ///
     /// # Errors
-    /// [`OutputError::Io`]
+    /// [`OutputError::Io`] if the file cannot be written.
     ///
     /// # Panics
     /// When a row does not fit the columns.

@@ -62,19 +62,28 @@ pub(super) fn films(frames: &[Frame]) -> Markup {
         @if !films.is_empty() {
             div.scroll {
                 table {
-                    caption { "Films: the page shows the last picture of each; the command makes it in the run's folder" }
+                    caption {
+                        "Films: the page shows the last picture of each; the command makes it in the run's folder"
+                    }
                     thead {
                         tr {
-                            th scope="col" { "film" } th.number scope="col" { "pictures" } th.number scope="col" { "from t" }
-                            th.number scope="col" { "to t" } th scope="col" { "command" }
+                            th scope="col" { "film" }
+                            th.number scope="col" { "pictures" }
+                            th.number scope="col" { "from t" }
+                            th.number scope="col" { "to t" }
+                            th scope="col" { "command" }
                         }
                     }
                     tbody {
                         @for (name, all) in &films {
                             tr {
                                 th scope="row" { (name) } (cell(&all.len().to_string()))
-                                @for end in [all.first(), all.last()] { (cell(&end.map_or_else(String::new, |f| f.time.to_string()))) }
-                                td { code { "ffmpeg -f concat -i frames-" (name) ".txt -pix_fmt yuv420p " (name) ".mp4" } }
+                                @for end in [all.first(), all.last()] {
+                                    (cell(&end.map_or_else(String::new, |f| f.time.to_string())))
+                                }
+                                td {
+                                    code { "ffmpeg -f concat -i frames-" (name) ".txt -pix_fmt yuv420p " (name) ".mp4" }
+                                }
                             }
                         }
                     }

@@ -5,8 +5,10 @@
 
 mod bodies;
 mod comparison;
+mod equations;
 mod pictures;
 mod run;
+mod side_by_side;
 mod study;
 mod tables;
 
@@ -44,7 +46,7 @@ pub fn page(folders: &[Results]) -> String {
                     @if folders.len() > 1 {
                         h1 { (title) }
                         (contents(folders))
-                        (side_by_side(folders))
+                        (together(folders))
                     }
                     @for (k, folder) in folders.iter().enumerate() {
                         (section(k, folder, folders.len(), &mut room.share(folders.len() - k)))
@@ -71,7 +73,7 @@ fn contents(folders: &[Results]) -> Markup {
 }
 
 /// What several runs have in common: their measures in one table, their curves in common pictures.
-fn side_by_side(folders: &[Results]) -> Markup {
+fn together(folders: &[Results]) -> Markup {
     let runs: Vec<&Results> = folders.iter().filter(|f| matches!(f.kind, Kind::Run | Kind::Sections)).collect();
     if runs.len() < 2 {
         return html! {};
@@ -81,7 +83,7 @@ fn side_by_side(folders: &[Results]) -> Markup {
         section {
             h2 { "Side by side" }
             (tables::notes(&[], &drawn.notes))
-            (run::compared(&runs, &differing(&runs)))
+            (side_by_side::table(&runs, &differing(&runs)))
             (pictures::drawn(&drawn))
         }
     }

@@ -118,6 +118,20 @@ pub(super) fn plain(symbol: &str) -> Markup {
     }
 }
 
+/// A value of a scene as one reads it: strings without their quotes.
+pub(super) fn toml_text(value: &toml::Value) -> String {
+    match value {
+        toml::Value::String(text) => text.clone(),
+        toml::Value::Array(all) => format!("({})", all.iter().map(toml_text).collect::<Vec<_>>().join(", ")),
+        toml::Value::Table(all) => {
+            all.iter().map(|(key, value)| format!("{key} {}", toml_text(value))).collect::<Vec<_>>().join(", ")
+        }
+        toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Boolean(_) | toml::Value::Datetime(_) => {
+            value.to_string()
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

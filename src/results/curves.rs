@@ -243,7 +243,7 @@ impl Drawn {
     /// Writes `NAME.svg` and `NAME.png` of every picture; the folder is made when there is one.
     ///
     /// # Errors
-    /// Those of [`Plot::write`].
+    /// A picture that cannot be drawn or written, or that would replace a file that is not ours.
     pub fn write(&self, folder: &Path) -> Result<(), PlotError> {
         if self.pictures.is_empty() {
             return Ok(());

@@ -129,7 +129,7 @@ impl Results {
     /// `history.csv`.
     ///
     /// # Errors
-    /// As [`Table::read`].
+    /// [`ResultsError::Broken`]: a file that cannot be read, has no header, or rows of another length.
     pub fn history(&self) -> Result<Option<Table>, ResultsError> {
         let path = self.path.join("history.csv");
         if path.exists() { Table::read(&path).map(Some) } else { Ok(None) }

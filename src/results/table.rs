@@ -27,7 +27,7 @@ impl Table {
     /// spread from the first on.
     ///
     /// # Errors
-    /// As [`read`](Self::read).
+    /// [`ResultsError::Broken`]: a file that cannot be read, has no header, or rows of another length.
     pub fn read_some(path: &Path, most: usize) -> Result<Self, ResultsError> {
         let broken = |what: String| ResultsError::Broken {
             file: path.display().to_string(),

@@ -14,7 +14,8 @@ use crate::output::progress::Status;
 use crate::scene::Scene;
 use crate::steady::spectrum::Disc;
 use crate::steady::{
-    Event, Found, Oscillation, PseudoStep, Search, Spectrum, Stability, Stall, Steady, SteadySettings, Try, Want, find,
+    Event, Found, Oscillation, PseudoStep, Search, SearchSettings, Spectrum, Stability, Stall, Steady, SteadySettings,
+    Try, Want, find,
 };
 use crate::time::{March, StepReport};
 
@@ -105,7 +106,8 @@ fn search_from(
             Stall::Interrupted
         })
     };
-    let outcome = find(model, start, settings, scene.march(), interrupt, &mut phases, &mut seen);
+    let search = SearchSettings { steady: *settings, marching: scene.march() };
+    let outcome = find(model, start, &search, interrupt, &mut phases, &mut seen);
     march.phases.add(&phases);
     if let Some(error) = broken {
         return Err(error);

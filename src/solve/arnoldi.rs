@@ -127,7 +127,7 @@ impl Arnoldi {
     /// The first `count` Ritz pairs, largest modulus first.
     ///
     /// # Errors
-    /// As [`Arnoldi::values`].
+    /// A matrix that is not finite.
     pub fn pairs(&self, count: usize) -> Result<Vec<Ritz>, SolveError> {
         let combine = |part: &dyn Fn(&Complex<f64>) -> f64, y: &[Complex<f64>]| {
             let mut x = vec![0.0; self.basis[0].len()];

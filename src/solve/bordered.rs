@@ -43,7 +43,7 @@ impl Bordered {
     /// Solves for `(x, y)`.
     ///
     /// # Errors
-    /// As [`Factored::solve`].
+    /// Input or solution not finite; a relative residual that shows a singular matrix.
     pub fn solve(&self, f: &[f64], g: &[f64]) -> Result<(Vec<f64>, Vec<f64>), SolveError> {
         let mut x = self.inner.solve(f)?;
         let rest = DVector::from_fn(g.len(), |i, _| g[i] - dot(&self.rows[i], &x));

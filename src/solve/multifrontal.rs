@@ -49,7 +49,7 @@ impl Multifrontal {
     /// kept too.
     ///
     /// # Errors
-    /// As [`Multifrontal::new`].
+    /// A pivot is zero to rounding or not finite.
     pub fn keeping(symbolic: Arc<Symbolic>, fill: impl Fn(usize, &mut Element) + Sync) -> Result<Self, SolveError> {
         let factors = symbolic.fronts.iter().map(|f| Factors::new(f.pivots(), f.boundary.len())).collect();
         let kept = symbolic.fronts.iter().map(|f| vec![0.0; f.boundary.len().pow(2)]).collect();
@@ -64,7 +64,7 @@ impl Multifrontal {
     /// the operations that was done.
     ///
     /// # Errors
-    /// As [`Multifrontal::new`].
+    /// A pivot is zero to rounding or not finite.
     ///
     /// # Panics
     /// When the factors were not made by [`Multifrontal::keeping`].
@@ -95,7 +95,7 @@ impl Multifrontal {
     /// Factorises new values in the memory of the old factors; after an error, the factors are of no use.
     ///
     /// # Errors
-    /// As [`Multifrontal::new`].
+    /// A pivot is zero to rounding or not finite.
     pub fn refactor(&mut self, fill: impl Fn(usize, &mut Element) + Sync) -> Result<(), SolveError> {
         super::sparse::count(1, 0);
         let symbolic = &*self.symbolic;

@@ -4,7 +4,7 @@ use super::pseudo::{Stall, Work};
 use crate::model::State;
 use crate::solve::{axpy, dot, root};
 use crate::time::equations::{Equations, Trial};
-use crate::time::memory::{correction, derivative, solve};
+use crate::time::memory::{Linearised, correction};
 use crate::time::{Sheet, StepFailure, Weights};
 
 /// One tissue for every value of a parameter.
@@ -160,12 +160,12 @@ fn bordered(
 
 /// `−J⁻¹ ∂R/∂ξ`
 fn along(equations: &Equations, trial: &Trial, slope: &[f64], work: &mut Work) -> Result<Vec<f64>, StepFailure> {
-    let tangent = derivative(equations, trial, Weights::default(), work.phases);
     let right: Vec<f64> = slope.iter().map(|r| -r).collect();
     if right.iter().all(|r| *r == 0.0) {
         return Ok(right);
     }
-    Ok(solve(equations, &*tangent, work.memory, (trial, Weights::default()), &right, REDUCTION, work.phases)?.0)
+    let linearised = Linearised::new(equations, trial, Weights::default(), work.phases);
+    Ok(linearised.solve(work.memory, &right, REDUCTION, work.phases)?.0)
 }
 
 /// `∂R/∂ξ` at a place, by a central difference, at the ends of the range a one-sided one.
@@ -187,7 +187,7 @@ pub fn slope(family: &Family, at: &Place, work: &mut Work) -> Result<Vec<f64>, S
 /// The direction of the branch at a place, on the side of `ahead` or of growing ξ, not yet of length 1.
 ///
 /// # Errors
-/// As [`slope`]; a linear system that cannot be solved.
+/// A model that cannot be set up there; a linear system that cannot be solved.
 pub fn direction(
     family: &Family,
     at: &Place,

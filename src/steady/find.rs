@@ -1,17 +1,19 @@
 //! The search for a steady state: ways that are tried in a stated order, and the way from an unstable state to a stable
 //! one.
 
+mod marching;
+mod parameters;
+
 use std::sync::atomic::AtomicBool;
 
-use super::oscillation::{Oscillation, Watch};
+use super::oscillation::Oscillation;
 use super::pseudo::{Pseudo, PseudoStep, Stall, Work, relax};
 use super::spectrum::{Ask, Mode, Spectrum, spectrum};
-use crate::model::parameters::Parameters;
 use crate::model::{Residuals, State};
-use crate::scheme::pace::Smallest;
 use crate::time::equations::Trial;
 use crate::time::memory::Memory;
-use crate::time::{CouplingKind, March, MarchError, MarchSettings, Phases, Sheet, StepReport};
+use crate::time::{CouplingKind, CouplingSettings, March, MarchSettings, Phases, Sheet, StepFailure, StepReport};
+use marching::Marched;
 
 /// Which steady state is wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -38,6 +40,13 @@ pub struct SteadySettings {
     pub eigenvalues: usize,
     /// Time that the last resort, plain time marching, may cover; 0 does without it.
     pub march: f64,
+}
+
+/// How a steady state is searched for, and how time is stepped where nothing but marching leads there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchSettings {
+    pub steady: SteadySettings,
+    pub marching: MarchSettings,
 }
 
 /// The ways to a steady state, in the order in which they are tried.
@@ -110,15 +119,6 @@ const DEPARTURES: usize = 4;
 /// Largest nodal disturbance with which an unstable state is left.
 const DISTURBANCE: f64 = 0.5;
 
-/// Residual at which time marching hands over to Newton's method.
-const NEARLY_STEADY: f64 = 1e-6;
-
-/// Steps of a march between two looks at the residual.
-const LOOK: usize = 5;
-
-/// Steps that resolve the period of a growing mode.
-const STEPS_PER_PERIOD: f64 = 40.0;
-
 /// A search at work.
 struct Finder<'f, 'm> {
     model: &'m dyn Sheet,
@@ -131,21 +131,21 @@ struct Finder<'f, 'm> {
     tries: Vec<Try>,
 }
 
-/// Searches from the carried vector `start`; `march` is how time marching would be done.
+/// Searches from the carried vector `start`.
 ///
 /// # Errors
 /// What no other way can cure: the momentum balance or a formula fails, or `seen` does.
 pub fn find<'m>(
     model: &'m dyn Sheet,
     start: Vec<f64>,
-    settings: &SteadySettings,
-    march: MarchSettings,
+    settings: &SearchSettings,
     interrupt: &'m AtomicBool,
     phases: &mut Phases,
     seen: &mut dyn FnMut(Event<'_, 'm>) -> Result<(), Stall>,
 ) -> Result<Search, Stall> {
-    let coupling = crate::time::CouplingSettings { kind: CouplingKind::Newton, ..march.coupling };
-    let march = MarchSettings { coupling, alternate: 1.0, ..march };
+    let SearchSettings { steady: settings, marching } = settings;
+    let coupling = CouplingSettings { kind: CouplingKind::Newton, ..marching.coupling };
+    let march = MarchSettings { coupling, alternate: 1.0, ..*marching };
     let (memory, tries) = (Memory::default(), Vec::new());
     let mut finder = Finder { model, settings, march, memory, phases, interrupt, seen, tries };
     let mut last = start;
@@ -154,13 +154,6 @@ pub fn find<'m>(
         other => other?,
     };
     Ok(Search { found, tries: finder.tries, last })
-}
-
-/// Where a march led.
-enum Marched {
-    Steady(Trial),
-    Oscillating(Oscillation),
-    Neither,
 }
 
 impl Finder<'_, '_> {
@@ -212,7 +205,8 @@ impl Finder<'_, '_> {
             let Some(mode) = growing.filter(|_| leaves) else { return Ok(Found::Steady(Box::new(steady))) };
             let (rate, omega) = (mode.value.re, mode.value.im);
             self.note(format!(
-                "on the way, a steady state that is unstable: a disturbance grows at the rate {rate:.4}{}; leaving it along that mode",
+                "on the way, a steady state that is unstable: a disturbance grows at the rate {rate:.4}{}; leaving it \
+                 along that mode",
                 if omega == 0.0 { String::new() } else { format!(", turning with the angular frequency {omega:.4}") },
             ))?;
             *p = self.disturbed(&steady.state, &mode);
@@ -263,7 +257,7 @@ impl Finder<'_, '_> {
     /// The residuals and eigenvalues of a state that is to be left when it is unstable, or not.
     fn judge(&mut self, state: State, leaves: bool) -> Result<Steady, Stall> {
         let model = self.model;
-        let residuals = model.residuals(&state, 0.0).map_err(crate::time::StepFailure::from)?;
+        let residuals = model.residuals(&state, 0.0).map_err(StepFailure::from)?;
         let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: leaves, fast: true };
         let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
         let found = (ask.wanted > 0).then(|| spectrum(model, &state, ask, &mut work)).transpose()?;
@@ -303,110 +297,6 @@ impl Finder<'_, '_> {
         }
     }
 
-    /// Follows steady states from easier parameters to the scene's.
-    fn by_parameters(&mut self, p: &mut Vec<f64>, settings: &Pseudo) -> Result<Option<Trial>, Stall> {
-        let target = *self.model.parameters();
-        let easy = easier(&target);
-        let (mut reached, mut step, mut steps) = (0.0_f64, 0.25_f64, 0);
-        let mut at = 0.0;
-        let outcome = loop {
-            let parameters = between(&easy, &target, at);
-            let here = self
-                .model
-                .changed(&parameters, self.model.conditions(), self.model.sources())
-                .map_err(crate::time::StepFailure::from)?;
-            let bound = if at == 1.0 { settings.residual } else { settings.residual.max(1e-6) };
-            let mut guess = p.clone();
-            let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
-            let quick = Pseudo { residual: bound, max_steps: settings.max_steps.min(60), ..*settings };
-            let found = relax(&*here, &mut guess, &quick, &mut work, &mut |_, _| steps += 1);
-            match found {
-                Ok(trial) => {
-                    *p = guess;
-                    if at == 1.0 {
-                        break Ok(trial);
-                    }
-                    step = if at == 0.0 { step } else { 1.5 * step };
-                    reached = at;
-                }
-                Err(stall @ (Stall::Interrupted | Stall::Failed(_))) => return Err(stall),
-                Err(stall) if at == 0.0 || step < 1.0 / 64.0 => break Err(stall),
-                Err(_) => step *= 0.5,
-            }
-            at = (reached + step).min(1.0);
-        };
-        self.conclude(Way::Parameters, steps, outcome)
-    }
-
-    /// Marches in time until the state is steady or repeats itself; `mode` is one whose period has to be resolved.
-    fn by_marching(&mut self, p: &mut Vec<f64>, mode: Option<&Mode>) -> Result<Marched, Stall> {
-        self.memory = Memory::default();
-        let mut settings = self.march;
-        if let Some(omega) = mode.map(|m| m.value.im.abs()).filter(|omega| *omega > 0.0) {
-            let step = std::f64::consts::TAU / omega / STEPS_PER_PERIOD;
-            settings.control.step = settings.control.step.min(step);
-            let step_min = settings.control.step_min.value().min(1e-6 * step);
-            settings.control.step_min = Smallest::Given(step_min);
-        }
-        let end = self.settings.march;
-        if end <= 0.0 {
-            return Ok(Marched::Neither);
-        }
-        self.note(format!("marching in time, Δt = {}, at most to t = {end}", settings.control.step))?;
-        let mut march = March::start(self.model, settings, p.clone())?;
-        march.interrupt = self.interrupt;
-        let mut watch = Watch::default();
-        let outcome = loop {
-            if march.t >= end * (1.0 - 1e-12) {
-                break Ok(Marched::Neither);
-            }
-            let report = match march.advance(end) {
-                Ok(report) => report,
-                Err(MarchError::Interrupted { .. }) => break Err(Stall::Interrupted),
-                Err(error) => {
-                    self.note(format!("time marching failed: {error}"))?;
-                    break Ok(Marched::Neither);
-                }
-            };
-            (self.seen)(Event::Step(&report, &mut march))?;
-            if let Some(oscillation) = watch.see(self.model, &march.state, march.t) {
-                break Ok(Marched::Oscillating(oscillation));
-            }
-            if report.step.is_multiple_of(LOOK) {
-                let residual = march.residuals().map_err(crate::time::StepFailure::from)?.total();
-                if residual < NEARLY_STEADY.max(self.settings.residual) {
-                    let mut near = self.model.carried(&march.state);
-                    let polish = Pseudo {
-                        residual: self.settings.residual,
-                        step: 1e3,
-                        most: f64::INFINITY,
-                        release: 0.0,
-                        growth: 1.5,
-                        max_steps: 30,
-                    };
-                    let mut work =
-                        Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
-                    match relax(self.model, &mut near, &polish, &mut work, &mut |_, _| {}) {
-                        Ok(trial) => break Ok(Marched::Steady(trial)),
-                        Err(stall @ (Stall::Interrupted | Stall::Failed(_))) => break Err(stall),
-                        Err(Stall::Steps { .. } | Stall::Step { .. }) => {}
-                    }
-                }
-            }
-        };
-        *p = self.model.carried(&march.state);
-        let (steps, t) = (march.counts.steps, march.t);
-        self.phases.add(&march.phases);
-        let outcome = outcome?;
-        let said = match &outcome {
-            Marched::Steady(_) => format!("steady at t = {t}"),
-            Marched::Oscillating(o) => format!("repeats itself with the period {:.4}, seen at t = {t}", o.period),
-            Marched::Neither => format!("neither steady nor periodic at t = {t}"),
-        };
-        self.tries.push(Try { way: Way::Marching, steps, outcome: said });
-        Ok(outcome)
-    }
-
     /// A state with a visible share of a mode; as much of it as the density allows.
     fn disturbed(&self, state: &State, mode: &Mode) -> Vec<f64> {
         let largest = mode.vector[0].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -443,27 +333,4 @@ impl Way {
 fn distance(model: &dyn Sheet, a: &[f64], b: &[f64]) -> f64 {
     let d: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
     crate::solve::root(crate::solve::dot(&d, &model.mass_times(&d)))
-}
-
-/// No elasticity, no active stress, at most moderate relaxation times, and no short coherence length.
-fn easier(target: &Parameters) -> Parameters {
-    Parameters {
-        elasticity: 0.0,
-        active_stress: 0.0,
-        peclet: target.peclet.min(1.0),
-        coherence: target.coherence.max(0.1),
-        ..*target
-    }
-}
-
-/// A share `s` of the way from `a` to `b`.
-fn between(a: &Parameters, b: &Parameters, s: f64) -> Parameters {
-    let mix = |x: f64, y: f64| if s == 1.0 { y } else { x + s * (y - x) };
-    Parameters {
-        elasticity: mix(a.elasticity, b.elasticity),
-        active_stress: mix(a.active_stress, b.active_stress),
-        peclet: mix(a.peclet, b.peclet),
-        coherence: mix(a.coherence, b.coherence),
-        ..*b
-    }
 }

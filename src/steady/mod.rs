@@ -9,7 +9,7 @@ pub mod oscillation;
 pub mod pseudo;
 pub mod spectrum;
 
-pub use find::{Event, Found, Search, Steady, SteadySettings, Try, Want, Way, find};
+pub use find::{Event, Found, Search, SearchSettings, Steady, SteadySettings, Try, Want, Way, find};
 pub use oscillation::Oscillation;
 pub use pseudo::{PseudoStep, Stall};
 pub use spectrum::{Spectrum, Stability};

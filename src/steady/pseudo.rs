@@ -92,7 +92,8 @@ impl Work<'_> {
 /// Kelley and Keyes 1998).
 ///
 /// # Errors
-/// [`Stall`]; in `start` is then the last carried vector.
+/// Too many or too short pseudo-steps, a stop from outside, or a failure that no shorter one can cure; in `start` is
+/// then the last carried vector.
 pub fn relax(
     model: &dyn Sheet,
     start: &mut Vec<f64>,
@@ -198,7 +199,7 @@ fn attempt(
 /// The residuals of a trial as [`Sheet::residuals`] has them.
 ///
 /// # Errors
-/// As there.
+/// A formula that is not finite; a mass matrix that cannot be solved with.
 pub fn residuals(model: &dyn Sheet, trial: &Trial) -> Result<Residuals, StepFailure> {
     Ok(model.residuals(&trial.state, 0.0)?)
 }

@@ -92,7 +92,8 @@ pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
                             lines.push(format!("{name} in {norm_name}: order {fit:.2}, expected at least {least}"));
                         }
                         None => lines.push(format!(
-                            "{name} in {norm_name}: no order, fewer than two levels are complete, expected at least {least}"
+                            "{name} in {norm_name}: no order, fewer than two levels are complete, expected at least \
+                             {least}"
                         )),
                     }
                 }

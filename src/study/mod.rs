@@ -49,14 +49,16 @@ pub enum StudyError {
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error(
-        "{place}: the scene has no exact fields to compare with; hint: add [exact] with velocity, pressure (or density) and polarity"
+        "{place}: the scene has no exact fields to compare with; hint: add [exact] with velocity, pressure (or \
+         density) and polarity"
     )]
     NoExact { place: String },
     /// Wrong in one level or variant only.
     #[error("{place}, {part}: {error}")]
     Within { place: Box<Place>, part: String, error: Box<StudyError> },
     #[error(
-        "{file}: this is a scene, not a study; hint: `monolayer run {file}` runs it; a study names it by `scene` and has `levels`, as studies/mms/incompressible.toml, or `vary` alone, as studies/extremes/01-friction.toml"
+        "{file}: this is a scene, not a study; hint: `monolayer run {file}` runs it; a study names it by `scene` and \
+         has `levels`, as studies/mms/incompressible.toml, or `vary` alone, as studies/extremes/01-friction.toml"
     )]
     NoStudy { file: String },
     #[error("{file}: this is {is}; hint: `monolayer {command} {file}` runs it")]
@@ -67,17 +69,20 @@ pub enum StudyError {
     #[error("{place}: {what}; hint: {hint}")]
     Data { place: String, what: String, hint: String },
     #[error(
-        "the {name} run failed: {reason}; hint: errors are measured against it, so make its values such that it gets to its end"
+        "the {name} run failed: {reason}; hint: errors are measured against it, so make its values such that it gets \
+         to its end"
     )]
     NoReference { name: String, reason: String },
     #[error("{folder}: holds the results of an earlier study or run; hint: choose another `--out`")]
     Occupied { folder: String },
     #[error(
-        "{folder}: holds the results of another study: `{key}` differs; hint: choose another `--out`, or start the study that is in its `study.toml`"
+        "{folder}: holds the results of another study: `{key}` differs; hint: choose another `--out`, or start the \
+         study that is in its `study.toml`"
     )]
     OtherStudy { folder: String, key: String },
     #[error(
-        "{folder}: holds no study that was begun (there is no study.toml); hint: name the folder of its results, or leave `--resume` out to begin it"
+        "{folder}: holds no study that was begun (there is no study.toml); hint: name the folder of its results, or \
+         leave `--resume` out to begin it"
     )]
     NothingToResume { folder: String },
     #[error("{what}; hint: {hint}")]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::child::{self, Job, RunSummary};
+use super::child::{self, Ended, Job, RunSummary};
 use super::pool::{self, Gate};
 use super::results::Found;
 use crate::output::checkpoint::Saved;
@@ -25,6 +25,20 @@ pub struct Workshop<'a> {
     pub gate: Option<Gate>,
     pub verbosity: Verbosity,
     pub interrupt: &'a AtomicBool,
+}
+
+/// One attempt at a run.
+#[derive(Clone, Copy)]
+struct Attempt<'r> {
+    folder: &'r Path,
+    scene: &'r AnyScene,
+    /// The scene as a file.
+    text: &'r str,
+    /// Whether it goes on from the checkpoint in the folder.
+    resume: bool,
+    /// Bytes that it may take, where others go on at the same time.
+    memory: Option<f64>,
+    lock: &'r Lock,
 }
 
 /// A process that was killed may not be the only one: time for the same to happen to this one before it calls that a
@@ -54,8 +68,9 @@ impl Workshop<'_> {
             return Ok(None);
         }
         let limit = pass.as_ref().and_then(|pass| pass.limit);
+        let anew = Attempt { folder, scene, text: &text, resume: false, memory: limit, lock };
         if resumable {
-            let (found, seconds) = self.attempt(folder, scene, &text, true, limit, lock)?;
+            let (found, seconds) = self.attempt(&Attempt { resume: true, ..anew })?;
             match found {
                 // what a crash of the system has torn is done anew
                 Some(Found::Refused(_)) => {}
@@ -63,45 +78,50 @@ impl Workshop<'_> {
             }
         }
         clear(folder)?;
-        let (found, seconds) = self.attempt(folder, scene, &text, false, limit, lock)?;
+        let (found, seconds) = self.attempt(&anew)?;
         Ok(found.map(|found| (found, seconds)))
     }
 
-    fn attempt(
-        &self,
-        folder: &Path,
-        scene: &AnyScene,
-        text: &str,
-        resume: bool,
-        memory: Option<f64>,
-        lock: &Lock,
-    ) -> Result<(Option<Found>, f64), OutputError> {
+    /// What came of an attempt, and the seconds that it took.
+    fn attempt(&self, run: &Attempt) -> Result<(Option<Found>, f64), OutputError> {
+        match self.program {
+            Some(program) => self.in_a_process(program, run),
+            None => Ok(self.in_this_process(run)),
+        }
+    }
+
+    fn in_this_process(&self, run: &Attempt) -> (Option<Found>, f64) {
         let begin = Instant::now();
-        let Some(program) = self.program else {
-            // what a summary of an earlier process says is not about this one
-            let _ = std::fs::remove_file(folder.join("summary.json"));
-            let options = Options { out: folder.into(), resume, verbosity: self.verbosity, interrupt: self.interrupt };
-            let found = match kinds::run_held(scene, &options) {
-                Ok(_) => RunSummary::read(folder).map(|summary| Found::Ran(Box::new(summary))),
-                Err(error) => Some(Found::Refused(error.to_string())),
-            };
-            return Ok((found, begin.elapsed().as_secs_f64()));
+        // what a summary of an earlier process says is not about this one
+        let _ = std::fs::remove_file(run.folder.join("summary.json"));
+        let (out, resume) = (run.folder.into(), run.resume);
+        let options = Options { out, resume, verbosity: self.verbosity, interrupt: self.interrupt };
+        let found = match kinds::run_held(run.scene, &options) {
+            Ok(_) => RunSummary::read(run.folder).map(|summary| Found::Ran(Box::new(summary))),
+            Err(error) => Some(Found::Refused(error.to_string())),
         };
-        let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        (found, begin.elapsed().as_secs_f64())
+    }
+
+    fn in_a_process(&self, program: &Path, run: &Attempt) -> Result<(Option<Found>, f64), OutputError> {
+        let name = run.folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let verbose = self.verbosity == Verbosity::Verbose;
         let said = |line: &str| {
             if verbose {
                 say::note(&format!("{name}: {line}"));
             }
         };
+        let Attempt { folder, text: scene, resume, memory, lock, .. } = *run;
         let (threads, out) = (self.threads, PathBuf::from(folder));
         let lock = lock.file().try_clone().ok();
-        let ended = child::run(
-            Job { program, scene: text, out, threads, resume, memory, verbose, lock },
-            self.interrupt,
-            &said,
-        )?;
+        let job = Job { program, scene, out, threads, resume, memory, verbose, lock };
+        let ended = child::run(job, self.interrupt, &said)?;
         let seconds = ended.seconds;
+        Ok((self.judge(folder, ended)?, seconds))
+    }
+
+    /// What a process that has ended leaves; `None` if it was interrupted before it could say anything.
+    fn judge(&self, folder: &Path, ended: Ended) -> Result<Option<Found>, OutputError> {
         let interrupted = self.interrupt.load(Ordering::Relaxed) || ended.status.code() == Some(130);
         if ended.was_killed() {
             std::thread::sleep(MOURNING);
@@ -116,13 +136,12 @@ impl Workshop<'_> {
             summary => summary,
         };
         let own_error = ended.last_lines.iter().any(|line| line.starts_with("error: "));
-        let found = match summary {
+        Ok(match summary {
             Some(summary) => Some(Found::Ran(Box::new(summary))),
             None if interrupted => None,
             None if own_error && ended.status.code() == Some(1) => Some(Found::Refused(reason)),
             None => Some(Found::Died(reason)),
-        };
-        Ok((found, seconds))
+        })
     }
 }
 

@@ -110,7 +110,8 @@ pub fn write(study: &SweepStudy, out: &Path, array: &Array) -> Result<Scripts, S
     }
     let _ = writeln!(
         script,
-        "exec {program} study {folder}/study.toml --out {folder} --shard \"$SLURM_ARRAY_TASK_ID/{tasks}\" --jobs 1 --threads {}",
+        "exec {program} study {folder}/study.toml --out {folder} --shard \"$SLURM_ARRAY_TASK_ID/{tasks}\" --jobs 1 \
+         --threads {}",
         array.threads
     );
     let mut join = head("monolayer-gather", "gather.log", 1, 4.0 * OWN);
@@ -132,11 +133,11 @@ pub fn submit(scripts: &Scripts) -> Result<[String; 2], StudyError> {
 }
 
 fn sbatch(options: &[String], script: &Path) -> Result<String, StudyError> {
-    let refused = |reason: String| {
-        StudyError::Launch {
+    let refused = |reason: String| StudyError::Launch {
         what: format!("`sbatch` did not take {}: {reason}", script.display()),
-        hint: "`--dry-run` only writes the scripts; see that `sbatch` is there, and what it says of the options in [slurm]".to_owned(),
-    }
+        hint: "`--dry-run` only writes the scripts; see that `sbatch` is there, and what it says of the options in \
+               [slurm]"
+            .to_owned(),
     };
     let output = Command::new("sbatch").arg("--parsable").args(options).arg(script).output();
     let output = output.map_err(|error| refused(error.to_string()))?;

@@ -163,7 +163,7 @@ impl SweepStudy {
     /// Reads the study that a folder of results belongs to; where its scene is gone, a run's own stands for it.
     ///
     /// # Errors
-    /// As [`SweepStudy::read`].
+    /// A folder without a study; whatever is wrong with the study or its scene, with file, key, value, rule and hint.
     pub fn read_left(folder: &Path) -> Result<Self, StudyError> {
         let file = folder.join("study.toml");
         if !file.exists() {
@@ -232,7 +232,7 @@ impl SweepStudy {
     /// As [`SweepStudy::scene_of`], with `more` values set last.
     ///
     /// # Errors
-    /// As [`SweepStudy::scene_of`].
+    /// A value that the scene refuses.
     pub fn scene_with(&self, at: usize, more: &[(String, String)]) -> Result<AnyScene, StudyError> {
         self.try_scene(&self.cases[at], more).map_err(|error| self.blame(at, error))
     }

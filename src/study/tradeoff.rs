@@ -106,7 +106,7 @@ pub fn run(study: &TradeoffStudy, options: &TradeoffOptions, interrupt: &AtomicB
     let _stake = Stake::new();
     let runs = names_of_runs(study);
     let names: Vec<&str> = NAMES.into_iter().chain(runs.iter().map(String::as_str)).collect();
-    lock::alone(&options.out, Room::Without(&names), || run_all(study, options, interrupt))
+    lock::alone(&options.out, Room::Without(&names), || Runner { study, options, interrupt }.all())
 }
 
 /// Names of what a study of a trade-off leaves beside the folders of its runs.
@@ -127,33 +127,116 @@ fn folder_of(at: usize, setting: &Setting) -> String {
     format!("{at:02}-{}", folder_name(&setting.name))
 }
 
-fn run_all(study: &TradeoffStudy, options: &TradeoffOptions, interrupt: &AtomicBool) -> Result<Tradeoff, StudyError> {
-    let out = &options.out;
-    prepare(study, out)?;
-    let mut found = Tradeoff { points: Vec::new(), reference: BTreeMap::new(), interrupted: false };
-    let (values, start) = reference(study, options, interrupt, &mut found)?;
-    for (at, setting) in study.settings.iter().enumerate() {
-        found.interrupted = interrupt.load(Ordering::Relaxed);
-        if found.interrupted {
-            break;
+/// A study at work.
+struct Runner<'r> {
+    study: &'r TradeoffStudy,
+    options: &'r TradeoffOptions<'r>,
+    interrupt: &'r AtomicBool,
+}
+
+impl Runner<'_> {
+    fn all(&self) -> Result<Tradeoff, StudyError> {
+        let Self { study, options, interrupt } = *self;
+        let out = &options.out;
+        prepare(study, out)?;
+        let mut found = Tradeoff { points: Vec::new(), reference: BTreeMap::new(), interrupted: false };
+        let (values, start) = self.reference(&mut found)?;
+        for (at, setting) in study.settings.iter().enumerate() {
+            found.interrupted = interrupt.load(Ordering::Relaxed);
+            if found.interrupted {
+                break;
+            }
+            let folder = out.join(folder_of(at + 1, setting));
+            let point = match self.setting(setting, start.as_deref(), &folder, options.repeat)? {
+                Ok((summary, seconds)) => point(study, setting, &summary, &seconds, &values, &found.reference),
+                Err(reason) => failed(setting, reason),
+            };
+            if interrupt.load(Ordering::Relaxed) && point.failure.is_some() {
+                found.interrupted = true;
+                break;
+            }
+            found.points.push(point);
+            mark_front(study, &mut found.points);
+            if options.verbosity > Verbosity::Quiet {
+                say::note(&tradeoff_table::told(study, found.points.last().expect("just pushed")));
+            }
+            tradeoff_table::write(study, &found, out)?;
         }
-        let folder = out.join(folder_of(at + 1, setting));
-        let point = match run_setting(study, setting, start.as_deref(), &folder, options, options.repeat, interrupt)? {
-            Ok((summary, seconds)) => point(study, setting, &summary, &seconds, &values, &found.reference),
-            Err(reason) => failed(setting, reason),
-        };
-        if interrupt.load(Ordering::Relaxed) && point.failure.is_some() {
-            found.interrupted = true;
-            break;
-        }
-        found.points.push(point);
-        mark_front(study, &mut found.points);
-        if options.verbosity > Verbosity::Quiet {
-            say::note(&tradeoff_table::told(study, found.points.last().expect("just pushed")));
-        }
-        tradeoff_table::write(study, &found, out)?;
+        Ok(found)
     }
-    Ok(found)
+
+    /// The reference's values, and the state at which all runs begin if they do; its errors go into `found`.
+    fn reference(&self, found: &mut Tradeoff) -> Result<(Values, Option<PathBuf>), StudyError> {
+        let Self { study, options, .. } = *self;
+        let Reference::Finest { finest, coarser, order, start } = &study.reference else {
+            return Ok((BTreeMap::new(), None));
+        };
+        let folder = |setting: &Setting| options.out.join(&setting.name);
+        let run = |setting: &Setting, from: Option<&Path>| {
+            let reason = match self.setting(setting, from, &folder(setting), 1)? {
+                Ok((summary, _)) => return Ok(summary),
+                Err(reason) => reason,
+            };
+            Err(StudyError::NoReference { name: setting.name.clone(), reason })
+        };
+        let fine = run(finest, None)?;
+        let checkpoint = folder(finest).join("checkpoint.bin");
+        let from = start
+            .then(|| std::path::absolute(&checkpoint))
+            .transpose()
+            .map_err(|e| OutputError::io(&checkpoint, &e))?;
+        let coarse = run(coarser, from.as_deref())?;
+        let ratio = (fine.mesh.cells as f64 / coarse.mesh.cells as f64).sqrt();
+        let (numbers, others) = (fine.numbers(), coarse.numbers());
+        for name in &study.measures {
+            let pair = numbers.get(name).zip(others.get(name));
+            let reason = || format!("it has no finite `{name}`");
+            let (f, c) = pair.ok_or_else(|| StudyError::NoReference { name: finest.name.clone(), reason: reason() })?;
+            found.reference.insert(name.clone(), reference_error(*f, *c, ratio, *order));
+        }
+        Ok((numbers, from))
+    }
+
+    /// Runs a setting until it has been timed `repeat` times; the reason if it does not get to its end.
+    fn setting(
+        &self,
+        setting: &Setting,
+        start: Option<&Path>,
+        folder: &Path,
+        repeat: usize,
+    ) -> Result<Result<(RunSummary, Vec<f64>), String>, StudyError> {
+        // the folder of a run holds its own files only
+        let kept = folder.with_file_name(folder.file_name().unwrap_or_default().to_string_lossy().into_owned() + TIMES);
+        let read = || serde_json::from_slice::<Timing>(&std::fs::read(&kept).ok()?).ok();
+        let mut timing = read().unwrap_or_default();
+        let mut last = RunSummary::read(folder).filter(|summary| summary.status == "finished");
+        if last.is_none() {
+            timing = Timing::default();
+        }
+        while last.is_none() || timing.seconds.len() < repeat {
+            let lock = lock::take(folder, Room::Empty)?;
+            clear(folder)?;
+            let scene = self.study.scene_of(setting, start)?.resolved_toml();
+            let TradeoffOptions { program, threads, verbosity, .. } = *self.options;
+            let (out, verbose) = (folder.to_owned(), verbosity == Verbosity::Verbose);
+            let lock = lock.file().try_clone().ok();
+            let job = Job { program, scene: &scene, out, threads, resume: false, memory: None, verbose, lock };
+            let ended = child::run(job, self.interrupt, &|line| {
+                if verbose {
+                    say::note(line);
+                }
+            })?;
+            match &ended.summary {
+                Some(summary) if summary.status == "finished" => timing.seconds.push(summary.seconds_total),
+                Some(summary) => return Ok(Err(summary.reason.clone().unwrap_or_else(|| summary.status.clone()))),
+                None => return Ok(Err(ended.reason())),
+            }
+            last = ended.summary;
+            let text = serde_json::to_vec(&timing).map_err(|e| OutputError::io(&kept, &e.into()))?;
+            write_whole(&kept, |file| file.write_all(&text))?;
+        }
+        Ok(last.map(|summary| (summary, timing.seconds)).ok_or_else(|| "it was not run".to_owned()))
+    }
 }
 
 /// Makes the folder, or takes up one with the same study.
@@ -167,84 +250,6 @@ fn prepare(study: &TradeoffStudy, out: &Path) -> Result<(), StudyError> {
 }
 
 type Values = BTreeMap<String, f64>;
-
-/// The reference's values, and the state at which all runs begin if they do; its errors go into `found`.
-fn reference(
-    study: &TradeoffStudy,
-    options: &TradeoffOptions,
-    interrupt: &AtomicBool,
-    found: &mut Tradeoff,
-) -> Result<(Values, Option<PathBuf>), StudyError> {
-    let Reference::Finest { finest, coarser, order, start } = &study.reference else {
-        return Ok((BTreeMap::new(), None));
-    };
-    let folder = |setting: &Setting| options.out.join(&setting.name);
-    let run = |setting: &Setting, from: Option<&Path>| {
-        let reason = match run_setting(study, setting, from, &folder(setting), options, 1, interrupt)? {
-            Ok((summary, _)) => return Ok(summary),
-            Err(reason) => reason,
-        };
-        Err(StudyError::NoReference { name: setting.name.clone(), reason })
-    };
-    let fine = run(finest, None)?;
-    let checkpoint = folder(finest).join("checkpoint.bin");
-    let from =
-        start.then(|| std::path::absolute(&checkpoint)).transpose().map_err(|e| OutputError::io(&checkpoint, &e))?;
-    let coarse = run(coarser, from.as_deref())?;
-    let ratio = (fine.mesh.cells as f64 / coarse.mesh.cells as f64).sqrt();
-    let (numbers, others) = (fine.numbers(), coarse.numbers());
-    for name in &study.measures {
-        let pair = numbers.get(name).zip(others.get(name));
-        let reason = || format!("it has no finite `{name}`");
-        let (f, c) = pair.ok_or_else(|| StudyError::NoReference { name: finest.name.clone(), reason: reason() })?;
-        found.reference.insert(name.clone(), reference_error(*f, *c, ratio, *order));
-    }
-    Ok((numbers, from))
-}
-
-/// Runs a setting until it has been timed `repeat` times; the reason if it does not get to its end.
-fn run_setting(
-    study: &TradeoffStudy,
-    setting: &Setting,
-    start: Option<&Path>,
-    folder: &Path,
-    options: &TradeoffOptions,
-    repeat: usize,
-    interrupt: &AtomicBool,
-) -> Result<Result<(RunSummary, Vec<f64>), String>, StudyError> {
-    // the folder of a run holds its own files only
-    let kept = folder.with_file_name(folder.file_name().unwrap_or_default().to_string_lossy().into_owned() + TIMES);
-    let read = || serde_json::from_slice::<Timing>(&std::fs::read(&kept).ok()?).ok();
-    let mut timing = read().unwrap_or_default();
-    let mut last = RunSummary::read(folder).filter(|summary| summary.status == "finished");
-    if last.is_none() {
-        timing = Timing::default();
-    }
-    while last.is_none() || timing.seconds.len() < repeat {
-        let lock = lock::take(folder, Room::Empty)?;
-        clear(folder)?;
-        let scene = study.scene_of(setting, start)?.resolved_toml();
-        let (program, out) = (options.program, folder.to_owned());
-        let verbose = options.verbosity == Verbosity::Verbose;
-        let threads = options.threads;
-        let lock = lock.file().try_clone().ok();
-        let job = Job { program, scene: &scene, out, threads, resume: false, memory: None, verbose, lock };
-        let ended = child::run(job, interrupt, &|line| {
-            if verbose {
-                say::note(line);
-            }
-        })?;
-        match &ended.summary {
-            Some(summary) if summary.status == "finished" => timing.seconds.push(summary.seconds_total),
-            Some(summary) => return Ok(Err(summary.reason.clone().unwrap_or_else(|| summary.status.clone()))),
-            None => return Ok(Err(ended.reason())),
-        }
-        last = ended.summary;
-        let text = serde_json::to_vec(&timing).map_err(|e| OutputError::io(&kept, &e.into()))?;
-        write_whole(&kept, |file| file.write_all(&text))?;
-    }
-    Ok(last.map(|summary| (summary, timing.seconds)).ok_or_else(|| "it was not run".to_owned()))
-}
 
 fn point(
     study: &TradeoffStudy,

@@ -110,8 +110,8 @@ pub(super) fn judge(
         Err(Halt::Failed(reason)) => told(
             Branch::Changed,
             Some(format!(
-                "the state lies {far:.2} from that of run {name}, and small steps from there did not come through ({reason}): \
-                 it may belong to another branch"
+                "the state lies {far:.2} from that of run {name}, and small steps from there did not come through \
+                 ({reason}): it may belong to another branch"
             )),
         ),
         Ok(last) => {
@@ -124,8 +124,8 @@ pub(super) fn judge(
                 return told(
                     Branch::Changed,
                     Some(format!(
-                        "the state lies {far:.2} from that of run {name}; {steps} smaller steps from there lead to the same one, but with \
-                         a jump of {jump:.2} that no halving shortens: it belongs to another branch"
+                        "the state lies {far:.2} from that of run {name}; {steps} smaller steps from there lead to the \
+                         same one, but with a jump of {jump:.2} that no halving shortens: it belongs to another branch"
                     )),
                 );
             }
@@ -133,8 +133,8 @@ pub(super) fn judge(
             told(
                 Branch::Changed,
                 Some(format!(
-                    "the state lies {far:.2} from that of run {name}; {steps} smaller steps from there lead to another one, {apart:.2} \
-                     from it (in {inside}): it belongs to another branch"
+                    "the state lies {far:.2} from that of run {name}; {steps} smaller steps from there lead to another \
+                     one, {apart:.2} from it (in {inside}): it belongs to another branch"
                 )),
             )
         }

@@ -1,22 +1,25 @@
-//! Marching in time: history, rejected steps, and all that a restart needs.
+//! Marching in time: history and rejected steps.
+
+mod failure;
+mod restart;
 
 use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 
 use super::Phases;
-use super::coupling::{CouplingKind, CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
+use super::coupling::{CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
 use super::memory::{Memory, Origin};
-use super::sheet::{Kind, Sheet};
+use super::sheet::Sheet;
 use crate::expression::ExpressionError;
 use crate::model::momentum::MomentumError;
-use crate::model::{Residuals, State, Volume};
+use crate::model::{Residuals, State};
 use crate::scheme::control::{Control, ControlSettings};
-use crate::scheme::pace::Smallest;
 use crate::scheme::schedule::{plain, trim};
 use crate::scheme::{abdf, bdf};
-use crate::solve::SolveError;
-use crate::space::Field;
+pub use failure::MarchError;
+use failure::hint;
+pub use restart::{Checkpoint, Parked};
 
 /// How time is discretised.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,44 +59,6 @@ pub struct StepReport {
     pub rejected: usize,
 }
 
-/// Why the march cannot go on; the last good state is kept.
-#[derive(Debug, Clone, thiserror::Error)]
-pub enum MarchError {
-    #[error(
-        "step {step} from t = {t} failed and Δt would fall below {step_min}: {}; hint: {hint}",
-        without_hint(cause)
-    )]
-    StepTooSmall { step: usize, t: f64, step_min: Smallest, cause: Box<StepFailure>, hint: String },
-    #[error("stopped from outside during step {step} from t = {t}")]
-    Interrupted { step: usize, t: f64 },
-    #[error("step {step} from t = {t} failed: {cause}")]
-    Failed { step: usize, t: f64, cause: Box<StepFailure> },
-}
-
-/// What to do where no step is small enough.
-fn hint(cause: &StepFailure, kind: CouplingKind) -> String {
-    let hint = match cause {
-        // fluxes leave no mean negative
-        StepFailure::Density(_) => "a `source.density` may take no more than there is; else take a finer mesh there",
-        StepFailure::Momentum(MomentumError::Vacuum) => "give a friction, or keep the density away from 0",
-        StepFailure::Momentum(MomentumError::Weighted(SolveError::Inaccurate { hint, .. })) => hint.as_str(),
-        StepFailure::Bodies(_) => "take a smaller `time.step`, or milder forces on bodies",
-        StepFailure::Slow { .. }
-        | StepFailure::Diverged { .. }
-        | StepFailure::Polarity(_)
-        | StepFailure::Momentum(_)
-        | StepFailure::Formula(_)
-        | StepFailure::Interrupted => kind.hint(),
-    };
-    hint.to_owned()
-}
-
-/// What went wrong, where another hint follows.
-fn without_hint(cause: &StepFailure) -> String {
-    let text = cause.to_string();
-    text.split_once("; hint: ").map_or(text.clone(), |(what, _)| what.to_owned())
-}
-
 /// Totals over a run, resumed parts included.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
@@ -109,53 +74,8 @@ pub struct Counts {
     pub limited: usize,
 }
 
-/// All that a restart needs, to continue bit for bit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Checkpoint {
-    pub t: f64,
-    pub counts: Counts,
-    pub control: Control,
-    /// Times and carried vectors, newest first; the newest is the current state.
-    pub past: Vec<(f64, Vec<f64>)>,
-    pub velocity: Vec<f64>,
-    /// Pressure or density.
-    pub volume: Vec<f64>,
-    pub rate_of_p: Vec<f64>,
-    /// Mass at the start and gained since at the times of `past`, and what is gained per time now.
-    pub gained: Vec<f64>,
-    pub gain: f64,
-    /// Cells whose density was limited in the last step.
-    pub limited: usize,
-    /// Steps in a row with `|dF/dt|` below its bound.
-    pub quiet: usize,
-    /// Where the factors of Newton's method come from.
-    pub origin: Option<Origin>,
-}
-
 /// What a step begins with: counts, step control, and where Newton's factors come from.
 pub(super) type Entry = (Counts, Control, Option<Origin>);
-
-/// A march without its model.
-#[derive(Debug)]
-pub struct Parked {
-    settings: MarchSettings,
-    saved: Checkpoint,
-    pub state: State,
-    phases: Phases,
-    memory: Memory,
-}
-
-impl Parked {
-    /// Of the state.
-    pub fn time(&self) -> f64 {
-        self.saved.t
-    }
-
-    /// The state of the march, as [`March::checkpoint`] had it.
-    pub fn checkpoint(&self) -> &Checkpoint {
-        &self.saved
-    }
-}
 
 /// What interrupts a march that nobody interrupts.
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -189,7 +109,7 @@ impl<'m> March<'m> {
     /// Starts at `t = 0` from the carried vector `y`; the flow follows from it.
     ///
     /// # Errors
-    /// As [`Sheet::state_of`].
+    /// A flow that cannot be solved for; a density that is negative; a formula that is not finite.
     pub fn start(model: &'m dyn Sheet, settings: MarchSettings, y: Vec<f64>) -> Result<Self, StepFailure> {
         Self::start_after(model, settings, vec![(0.0, y)])
     }
@@ -197,7 +117,7 @@ impl<'m> March<'m> {
     /// Starts after known levels `(t_i, y_i)`, newest first: all but the oldest count as steps.
     ///
     /// # Errors
-    /// As [`Sheet::state_of`].
+    /// A flow that cannot be solved for; a density that is negative; a formula that is not finite.
     ///
     /// # Panics
     /// Without a level.
@@ -238,43 +158,6 @@ impl<'m> March<'m> {
         })
     }
 
-    /// Continues from a checkpoint of the same problem.
-    pub fn resume(model: &'m dyn Sheet, settings: MarchSettings, from: Checkpoint) -> Self {
-        let past = from.past;
-        let newest = &past[0].1;
-        let volume = Field::new(model.volume(), from.volume);
-        let space = &model.polarity().space;
-        let state = State {
-            v: Field::new(model.velocity(), from.velocity),
-            volume: match model.kind() {
-                Kind::Incompressible(_) => Volume::Pressure(volume),
-                Kind::Compressible(_) => Volume::Density(volume),
-            },
-            p: Field::new(space, newest[newest.len() - space.dof_count()..].to_vec()),
-        };
-        Self {
-            model,
-            settings,
-            t: from.t,
-            state,
-            counts: from.counts,
-            phases: Phases::default(),
-            quiet: from.quiet,
-            interrupt: &NEVER,
-            control: from.control.within(&settings.control),
-            past,
-            gained: from.gained,
-            gain: from.gain,
-            limited: from.limited,
-            rate_of_p: from.rate_of_p,
-            memory: from
-                .origin
-                .filter(|_| settings.coupling.kind == CouplingKind::Newton)
-                .map(|origin| Memory::restore(model, origin))
-                .unwrap_or_default(),
-        }
-    }
-
     /// Stands at a state that was found in another way, at rest, after so many steps.
     pub fn adopt(&mut self, state: State, steps: usize) {
         self.counts.steps = steps;
@@ -290,24 +173,6 @@ impl<'m> March<'m> {
     /// Δt as the step control has it, before it is trimmed to land on an output.
     pub fn nominal_step(&self) -> f64 {
         self.control.step
-    }
-
-    /// The current state of the march.
-    pub fn checkpoint(&self) -> Checkpoint {
-        Checkpoint {
-            t: self.t,
-            counts: self.counts,
-            control: self.control.clone(),
-            past: self.past.clone(),
-            velocity: self.state.v.values.clone(),
-            volume: self.state.volume().values.clone(),
-            rate_of_p: self.rate_of_p.clone(),
-            gained: self.gained.clone(),
-            gain: self.gain,
-            limited: self.limited,
-            quiet: self.quiet,
-            origin: self.memory.origin().cloned(),
-        }
     }
 
     /// Takes one step, trimmed to land on `landing`, halving Δt until the coupling converges.
@@ -397,21 +262,6 @@ impl<'m> March<'m> {
         Ok(cap)
     }
 
-    /// Puts the march down, to be taken up with another model of the same unknowns.
-    pub fn park(self) -> Parked {
-        let saved = self.checkpoint();
-        Parked { settings: self.settings, saved, state: self.state, phases: self.phases, memory: self.memory }
-    }
-
-    /// Takes up a march with a model of the same unknowns; `forget` what was factorised for the other one.
-    pub fn unpark(model: &'m dyn Sheet, parked: Parked, forget: bool) -> Self {
-        let Parked { settings, saved, state, phases, memory } = parked;
-        let memory = if forget { Memory::default() } else { memory };
-        // what was factorised is here, and need not be made again from where it came from
-        let march = Self::resume(model, settings, Checkpoint { origin: None, ..saved });
-        Self { state, phases, memory, ..march }
-    }
-
     /// The highest order up to the scheme's that the past allows.
     fn order_for(&self, dt: f64) -> usize {
         self.settings.order.min(self.usable(dt))
@@ -496,7 +346,7 @@ impl<'m> March<'m> {
     /// Residuals of the stationary equations at the current state.
     ///
     /// # Errors
-    /// As [`Sheet::residuals`].
+    /// A formula that is not finite; a mass matrix that cannot be solved with.
     pub fn residuals(&mut self) -> Result<Residuals, MomentumError> {
         let (model, state, t) = (self.model, &self.state, self.t);
         self.phases.measure("residuals", || model.residuals(state, t))

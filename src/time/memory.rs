@@ -11,7 +11,7 @@ use super::equations::{Equations, Trial};
 use super::sheet::{Sheet, Tangent, Weights};
 use crate::model::lagged::{Lagged, Structure};
 use crate::model::momentum::MomentumError;
-use crate::solve::krylov::gmres;
+use crate::solve::krylov::{Outcome, gmres};
 use crate::solve::{SolveError, norm};
 use crate::space::Field;
 
@@ -140,7 +140,7 @@ const KRYLOV_LIMIT: usize = 60;
 const SURPLUS: usize = 40;
 
 /// Solves `(R′ + (w − w₀) N) δ = −R` with the exact derivative of the equations of weight w₀ and `N` what multiplies
-/// `∂_t y`.
+/// `∂_t y`; and the GMRES products that it took.
 pub(crate) fn correction(
     equations: &Equations,
     memory: &mut Memory,
@@ -148,73 +148,82 @@ pub(crate) fn correction(
     reduction: f64,
     phases: &mut Phases,
 ) -> Result<(Vec<f64>, usize), StepFailure> {
-    let tangent = derivative(equations, now, weights, phases);
     let right: Vec<f64> = now.residual.iter().map(|r| -r).collect();
-    solve(equations, &*tangent, memory, (now, weights), &right, reduction, phases)
+    Linearised::new(equations, now, weights, phases).solve(memory, &right, reduction, phases)
 }
 
-/// The exact derivative at a trial, with weights of its own.
-pub(crate) fn derivative<'e>(
-    equations: &'e Equations,
-    now: &'e Trial,
+/// The equations linearised at a trial: their exact derivative `R′ + (w − w₀) N`, with weights w of its own.
+pub(crate) struct Linearised<'e> {
+    equations: &'e Equations<'e>,
+    at: &'e Trial,
     weights: Weights,
-    phases: &mut Phases,
-) -> Box<dyn Tangent + 'e> {
-    phases.measure("tangent", || equations.model.tangent(equations, now, weights))
+    tangent: Box<dyn Tangent + 'e>,
 }
 
-/// Solves with a derivative; makes factors anew where there are none or GMRES has become slow.
-pub(crate) fn solve(
-    equations: &Equations,
-    tangent: &dyn Tangent,
-    memory: &mut Memory,
-    (now, weights): (&Trial, Weights),
-    right: &[f64],
-    reduction: f64,
-    phases: &mut Phases,
-) -> Result<(Vec<f64>, usize), StepFailure> {
-    let model = equations.model;
-    let mut products = 0;
-    for attempt in 0..2 {
-        if !memory.serves() || attempt == 1 {
-            memory.origin = None;
-            memory.factorise(model, tangent, phases)?;
-            memory.origin = Some(Origin {
-                y: now.y.clone(),
-                before: equations.before.values.clone(),
-                history: equations.history.clone(),
-                weights,
-                t: equations.inputs.t,
-                fresh: 0,
-                surplus: 0,
-            });
+impl<'e> Linearised<'e> {
+    pub(crate) fn new(equations: &'e Equations, at: &'e Trial, weights: Weights, phases: &mut Phases) -> Self {
+        let tangent = phases.measure("tangent", || equations.model.tangent(equations, at, weights));
+        Self { equations, at, weights, tangent }
+    }
+
+    /// Solves for a right-hand side until the residual is `reduction` times as large; makes factors anew where there
+    /// are none or GMRES has become slow. The solution, and the products that it took.
+    pub(crate) fn solve(
+        &self,
+        memory: &mut Memory,
+        right: &[f64],
+        reduction: f64,
+        phases: &mut Phases,
+    ) -> Result<(Vec<f64>, usize), StepFailure> {
+        let target = reduction * norm(right);
+        let mut products = 0;
+        for attempt in 0..2 {
+            if !memory.serves() || attempt == 1 {
+                self.renew(memory, phases)?;
+            }
+            let lagged = memory.lagged.as_ref().expect("just made");
+            let (delta, outcome) = phases.measure("newton solve", || self.gmres(lagged, right, target))?;
+            products += outcome.iterations;
+            memory.book(outcome.iterations);
+            if outcome.converged && delta.iter().all(|d| d.is_finite()) {
+                return Ok((delta, products));
+            }
+            if attempt == 1 {
+                let residual = outcome.residual / norm(right);
+                let (system, hint) = ("Newton".to_owned(), "take a smaller time step".to_owned());
+                return Err(SolveError::Inaccurate { system, residual, hint }.into());
+            }
         }
-        let lagged = memory.lagged.as_ref().expect("just made");
+        unreachable!("the second attempt returns")
+    }
+
+    /// Makes the factors of this derivative.
+    fn renew(&self, memory: &mut Memory, phases: &mut Phases) -> Result<(), StepFailure> {
+        memory.origin = None;
+        memory.factorise(self.equations.model, &*self.tangent, phases)?;
+        memory.origin = Some(Origin {
+            y: self.at.y.clone(),
+            before: self.equations.before.values.clone(),
+            history: self.equations.history.clone(),
+            weights: self.weights,
+            t: self.equations.inputs.t,
+            fresh: 0,
+            surplus: 0,
+        });
+        Ok(())
+    }
+
+    /// GMRES from 0, preconditioned by some factors.
+    fn gmres(&self, lagged: &Lagged, right: &[f64], target: f64) -> Result<(Vec<f64>, Outcome), MomentumError> {
         let failure: RefCell<Option<MomentumError>> = RefCell::new(None);
         let apply = |x: &[f64], y: &mut [f64]| {
-            if let Err(error) = tangent.times(x, y) {
+            if let Err(error) = self.tangent.times(x, y) {
                 failure.borrow_mut().get_or_insert(error);
                 y.fill(f64::NAN);
             }
         };
         let mut delta = vec![0.0; right.len()];
-        let target = reduction * norm(right);
-        let outcome = phases.measure("newton solve", || {
-            gmres(&apply, &|x: &mut [f64]| lagged.solve(x), right, &mut delta, target, KRYLOV_LIMIT)
-        });
-        products += outcome.iterations;
-        if let Some(error) = failure.into_inner() {
-            return Err(error.into());
-        }
-        memory.book(outcome.iterations);
-        if outcome.converged && delta.iter().all(|d| d.is_finite()) {
-            return Ok((delta, products));
-        }
-        if attempt == 1 {
-            let residual = outcome.residual / norm(right);
-            let (system, hint) = ("Newton".to_owned(), "take a smaller time step".to_owned());
-            return Err(SolveError::Inaccurate { system, residual, hint }.into());
-        }
+        let outcome = gmres(&apply, &|x: &mut [f64]| lagged.solve(x), right, &mut delta, target, KRYLOV_LIMIT);
+        failure.into_inner().map_or(Ok((delta, outcome)), Err)
     }
-    unreachable!("the second attempt returns")
 }

@@ -85,7 +85,7 @@ impl MovingMarch {
     /// Starts at `t = 0` from a polarity; `order` is that of the motion.
     ///
     /// # Errors
-    /// As [`March::start`].
+    /// A flow that cannot be solved for; a formula without derivative.
     pub fn start(
         model: Incompressible,
         settings: MarchSettings,
@@ -102,7 +102,7 @@ impl MovingMarch {
     /// Continues from a checkpoint of the same problem, with the bodies anywhere.
     ///
     /// # Errors
-    /// As [`Incompressible::place_bodies`].
+    /// Bodies that the mesh or the flow cannot take where they are; a flow whose matrix is singular.
     pub fn resume(
         mut model: Incompressible,
         settings: MarchSettings,
@@ -159,7 +159,8 @@ impl MovingMarch {
     /// Takes one step, trimmed to land on `landing`: moves the bodies, then solves.
     ///
     /// # Errors
-    /// As [`March::advance`]; twists that `referee` cannot give. The state is then the last good one.
+    /// Δt below its minimum, a failure that no smaller step can cure, or twists that `referee` cannot give. The state
+    /// is then the last good one.
     pub fn advance(
         &mut self,
         landing: f64,

@@ -34,7 +34,7 @@ fn predict(step: &Step) -> Vec<f64> {
 /// is one correction, by GMRES or by the lagged factors alone.
 ///
 /// # Errors
-/// As [`super::coupling::solve_step`].
+/// Too slow, diverged, a linear solve that failed, or a flow that cannot be solved for.
 pub(super) fn iterate(step: &Step, memory: &mut Memory, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
     match iterate_from(step, predict(step), memory, phases) {
         Err(failure) if step.known.len() > 1 && failure.may_be_cured_by_a_smaller_step() => {
@@ -62,29 +62,22 @@ fn iterate_from(
         if !now.size.is_finite() {
             return Err(StepFailure::Diverged { scheme, iterations: k, increment: now.size });
         }
-        let quick = quick_correction(&equations, memory, &now, settings.tolerance, phases)?;
-        // no correction lowers the residual any more, usually because of rounding
-        let mut stuck = false;
-        let change = match quick {
-            Some((next, change)) => {
-                last_size = std::mem::replace(&mut now, next).size;
-                change
-            }
+        let found = match quick_correction(&equations, memory, &now, settings.tolerance, phases)? {
+            Some((next, change)) => Search::Found(Box::new(next), change),
             None => {
                 let reduction = forcing(now.size, last_size);
                 let (delta, products) = correction(&equations, memory, (&now, weights), reduction, phases)?;
                 linear_iterations += products;
-                match search(&equations, &now, &delta, settings.tolerance, phases)? {
-                    Search::Found(next, change) => {
-                        last_size = std::mem::replace(&mut now, *next).size;
-                        change
-                    }
-                    Search::Stuck(change) => {
-                        stuck = true;
-                        change
-                    }
-                }
+                search(&equations, &now, &delta, settings.tolerance, phases)?
             }
+        };
+        let (change, stuck) = match found {
+            Search::Found(next, change) => {
+                last_size = std::mem::replace(&mut now, *next).size;
+                (change, false)
+            }
+            // no correction lowers the residual any more, usually because of rounding
+            Search::Stuck(change) => (change, true),
         };
         if k == 1 {
             first = change;
@@ -120,7 +113,7 @@ fn forcing(size: f64, last: f64) -> f64 {
 }
 
 /// The correction of the lagged factors alone, if it is near the tolerance and lowers the residual enough to be worth
-/// its price: a third of that of a correction by GMRES.
+/// its price, which is below that of a correction by GMRES.
 fn quick_correction(
     equations: &Equations,
     memory: &Memory,

@@ -188,7 +188,8 @@ pub trait Sheet: Debug + Sync {
     /// The same sheet with other parameters, conditions and sources.
     ///
     /// # Errors
-    /// As the model's constructor.
+    /// Conditions that leave a motion free or let in a mass that nothing lets out, a matrix that is singular, a formula
+    /// that is not finite.
     fn changed(
         &self,
         parameters: &Parameters,

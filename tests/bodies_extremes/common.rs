@@ -151,7 +151,8 @@ pub fn particles(model: &str, rest: &str, step: f64, end: f64) -> String {
 /// Bodies and all measures at every step.
 fn outputs() -> &'static str {
     "[[output]]\nbodies = true\nevery = { steps = 1 }\n\
-     [[output]]\nmeasures = [\"kinetic_energy\", \"gap\", \"overlap\", \"contacts\", \"wall_force\"]\nevery = { steps = 1 }\n"
+     [[output]]\nmeasures = [\"kinetic_energy\", \"gap\", \"overlap\", \"contacts\", \"wall_force\"]\n\
+     every = { steps = 1 }\n"
 }
 
 /// A body with further keys.

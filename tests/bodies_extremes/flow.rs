@@ -49,7 +49,8 @@ fn a_body_over_a_wall_at_rest_rests_and_over_a_sliding_one_goes_along() {
 
 #[test]
 fn a_body_at_a_vertex_and_one_along_the_mesh() {
-    let square = "[[body]]\nname = \"fitted\"\nshape = { polygon = { vertices = [[0.25, 0.25], [0.75, 0.25], [0.75, 0.75], [0.25, 0.75]] } }\n";
+    let square = "[[body]]\nname = \"fitted\"\nshape = \
+                  { polygon = { vertices = [[0.25, 0.25], [0.75, 0.25], [0.75, 0.75], [0.25, 0.75]] } }\n";
     let fitted = once(8, SHEAR, square, 1e-8);
     let row = fitted.last("fitted");
     assert!((row.spin - 0.5).abs() < 0.04 && (row.vy - 0.5).abs() < 0.02 && row.vx.abs() < 0.02, "{row:?}");

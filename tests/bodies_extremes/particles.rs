@@ -69,7 +69,8 @@ fn a_mass_ratio_of_1e9_light_between_heavy_and_wall() {
 fn a_mass_ratio_of_1e9_heavy_on_many_light_ones() {
     let mut bodies: String =
         (0..5).map(|k| disc(&format!("light{k}"), 0.5, f64::from(k), 0.5, "density = 1e-9")).collect();
-    bodies += "[[body]]\nname = \"slab\"\nshape = { polygon = { vertices = [[-0.5, 1.0], [4.5, 1.0], [4.5, 2.0], [-0.5, 2.0]] } }\n";
+    bodies += "[[body]]\nname = \"slab\"\nshape = \
+               { polygon = { vertices = [[-0.5, 1.0], [4.5, 1.0], [4.5, 2.0], [-0.5, 2.0]] } }\n";
     let left = run(&particles(FALL, &(bodies + &floor()), 0.01, 0.3)).ended();
     no_overlap(&left, 1e-11);
     let slab = left.last("slab");
@@ -197,7 +198,8 @@ fn without_forces_nothing_moves_by_a_bit() {
 fn steps_of_10_go_through_nothing() {
     let bodies = disc("a", 0.1, 0.5, 5.0, "velocity = [3, -7]")
         + &disc("b", 0.1, 0.6, 2.0, "velocity = [-5, 1]")
-        + "[[body]]\nname = \"bar\"\nshape = { capsule = { length = 0.6, radius = 0.05 } }\nposition = [1.4, 1.0]\nspin = 0.3\n";
+        + "[[body]]\nname = \"bar\"\nshape = { capsule = { length = 0.6, radius = 0.05 } }\nposition = [1.4, 1.0]\n\
+           spin = 0.3\n";
     let walls = segment([0.0, 0.0], [2.0, 0.0]) + &segment([2.0, 0.0], [2.0, 90.0]) + &segment([0.0, 90.0], [0.0, 0.0]);
     let left = run(&particles(FALL, &(bodies + &walls), 10.0, 100.0)).ended();
     no_overlap(&left, 1e-9);
@@ -236,7 +238,8 @@ fn particles_have_the_same_bits_with_one_thread_and_two() {
     let scene = particles(
         FALL,
         &format!(
-            "[[bodies]]\ncount = 60\nradius = [0.02, 0.05]\nbox = [[0, 0], [1, 2]]\n{}{}{}[contact]\nlaw = \"gluey\"\ngamma_min = -0.1\n",
+            "[[bodies]]\ncount = 60\nradius = [0.02, 0.05]\nbox = [[0, 0], [1, 2]]\n{}{}{}[contact]\nlaw = \"gluey\"\n\
+             gamma_min = -0.1\n",
             segment([0.0, 3.0], [0.0, 0.0]),
             segment([0.0, 0.0], [1.0, 0.0]),
             segment([1.0, 0.0], [1.0, 3.0])
@@ -309,7 +312,8 @@ fn springs_with_drag_pins_and_a_load_of_time_keep_their_phase() {
     let worst = places(&left, "ball").iter().map(|[t, x]| (x - exact(*t)).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-3 * 0.2, "off by {worst}");
     // about a pivot, by a small angle: I_p θ″ = −k I_p θ
-    let bar = "[[body]]\nname = \"bar\"\nshape = { capsule = { length = 0.8, radius = 0.1 } }\nposition = [0.0, 0.0]\nangle = 0.01\n\
+    let bar = "[[body]]\nname = \"bar\"\nshape = { capsule = { length = 0.8, radius = 0.1 } }\nposition = [0.0, 0.0]\n\
+        angle = 0.01\n\
         motion = { pinned = [-0.3, 0.0] }\ntorque = \"-400*(inertia + 0.09*mass)*theta\"\n";
     let left = run(&coarse(&particles("", bar, 0.1, 5.0))).ended();
     let off = |row: &&crate::common::Row| (row.theta - 0.01 * (20.0 * row.time).cos()).abs();

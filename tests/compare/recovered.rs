@@ -159,7 +159,8 @@ fn units_of_the_table_do_not_matter() {
     let other = temporary.path().join("other.csv");
     std::fs::write(&other, format!("u,Y,\"time, h\",X,w\n{}\n", rows.join("\n"))).unwrap();
     let keys = format!(
-        "{PLAIN}columns = {{ x = \"X\", y = \"Y\", t = \"time, h\", vx = \"u\", vy = \"w\" }}\nlength = 64\nspeed = 16\ncentre = [512, 256]\n"
+        "{PLAIN}columns = {{ x = \"X\", y = \"Y\", t = \"time, h\", vx = \"u\", vy = \"w\" }}\nlength = 64\n\
+         speed = 16\ncentre = [512, 256]\n"
     );
     let found = compared(&other, &keys);
     assert_eq!(found.averages.cells, plain.averages.cells);

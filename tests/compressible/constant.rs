@@ -54,7 +54,7 @@ fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
         agree(&well, &other.polarity.molecular_functional(&other.loops, &p, t), "(1/B)(L_h|q)");
         let (l, m) = (Sheet::molecular_field(&model, &state, t), Sheet::molecular_field(&other, &same, t));
         agree(&l.values, &m.values, "L_h");
-        // |v·n| is no polynomial where v·n changes its sign on a face: either the flow is uniform there, or nothing jumps
+        // |v·n| is no polynomial where v·n changes its sign on a face: the flow is uniform there, or nothing jumps
         let uniform = project::interpolate_vector(&model.velocity, |_| Point::new(1.0, 0.3));
         let smooth =
             project::interpolate_vector(&other.polarity.space, |x| Point::new(x.y - x.x * x.y, 0.5 + x.x * x.x));

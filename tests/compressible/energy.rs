@@ -43,7 +43,8 @@ fn closed_tissue_without_activity_never_gains_energy() {
                     last = now;
                 }
                 println!(
-                    "c_0 {penalty}, γ {exponent}, ρ_min {critical}: F {first:.4} to {last:.4}, at most {most:+.1e}, {:?}",
+                    "c_0 {penalty}, γ {exponent}, ρ_min {critical}: F {first:.4} to {last:.4}, at most {most:+.1e}, \
+                     {:?}",
                     march.counts
                 );
                 assert!(last < 0.9 * first, "it relaxes: {first} to {last}");

@@ -77,7 +77,8 @@ law = "gluey"
         bodies.replace("[[output]]\nfields = [\"velocity\"]\nevery = { time = 0.05 }\n", "")
     );
     let stokes = format!(
-        "[model]\nkind = \"stokes\"\n[mesh]\nshape = \"square\"\nn = 6\n[boundary]\nleft = {{ velocity = {{ dirichlet = [0, 0] }} }}\n\
+        "[model]\nkind = \"stokes\"\n[mesh]\nshape = \"square\"\nn = 6\n[boundary]\n\
+         left = {{ velocity = {{ dirichlet = [0, 0] }} }}\n\
          right = {{ velocity = {{ dirichlet = [0, 0] }} }}\ntop = {{ velocity = \"traction\" }}\n\
          bottom = {{ velocity = {{ dirichlet = [0, 0] }} }}\n{free}[time]\nstep = 0.01\nend = 0.6\n{bodies}"
     );

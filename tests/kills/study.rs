@@ -85,11 +85,15 @@ fn survives(text: &str, times: usize, seed: u64) -> Vec<Vec<String>> {
 #[test]
 fn ten_kills_change_nothing() {
     let text = r#"scene = "square.toml"
-set = { "mesh.n" = 2, "time.step" = 0.025, "output" = [{ measures = ["free_energy"], every = { steps = 3 } }, { checkpoint = true, every = { steps = 2 } }] }
+set = { "mesh.n" = 2, "time.step" = 0.025, "output" = [
+    { measures = ["free_energy"], every = { steps = 3 } }, { checkpoint = true, every = { steps = 2 } },
+] }
 vary = { "model.peclet" = [0.5, 1.0, 2.0], "model.coherence" = [1.0, 0.01] }
 [[case]]
 name = "steady"
-set = { "steady.want" = "any", "initial.polarity" = [0.1, 0], "exact.pressure" = 0, "exact.velocity" = ["sin(pi*x)*cos(pi*y)", "-cos(pi*x)*sin(pi*y)"], "exact.polarity" = ["(1-cos(2*pi*x))*cos(pi*y)/2", "cos(pi*x)*(1-cos(2*pi*y))/2"] }
+set = { "steady.want" = "any", "initial.polarity" = [0.1, 0], "exact.pressure" = 0, "exact.velocity" = [
+    "sin(pi*x)*cos(pi*y)", "-cos(pi*x)*sin(pi*y)",
+], "exact.polarity" = ["(1-cos(2*pi*x))*cos(pi*y)/2", "cos(pi*x)*(1-cos(2*pi*y))/2"] }
 [[case]]
 name = "late"
 set = { "coupling.max_iterations" = 1, "coupling.tolerance" = 1e-12, "coupling.accept" = 1e3 }
@@ -117,7 +121,9 @@ fn estimates_that_were_killed_are_made_when_the_study_is_resumed() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
     let text = r#"scene = "square.toml"
-set = { "mesh.n" = 4, "time.step" = 0.05, "output" = [{ measures = ["free_energy"], every = { steps = 2 }, estimate = true }] }
+set = { "mesh.n" = 4, "time.step" = 0.05, "output" = [
+    { measures = ["free_energy"], every = { steps = 2 }, estimate = true },
+] }
 vary = { "model.coherence" = [0.5, 1.0] }
 plot = { x = "model.coherence", y = "free_energy" }
 [[case]]
@@ -168,7 +174,8 @@ fn two_processes_share_a_folder_without_doing_a_run_twice() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
     std::fs::write(folder.join("square.toml"), SCENE.replace("end = 1.0", "end = 0.25")).unwrap();
-    let text = "scene = \"square.toml\"\nset = { \"mesh.n\" = 2, \"time.step\" = 0.05 }\nvary = { \"model.peclet\" = [0.5, 1, 2, 4] }\n";
+    let text = "scene = \"square.toml\"\nset = { \"mesh.n\" = 2, \"time.step\" = 0.05 }\n\
+                vary = { \"model.peclet\" = [0.5, 1, 2, 4] }\n";
     std::fs::write(folder.join("killed.toml"), text).unwrap();
     let said = |command: &mut Command| command.arg("-v").stderr(Stdio::piped()).spawn().unwrap();
     let both = [(); 2].map(|()| {

@@ -171,7 +171,8 @@ fn other_sections_are_named() {
 fn a_partitioned_mesh_is_read_as_one() {
     let mut sample = Sample::rectangle(1, 0.0);
     let pieces = "$PartitionedEntities\n2\n0\n0 5 2 0\n\
-        11 1 1 1 1 0 0 0 1 0 0 1 3 0\n12 1 2 1 2 0 0 0 1 0 0 1 2 0\n13 1 3 1 2 0 0 0 1 0 0 1 3 0\n14 1 4 1 1 0 0 0 1 0 0 1 1 0\n\
+        11 1 1 1 1 0 0 0 1 0 0 1 3 0\n12 1 2 1 2 0 0 0 1 0 0 1 2 0\n13 1 3 1 2 0 0 0 1 0 0 1 3 0\n\
+        14 1 4 1 1 0 0 0 1 0 0 1 1 0\n\
         15 2 1 2 1 2 0 0 0 1 0 0 0 0\n\
         11 2 1 1 1 0 0 0 1 1 0 1 9 0\n12 2 2 1 2 0 0 0 1 1 0 1 9 0\n$EndPartitionedEntities\n";
     sample.lines.iter_mut().for_each(|(entity, _)| *entity += 10);

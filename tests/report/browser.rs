@@ -52,7 +52,8 @@ addEventListener("load", () => {
     loaded: images.filter(image => image.complete && image.naturalWidth > 0).length,
     rows: tables.map(table => table.tBodies[0].rows.length),
     buttons: document.querySelectorAll("th button").length,
-    requests: performance.getEntriesByType("resource").map(r => r.name.slice(0, 60)).filter(n => !n.startsWith("data:")),
+    requests: performance.getEntriesByType("resource").map(r => r.name.slice(0, 60))
+      .filter(n => !n.startsWith("data:")),
     sorted,
     seen,
   };

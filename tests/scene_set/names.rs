@@ -71,10 +71,14 @@ fn an_old_key_beside_the_new_one_is_refused() {
 
 #[test]
 fn words_of_studies_are_renamed_in_their_places() {
-    let study = "title = \"model.slip\"\nscene = \"a.toml\"\nset = { \"space.slip\" = \"penalty\", \"output.1.measures\" = [\"free-energy\"] }\n\
-                 measures = [\"overshoot-velocity\"]\nplot = { x = \"model.slip\", y = \"free-energy\" }\n[vary]\n\"model.slip\" = [0, 1]\n";
-    let now = "title = \"model.slip\"\nscene = \"a.toml\"\nset = { \"space.walls\" = \"penalty\", \"output.1.measures\" = [\"free_energy\"] }\n\
-               measures = [\"overshoot_velocity\"]\nplot = { x = \"model.alignment\", y = \"free_energy\" }\n[vary]\n\"model.alignment\" = [0, 1]\n";
+    let study = "title = \"model.slip\"\nscene = \"a.toml\"\n\
+                 set = { \"space.slip\" = \"penalty\", \"output.1.measures\" = [\"free-energy\"] }\n\
+                 measures = [\"overshoot-velocity\"]\nplot = { x = \"model.slip\", y = \"free-energy\" }\n[vary]\n\
+                 \"model.slip\" = [0, 1]\n";
+    let now = "title = \"model.slip\"\nscene = \"a.toml\"\n\
+               set = { \"space.walls\" = \"penalty\", \"output.1.measures\" = [\"free_energy\"] }\n\
+               measures = [\"overshoot_velocity\"]\nplot = { x = \"model.alignment\", y = \"free_energy\" }\n[vary]\n\
+               \"model.alignment\" = [0, 1]\n";
     assert_eq!(renamed::modern(study).0, now);
     let branch = "scene = \"a.toml\"\nparameter = \"model.slip\"\nmeasure = \"asymmetry-velocity\"\n";
     let now = "scene = \"a.toml\"\nparameter = \"model.alignment\"\nmeasure = \"asymmetry_velocity\"\n";
@@ -265,8 +269,9 @@ fn square(velocity: &str, source: &str, start: &str) -> String {
         |tag: &str, velocity: &str| format!("[boundary.{tag}]\nvelocity = {velocity}\npolarity = \"neumann\"\n");
     let walls: String = ["right", "bottom", "top"].map(|tag| sides(tag, "\"traction\"")).concat();
     format!(
-        "[model]\nkind = \"incompressible\"\nfriction = 1.0\npeclet = 1.0\ncoherence = 0.5\n[mesh]\nshape = \"square\"\nn = 2\n{}{walls}\
-         [source]\nforce = [\"{source}\", \"0\"]\n[initial]\npolarity = [\"{start}\", \"0\"]\n[time]\nscheme = \"bdf1\"\nstep = 0.1\nend = 0.5\n",
+        "[model]\nkind = \"incompressible\"\nfriction = 1.0\npeclet = 1.0\ncoherence = 0.5\n[mesh]\n\
+         shape = \"square\"\nn = 2\n{}{walls}[source]\nforce = [\"{source}\", \"0\"]\n[initial]\n\
+         polarity = [\"{start}\", \"0\"]\n[time]\nscheme = \"bdf1\"\nstep = 0.1\nend = 0.5\n",
         sides("left", velocity)
     )
 }

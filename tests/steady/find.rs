@@ -8,7 +8,7 @@ use monolayer::measure::errors::{ErrorField, History, Norm, errors};
 use monolayer::output::progress::Verbosity;
 use monolayer::run::{self, Ending, Options, Setup};
 use monolayer::scene::{Scene, SceneSource};
-use monolayer::steady::{Event, Found, Search, Stability, Stall, Steady, SteadySettings, Way, find};
+use monolayer::steady::{Event, Found, Search, SearchSettings, Stability, Stall, Steady, SteadySettings, Way, find};
 use monolayer::time::Phases;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -21,7 +21,8 @@ fn search_with<'m>(
     seen: &mut dyn FnMut(Event<'_, 'm>) -> Result<(), Stall>,
 ) -> Search {
     let start = setup.initial(scene).unwrap();
-    find(&*setup.model, start.values, &settings, scene.march(), interrupt, &mut Phases::default(), seen).unwrap()
+    let settings = SearchSettings { steady: settings, marching: scene.march() };
+    find(&*setup.model, start.values, &settings, interrupt, &mut Phases::default(), seen).unwrap()
 }
 
 fn search(scene: &Scene, setup: &Setup) -> Search {

@@ -40,7 +40,8 @@ fn found(scene: &Scene, setup: &Setup) -> State {
     let start = setup.initial_density(scene).unwrap().map_or_else(|| p.clone(), |rho| [&rho.values[..], &p].concat());
     let never = AtomicBool::new(false);
     let (phases, seen) = (&mut Phases::default(), &mut |_: monolayer::steady::Event<'_, '_>| Ok(()));
-    let search = find(&*setup.model, start, &settings, scene.march(), &never, phases, seen).unwrap();
+    let settings = monolayer::steady::SearchSettings { steady: settings, marching: scene.march() };
+    let search = find(&*setup.model, start, &settings, &never, phases, seen).unwrap();
     match search.found {
         Found::Steady(steady) => steady.state,
         other => panic!("{other:?}, {:?}", search.tries),

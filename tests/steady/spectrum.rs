@@ -8,7 +8,7 @@ use monolayer::model::start;
 use monolayer::scene::{Initial, Scene};
 use monolayer::space::{Field, project};
 use monolayer::steady::spectrum::Spectrum;
-use monolayer::steady::{Found, Stability, SteadySettings, Want, find};
+use monolayer::steady::{Found, SearchSettings, Stability, SteadySettings, Want, find};
 use monolayer::time::{CouplingKind, CouplingSettings, March, MarchSettings, Phases};
 
 fn uniform(model: &Incompressible, p: [f64; 2]) -> Field {
@@ -107,7 +107,8 @@ pub fn steady(scene: &Scene, model: &Incompressible) -> State {
     let settings = SteadySettings { want: Want::Any, eigenvalues: 0, residual: 1e-11, ..scene.steady.unwrap() };
     let interrupt = std::sync::atomic::AtomicBool::new(false);
     let phases = &mut Phases::default();
-    let search = find(model, begin.values, &settings, scene.march(), &interrupt, phases, &mut |_| Ok(())).unwrap();
+    let settings = SearchSettings { steady: settings, marching: scene.march() };
+    let search = find(model, begin.values, &settings, &interrupt, phases, &mut |_| Ok(())).unwrap();
     match search.found {
         Found::Steady(steady) => steady.state,
         other => panic!("{other:?}, {:?}", search.tries),

@@ -71,7 +71,8 @@ pub struct Reading {
 /// Reads a mesh.
 ///
 /// # Errors
-/// As [`read_as`].
+/// [`MeshError::File`]: a file that cannot be read, or whose mesh has other elements than those of a plane
+/// triangulation or is refused.
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
     read_as(path, Reading::default())
 }

@@ -88,7 +88,8 @@ impl BodyFiles {
     /// Writes the polydata, their place in `bodies.pvd` and `contacts.pvd`, and the rows of the tables.
     ///
     /// # Errors
-    /// Those of [`Moment::check`]; [`OutputError::Io`].
+    /// [`OutputError::NonFiniteBody`] for a number that is not finite, [`OutputError::Io`] for files that cannot be
+    /// written.
     pub fn write(&mut self, step: usize, moment: &Moment) -> Result<(), OutputError> {
         moment.check(&self.out.join("bodies.csv"))?;
         if self.last[1] == Some(step) {
@@ -119,7 +120,8 @@ impl BodyFiles {
     /// [`Series::append_parts`].
     ///
     /// # Errors
-    /// As [`BodyFiles::write`].
+    /// [`OutputError::NonFiniteBody`] for a number that is not finite, [`OutputError::Io`] for files that cannot be
+    /// written.
     pub fn parts(&mut self, step: usize, moment: &Moment) -> Result<Vec<(usize, String)>, OutputError> {
         let names = [format!("bodies/step-{step:06}.vtp"), format!("bodies/contacts-{step:06}.vtp")];
         let walls = (!self.cast.walls.is_empty()).then(|| "bodies/walls.vtp".to_owned());
@@ -138,7 +140,7 @@ impl BodyFiles {
     /// Notes a picture `<NAME>-<step>` that was drawn in `plots/`, where pictures were asked for.
     ///
     /// # Errors
-    /// [`OutputError::Io`]
+    /// [`OutputError::Io`] if the list of pictures cannot be written.
     pub fn note_picture(&mut self, name: &str, step: usize, time: f64) -> Result<(), OutputError> {
         match &mut self.frames {
             Some(frames) => frames.append(name, &format!("plots/{name}-{step:06}.png"), time),

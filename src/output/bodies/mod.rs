@@ -56,7 +56,7 @@ impl Cast {
     /// Writes a JSON file, whole or not at all.
     ///
     /// # Errors
-    /// [`OutputError::Io`]
+    /// [`OutputError::Io`] if the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         write_whole(path, |out| serde_json::to_writer_pretty(out, self).map_err(std::io::Error::other))
     }
@@ -64,7 +64,7 @@ impl Cast {
     /// Reads a file that [`Cast::write`] wrote.
     ///
     /// # Errors
-    /// [`OutputError::Io`]; [`OutputError::Malformed`] for a file of another form.
+    /// [`OutputError::Io`] if the file cannot be read; [`OutputError::Malformed`] for a file of another form.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
         let text = std::fs::read_to_string(path).map_err(|e| OutputError::io(path, &e))?;
         serde_json::from_str(&text).map_err(|e| OutputError::Malformed {

@@ -34,7 +34,8 @@ struct PolyData<'a> {
 /// all its contacts.
 ///
 /// # Errors
-/// Those of [`Moment::check`], before anything is written; [`OutputError::Io`].
+/// [`OutputError::NonFiniteBody`] for a number that is not finite, before anything is written; [`OutputError::Io`] for
+/// a file that cannot be written.
 pub fn write_bodies(path: &Path, moment: &Moment) -> Result<(), OutputError> {
     moment.check(path)?;
     let Moment { poses, twists, loads, .. } = moment;
@@ -57,7 +58,8 @@ pub fn write_bodies(path: &Path, moment: &Moment) -> Result<(), OutputError> {
 /// (positive repels, negative holds), `gap`, `gamma` and `normal`.
 ///
 /// # Errors
-/// As [`write_bodies`].
+/// [`OutputError::NonFiniteBody`] for a number that is not finite, before anything is written; [`OutputError::Io`] for
+/// a file that cannot be written.
 pub fn write_contacts(path: &Path, moment: &Moment) -> Result<(), OutputError> {
     moment.check(path)?;
     let contacts = moment.contacts;
@@ -83,7 +85,7 @@ pub fn write_contacts(path: &Path, moment: &Moment) -> Result<(), OutputError> {
 /// Writes a line for each wall, round ones with 128 points, with the cell data `wall` (its number, from 0).
 ///
 /// # Errors
-/// [`OutputError::Io`]
+/// [`OutputError::Io`] for a file that cannot be written.
 pub fn write_walls(path: &Path, walls: &[Wall]) -> Result<(), OutputError> {
     let cells = walls.iter().map(|wall| wall_line(wall, POINTS)).collect();
     let whole = vec![("wall", (0..walls.len()).collect())];

@@ -218,7 +218,8 @@ impl<'a> Map<'a> {
     /// Smallest and largest value that the map would show.
     ///
     /// # Errors
-    /// As [`Map::draw`].
+    /// [`PlotError::Font`] if the embedded font cannot be read; [`PlotError::Blank`] where the scalar has no value in
+    /// the window.
     pub fn extent(&self) -> Result<[f64; 2], PlotError> {
         let font = Font::load()?;
         Ok(arrange::Arranged::new(self, &font)?.extent())
@@ -227,7 +228,8 @@ impl<'a> Map<'a> {
     /// Samples the scalar and places everything.
     ///
     /// # Errors
-    /// [`PlotError::Font`]; [`PlotError::Blank`] where the scalar has no value in the window.
+    /// [`PlotError::Font`] if the embedded font cannot be read; [`PlotError::Blank`] where the scalar has no value in
+    /// the window.
     pub fn draw(&self) -> Result<Picture, PlotError> {
         let font = Font::load()?;
         let arranged = arrange::Arranged::new(self, &font)?;
@@ -239,7 +241,7 @@ impl<'a> Map<'a> {
     /// without such values there is none.
     ///
     /// # Errors
-    /// [`PlotError::Font`]
+    /// [`PlotError::Font`] if the embedded font cannot be read.
     pub fn draw_layers(&self) -> Result<Picture, PlotError> {
         let font = Font::load()?;
         let arranged = arrange::Arranged::plain(self, &font);
@@ -267,7 +269,7 @@ impl Picture {
     /// The bytes of a PNG file, [`PNG_SCALE`](super::PNG_SCALE) times as large as the SVG, on white.
     ///
     /// # Errors
-    /// [`PlotError::Canvas`], [`PlotError::Encode`].
+    /// [`PlotError::Canvas`] if the picture is too high, [`PlotError::Encode`] if the encoder fails.
     pub fn png(&self) -> Result<Vec<u8>, PlotError> {
         raster::render(&self.scene, &self.font)
     }
@@ -276,7 +278,8 @@ impl Picture {
     /// appended, the folder must exist.
     ///
     /// # Errors
-    /// As [`Picture::png`], and [`PlotError::Write`], [`PlotError::Foreign`].
+    /// [`PlotError::Canvas`] or [`PlotError::Encode`] if there can be no PNG, [`PlotError::Write`] if a file cannot be
+    /// written, [`PlotError::Foreign`] if it would replace one that is not ours.
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
         let png = self.png()?;
         write_file(path_without_extension, ".svg", self.svg().as_bytes())?;
@@ -287,7 +290,8 @@ impl Picture {
     /// Returns the path that was taken, without ending.
     ///
     /// # Errors
-    /// As [`Picture::write`].
+    /// [`PlotError::Canvas`] or [`PlotError::Encode`] if there can be no PNG, [`PlotError::Write`] if a file cannot be
+    /// written.
     pub fn write_new(&self, path_without_extension: &Path) -> Result<PathBuf, PlotError> {
         let (svg, png) = (self.svg(), self.png()?);
         let files = [(".svg", svg.as_bytes()), (".png", &png)];

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::body::{Body, Hold};
 use crate::contact::gap::{Placed, Touch, touches};
-use crate::contact::pairs::{self, Range};
+use crate::contact::pairs::{self, Pair, Range};
 use crate::contact::{Partner, Wall, Walls};
 use crate::mesh::Point;
 use crate::shape::outline::Piece;
@@ -198,7 +198,7 @@ pub fn first_crowded(bodies: &[Body], walls: &[Wall], margin: f64) -> Option<(us
     let ranges: Vec<Range> = bodies.iter().map(range).collect();
     let all = Walls::new(walls);
     let mut near = Vec::new();
-    pairs::find(&ranges, walls).pushed.into_iter().find_map(|(at, partner)| {
+    pairs::find(&ranges, walls).pushed.into_iter().find_map(|Pair { body: at, partner }| {
         near.clear();
         let first = Placed::new(&bodies[at].shape, &bodies[at].start);
         let mut thin = bodies[at].shape.inradius();

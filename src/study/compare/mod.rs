@@ -85,7 +85,7 @@ pub fn run(study: &CompareStudy, out: &Path) -> Result<Comparison, StudyError> {
 /// As [`run`], without files.
 ///
 /// # Errors
-/// As [`run`].
+/// Data or a run that cannot be read, a window without cells, a run that shares no bin with the data.
 pub fn compare(study: &CompareStudy) -> Result<Comparison, StudyError> {
     let mut tracks = Tracks::read(study)?;
     let bins = study.bins;

@@ -77,8 +77,8 @@ impl Tracks {
             format!("between ({a}, {b}) and ({c}, {d})")
         };
         let what = format!(
-            "{share} {domain} ({outside} of {all} are outside): with `length` = {} and `centre` = ({}, {}) the positions \
-             are {} disc radii, and {domain} is {}",
+            "{share} {domain} ({outside} of {all} are outside): with `length` = {} and `centre` = ({}, {}) the \
+             positions are {} disc radii, and {domain} is {}",
             study.length,
             study.centre.x,
             study.centre.y,

@@ -35,7 +35,8 @@ impl RunVelocity {
     /// Reads the folder of a run.
     ///
     /// # Errors
-    /// As [`Left::read`] and [`Left::on`].
+    /// A folder without scene or checkpoint, files that cannot be read or do not belong together, a mesh file that has
+    /// changed since.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
         let left = Left::read(folder)?;
         let mesh = Arc::new(build_mesh(&left.scene)?);

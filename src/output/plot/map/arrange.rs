@@ -2,7 +2,7 @@
 
 use super::arrows::Arrows;
 use super::pixels::Pixels;
-use super::{Layer, Look, Map, Palette, bodies, contour};
+use super::{Layer, Link, Look, Map, Palette, Placed, Scalar, Vector, bodies, contour};
 use crate::mesh::Point;
 use crate::output::plot::axis::{self, Range, Tick};
 use crate::output::plot::header::Header;
@@ -55,7 +55,7 @@ impl<'m> Arranged<'m> {
     /// Places the axes and samples the scalar.
     ///
     /// # Errors
-    /// [`PlotError::Blank`]
+    /// [`PlotError::Blank`] where the scalar has no value in the window.
     pub fn new(map: &'m Map<'m>, font: &'m Font) -> Result<Self, PlotError> {
         let (mut arranged, [width, height]) = Self::place_axes(map, font, true);
         let pixels = Pixels::sample(map.scalar, &map.name, &map.window, width, height)?;
@@ -143,69 +143,79 @@ impl<'m> Arranged<'m> {
 
     fn layer(&self, layer: &Layer) -> (Group, Vec<Note>) {
         match layer {
-            Layer::Lines { lines, look } => {
-                let paint = match look {
-                    Look::Outline => Paint::line(INK, 2.0),
-                    Look::Mesh => Paint::line(EDGE_GREY, 0.7),
-                };
-                let pieces = lines.iter().flat_map(|line| self.cut(line));
-                let shapes = pieces.map(|points| Shape::Poly { points, closed: false, paint }).collect();
-                (Group { name: None, shapes }, Vec::new())
-            }
-            Layer::Contours { name, of } => {
-                let rect = &self.frame.rect;
-                let cells = [rect.width(), rect.height()].map(|side| side.ceil() as usize);
-                let (lines, step) = contour::evenly_spaced(*of, &self.map.window, cells, CONTOURS);
-                let on_paper =
-                    |line: &Vec<Point>| simplify(&line.iter().map(|x| self.on_paper(*x)).collect::<Vec<_>>());
-                let lines: Vec<_> = lines.iter().map(on_paper).collect();
-                let with = |paint: Paint| {
-                    lines.iter().map(move |points| Shape::Poly { points: points.clone(), closed: false, paint })
-                };
-                let shapes = with(Paint::line(WHITE, 3.0)).chain(with(Paint::line(INK, 1.4))).collect();
-                let key = Shape::line((0.0, 0.0), (34.0, 0.0), INK, 1.4);
-                let note = match step {
-                    0.0 => Note { key: None, text: format!("{name}: constant") },
-                    step => Note { key: Some((vec![key], 34.0)), text: format!("{name} = {}", axis::round(step)) },
-                };
-                (Group { name: Some(name.clone()), shapes }, vec![note])
-            }
-            Layer::Arrows { name, of } => {
-                let arrows = Arrows::sample(*of, &self.map.window, &self.frame);
-                let note = match arrows.key((0.0, 0.0)) {
-                    Some((value, length, shape)) => {
-                        Note { key: Some((vec![shape], length)), text: format!("{name} = {}", axis::round(value)) }
-                    }
-                    None => Note { key: None, text: format!("{name} = 0 everywhere") },
-                };
-                (Group { name: Some(name.clone()), shapes: arrows.shapes() }, vec![note])
-            }
-            Layer::Bodies(placed) => {
-                let (shapes, away) = self.paper().bodies(placed);
-                let note = match away {
-                    0 => None,
-                    1 => Some("1 body is out of view".to_owned()),
-                    more => Some(format!("{more} bodies are out of view")),
-                };
-                let notes = note.into_iter().map(|text| Note { key: None, text }).collect();
-                (Group { name: Some("bodies".to_owned()), shapes }, notes)
-            }
-            Layer::Links { name, links } => {
-                let cut = |line: &[Point]| self.cut(line);
-                let (shapes, keys) = bodies::links(links, cut, self.frame.unit_x());
-                let note = |(sample, value): (Vec<Shape>, f64)| {
-                    let text = format!("{name} = {}", axis::significant(value, value.abs()));
-                    Note { key: Some((sample, bodies::KEY)), text }
-                };
-                (Group { name: Some(name.clone()), shapes }, keys.into_iter().map(note).collect())
-            }
-            Layer::Walls { lines, discs } => {
-                let pieces = lines.iter().flat_map(|line| self.cut(line));
-                let mut shapes = bodies::walls(pieces, &self.frame.rect);
-                shapes.extend(discs.iter().flat_map(|&(centre, radius)| self.paper().disc(centre, radius)));
-                (Group { name: Some("walls".to_owned()), shapes }, Vec::new())
-            }
+            Layer::Lines { lines, look } => (self.lines(lines, *look), Vec::new()),
+            Layer::Contours { name, of } => self.contours(name, *of),
+            Layer::Arrows { name, of } => self.arrows(name, *of),
+            Layer::Bodies(placed) => self.bodies(placed),
+            Layer::Links { name, links } => self.links(name, links),
+            Layer::Walls { lines, discs } => (self.walls(lines, discs), Vec::new()),
         }
+    }
+
+    fn lines(&self, lines: &[Vec<Point>], look: Look) -> Group {
+        let paint = match look {
+            Look::Outline => Paint::line(INK, 2.0),
+            Look::Mesh => Paint::line(EDGE_GREY, 0.7),
+        };
+        let pieces = lines.iter().flat_map(|line| self.cut(line));
+        let shapes = pieces.map(|points| Shape::Poly { points, closed: false, paint }).collect();
+        Group { name: None, shapes }
+    }
+
+    fn contours(&self, name: &str, of: Scalar) -> (Group, Vec<Note>) {
+        let rect = &self.frame.rect;
+        let cells = [rect.width(), rect.height()].map(|side| side.ceil() as usize);
+        let (lines, step) = contour::evenly_spaced(of, &self.map.window, cells, CONTOURS);
+        let on_paper = |line: &Vec<Point>| simplify(&line.iter().map(|x| self.on_paper(*x)).collect::<Vec<_>>());
+        let lines: Vec<_> = lines.iter().map(on_paper).collect();
+        let with =
+            |paint: Paint| lines.iter().map(move |points| Shape::Poly { points: points.clone(), closed: false, paint });
+        let shapes = with(Paint::line(WHITE, 3.0)).chain(with(Paint::line(INK, 1.4))).collect();
+        let key = Shape::line((0.0, 0.0), (34.0, 0.0), INK, 1.4);
+        let note = match step {
+            0.0 => Note { key: None, text: format!("{name}: constant") },
+            step => Note { key: Some((vec![key], 34.0)), text: format!("{name} = {}", axis::round(step)) },
+        };
+        (Group { name: Some(name.to_owned()), shapes }, vec![note])
+    }
+
+    fn arrows(&self, name: &str, of: Vector) -> (Group, Vec<Note>) {
+        let arrows = Arrows::sample(of, &self.map.window, &self.frame);
+        let note = match arrows.key((0.0, 0.0)) {
+            Some((value, length, shape)) => {
+                Note { key: Some((vec![shape], length)), text: format!("{name} = {}", axis::round(value)) }
+            }
+            None => Note { key: None, text: format!("{name} = 0 everywhere") },
+        };
+        (Group { name: Some(name.to_owned()), shapes: arrows.shapes() }, vec![note])
+    }
+
+    fn bodies(&self, placed: &[Placed]) -> (Group, Vec<Note>) {
+        let (shapes, away) = self.paper().bodies(placed);
+        let note = match away {
+            0 => None,
+            1 => Some("1 body is out of view".to_owned()),
+            more => Some(format!("{more} bodies are out of view")),
+        };
+        let notes = note.into_iter().map(|text| Note { key: None, text }).collect();
+        (Group { name: Some("bodies".to_owned()), shapes }, notes)
+    }
+
+    fn links(&self, name: &str, links: &[Link]) -> (Group, Vec<Note>) {
+        let cut = |line: &[Point]| self.cut(line);
+        let (shapes, keys) = bodies::links(links, cut, self.frame.unit_x());
+        let note = |(sample, value): (Vec<Shape>, f64)| {
+            let text = format!("{name} = {}", axis::significant(value, value.abs()));
+            Note { key: Some((sample, bodies::KEY)), text }
+        };
+        (Group { name: Some(name.to_owned()), shapes }, keys.into_iter().map(note).collect())
+    }
+
+    fn walls(&self, lines: &[Vec<Point>], discs: &[(Point, f64)]) -> Group {
+        let pieces = lines.iter().flat_map(|line| self.cut(line));
+        let mut shapes = bodies::walls(pieces, &self.frame.rect);
+        shapes.extend(discs.iter().flat_map(|&(centre, radius)| self.paper().disc(centre, radius)));
+        Group { name: Some("walls".to_owned()), shapes }
     }
 
     fn paper(&self) -> bodies::Paper<'_> {

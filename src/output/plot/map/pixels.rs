@@ -19,7 +19,7 @@ impl Pixels {
     /// Samples the window; the rows are shared among the threads.
     ///
     /// # Errors
-    /// [`PlotError::Blank`]
+    /// [`PlotError::Blank`] where the scalar has no value in the window.
     pub fn sample(scalar: Scalar, name: &str, window: &Window, width: usize, height: usize) -> Result<Self, PlotError> {
         let row = |j: usize| {
             let up = 1.0 - (j as f64 + 0.5) / height as f64;

@@ -42,7 +42,8 @@ struct Layout {
 /// Reads the wanted columns of a text.
 ///
 /// # Errors
-/// As [`super::read`].
+/// No table, a separator that does not separate it, columns that it has not, an entry that is neither a number nor
+/// missing; with the line.
 pub(super) fn read(text: &str, cut: Cut, wanted: &[Wanted], names: &mut Numbered) -> Result<Rows, Wrong> {
     let head: Vec<Line> = text.lines().enumerate().take(HEAD).filter_map(Line::new).collect();
     if head.is_empty() {

@@ -1,0 +1,127 @@
+//! A march put down and taken up again: from a checkpoint, or with another model of the same unknowns.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Counts, March, MarchSettings, NEVER};
+use crate::model::{State, Volume};
+use crate::scheme::control::Control;
+use crate::space::Field;
+use crate::time::memory::{Memory, Origin};
+use crate::time::{CouplingKind, Kind, Phases, Sheet};
+
+/// All that a restart needs, to continue bit for bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    pub t: f64,
+    pub counts: Counts,
+    pub control: Control,
+    /// Times and carried vectors, newest first; the newest is the current state.
+    pub past: Vec<(f64, Vec<f64>)>,
+    pub velocity: Vec<f64>,
+    /// Pressure or density.
+    pub volume: Vec<f64>,
+    pub rate_of_p: Vec<f64>,
+    /// Mass at the start and gained since at the times of `past`, and what is gained per time now.
+    pub gained: Vec<f64>,
+    pub gain: f64,
+    /// Cells whose density was limited in the last step.
+    pub limited: usize,
+    /// Steps in a row with `|dF/dt|` below its bound.
+    pub quiet: usize,
+    /// Where the factors of Newton's method come from.
+    pub origin: Option<Origin>,
+}
+
+/// A march without its model.
+#[derive(Debug)]
+pub struct Parked {
+    settings: MarchSettings,
+    saved: Checkpoint,
+    pub state: State,
+    phases: Phases,
+    memory: Memory,
+}
+
+impl Parked {
+    /// Of the state.
+    pub fn time(&self) -> f64 {
+        self.saved.t
+    }
+
+    /// The state of the march, as [`March::checkpoint`] had it.
+    pub fn checkpoint(&self) -> &Checkpoint {
+        &self.saved
+    }
+}
+
+impl<'m> March<'m> {
+    /// Continues from a checkpoint of the same problem.
+    pub fn resume(model: &'m dyn Sheet, settings: MarchSettings, from: Checkpoint) -> Self {
+        let past = from.past;
+        let newest = &past[0].1;
+        let volume = Field::new(model.volume(), from.volume);
+        let space = &model.polarity().space;
+        let state = State {
+            v: Field::new(model.velocity(), from.velocity),
+            volume: match model.kind() {
+                Kind::Incompressible(_) => Volume::Pressure(volume),
+                Kind::Compressible(_) => Volume::Density(volume),
+            },
+            p: Field::new(space, newest[newest.len() - space.dof_count()..].to_vec()),
+        };
+        Self {
+            model,
+            settings,
+            t: from.t,
+            state,
+            counts: from.counts,
+            phases: Phases::default(),
+            quiet: from.quiet,
+            interrupt: &NEVER,
+            control: from.control.within(&settings.control),
+            past,
+            gained: from.gained,
+            gain: from.gain,
+            limited: from.limited,
+            rate_of_p: from.rate_of_p,
+            memory: from
+                .origin
+                .filter(|_| settings.coupling.kind == CouplingKind::Newton)
+                .map(|origin| Memory::restore(model, origin))
+                .unwrap_or_default(),
+        }
+    }
+
+    /// The current state of the march.
+    pub fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            t: self.t,
+            counts: self.counts,
+            control: self.control.clone(),
+            past: self.past.clone(),
+            velocity: self.state.v.values.clone(),
+            volume: self.state.volume().values.clone(),
+            rate_of_p: self.rate_of_p.clone(),
+            gained: self.gained.clone(),
+            gain: self.gain,
+            limited: self.limited,
+            quiet: self.quiet,
+            origin: self.memory.origin().cloned(),
+        }
+    }
+
+    /// Puts the march down, to be taken up with another model of the same unknowns.
+    pub fn park(self) -> Parked {
+        let saved = self.checkpoint();
+        Parked { settings: self.settings, saved, state: self.state, phases: self.phases, memory: self.memory }
+    }
+
+    /// Takes up a march with a model of the same unknowns; `forget` what was factorised for the other one.
+    pub fn unpark(model: &'m dyn Sheet, parked: Parked, forget: bool) -> Self {
+        let Parked { settings, saved, state, phases, memory } = parked;
+        let memory = if forget { Memory::default() } else { memory };
+        // what was factorised is here, and need not be made again from where it came from
+        let march = Self::resume(model, settings, Checkpoint { origin: None, ..saved });
+        Self { state, phases, memory, ..march }
+    }
+}
