@@ -168,8 +168,8 @@ fn near(
     let equations = Equations::stationary(model, &state.v, 0.0)?;
     let at = equations.evaluate(model.carried(state), work.phases)?;
     let tangent = work.phases.measure("tangent", || model.tangent(&equations, &at, Weights::both(shift)));
-    work.memory.borrow_for(model, &*tangent, work.phases)?;
-    let lagged = work.memory.factors().expect("just made");
+    work.kept.borrow_for(model, &*tangent, work.phases)?;
+    let lagged = work.kept.factors().expect("just made");
     let krylov = Krylov { model, state, lagged, tangent: &*tangent, shift };
     let (mut modes, disc) = krylov.search(1, wanted, growing_suffices, work.phases, work.interrupt)?;
     // of a multiple eigenvalue a Krylov space shows one mode, that of another start another one

@@ -10,7 +10,7 @@ use monolayer::space::Field;
 use monolayer::steady::pseudo::Work;
 use monolayer::steady::spectrum::{Ask, Mode, Spectrum, spectrum};
 use monolayer::time::Phases;
-use monolayer::time::memory::Memory;
+use monolayer::time::kept_factors::KeptFactors;
 use monolayer::time::sheet::Kind;
 
 /// A closed square of tissue that nothing drives.
@@ -100,8 +100,8 @@ pub fn state(model: &Incompressible, p: Field) -> State {
 
 /// The spectrum about a state.
 pub fn spectrum_of(model: &Incompressible, state: &State, wanted: usize) -> Spectrum {
-    let (mut memory, mut phases, interrupt) = (Memory::default(), Phases::default(), AtomicBool::new(false));
-    let mut work = Work { memory: &mut memory, phases: &mut phases, interrupt: &interrupt };
+    let (mut kept, mut phases, interrupt) = (KeptFactors::default(), Phases::default(), AtomicBool::new(false));
+    let mut work = Work { kept: &mut kept, phases: &mut phases, interrupt: &interrupt };
     spectrum(model, state, Ask { wanted, growing_suffices: false, fast: true }, &mut work).unwrap()
 }
 
