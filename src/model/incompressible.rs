@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::boundary::{Conditions, VelocityCondition};
 use super::floating::{Floating, immerse};
 use super::formulas::check_formulas;
-use super::immersed::{Carried, Rigidity};
+use super::immersed::{FlowWithBodies, Rigidity};
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
 use super::parameters::{ElasticForce, Parameters};
@@ -217,7 +217,7 @@ impl Incompressible {
     ///
     /// # Panics
     /// Without bodies.
-    pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<Carried, MomentumError> {
+    pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<FlowWithBodies, MomentumError> {
         let floating = self.bodies.as_ref().expect("a tissue with bodies");
         let (guide, poses) = (&floating.guide, &floating.poses);
         let (loads, rules) = (guide.loads(poses, inputs.t)?, guide.rules(poses, inputs.t)?);

@@ -56,7 +56,7 @@ pub struct Rigidity {
 
 /// A flow that carries bodies.
 #[derive(Debug, Clone)]
-pub struct Carried {
+pub struct FlowWithBodies {
     pub v: Vec<f64>,
     pub pi: Vec<f64>,
     /// Velocity and spin of every body.
@@ -246,7 +246,7 @@ impl Immersed {
         (f, prescribed): (&[f64], &[f64]),
         loads: &[Wrench],
         rules: &[Rule],
-    ) -> Result<Carried, MomentumError> {
+    ) -> Result<FlowWithBodies, MomentumError> {
         let filled = self.filled(ground);
         let (frames, free) = (ground.frames, ground.frames.free);
         let size = filled.source.layout.first();
@@ -274,7 +274,7 @@ impl Immersed {
         let pi = x[free..free + ground.pressure.dof_count()].to_vec();
         let twists = self.immersion.means.iter().map(|means| means.twist(&v)).collect();
         let holding = constraints.holding(&y[self.kernel.fields.len()..]);
-        Ok(Carried { v, pi, twists, holding })
+        Ok(FlowWithBodies { v, pi, twists, holding })
     }
 
     /// Adds to the blocks of the balance, cell after cell, the bodies' own friction in place of the fluid's and a

@@ -10,7 +10,7 @@ use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moving, Settings, Solver, Wall};
 use crate::form::Integrator;
 use crate::mesh::Mesh;
-use crate::model::immersed::Carried;
+use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::{self, Flow};
 use crate::model::mobility::Mobility;
 use crate::model::momentum::{MomentumError, outer_force};
@@ -64,7 +64,7 @@ pub struct Stepper {
     time: MotionTime,
     stiffness: Stiffness,
     /// The flow at the current time.
-    carried: Carried,
+    carried: FlowWithBodies,
     /// What a checkpoint holds.
     good: Checkpoint,
     grid: Option<Grid>,
@@ -193,7 +193,7 @@ impl Stepper {
 }
 
 /// The flow at the current time and places.
-fn solve(flow: &Flow, parameters: &Parameters, sources: &Sources) -> Result<Carried, MomentumError> {
+fn solve(flow: &Flow, parameters: &Parameters, sources: &Sources) -> Result<FlowWithBodies, MomentumError> {
     flow.solve(&outer_force(&flow.momentum.velocity, parameters, &flow.conditions, sources, flow.t))
 }
 
