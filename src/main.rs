@@ -296,7 +296,7 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
 }
 
 /// Says what a study will run, or what is wrong with it.
-fn check_study(kind: study::check::Kind, args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
+fn check_study(kind: study::check::StudyKind, args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
     let report = study::check::check(kind, &args.scene, &args.sets.pairs()?)?;
     say::answer(&if json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
     Ok(refuse(report.refused.iter().map(|(run, reason)| format!("{run}: {reason}"))))

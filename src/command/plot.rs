@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use monolayer::results::curves::{What, Wish, curves};
-use monolayer::results::{Kind, Results, ResultsError};
+use monolayer::results::{Results, ResultsError, ResultsKind};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -52,7 +52,9 @@ impl Args {
                 Some(problem) => format!("nothing to draw: {problem}"),
                 None => "nothing to draw".to_owned(),
             };
-            let drawn_already = folders.iter().all(|f| matches!(f.kind, Kind::Order | Kind::Branches | Kind::Tradeoff));
+            let drawn_already = folders
+                .iter()
+                .all(|f| matches!(f.kind, ResultsKind::Order | ResultsKind::Branches | ResultsKind::Tradeoff));
             let hint = if drawn_already {
                 "the study has drawn its picture itself; `monolayer report` shows it with its tables"
             } else {

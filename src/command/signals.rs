@@ -22,11 +22,11 @@ const INTERRUPTED: i32 = 130;
 pub fn catch(doing: &'static str) -> Result<(), Failure> {
     system::watch(move |kind| {
         static ASKED: AtomicBool = AtomicBool::new(false);
-        let again = kind == Kind::Asked && ASKED.swap(true, Ordering::SeqCst);
+        let again = kind == EndCause::Asked && ASKED.swap(true, Ordering::SeqCst);
         if again {
             std::process::exit(INTERRUPTED);
         }
-        if end(doing) && kind == Kind::Asked {
+        if end(doing) && kind == EndCause::Asked {
             // a terminal that takes nothing must not keep the next signal waiting
             std::thread::spawn(move || say::note(&format!("interrupted: {doing} (again to stop at once)")));
         }
@@ -55,7 +55,7 @@ pub fn end_with_input() {
 
 /// Why the process should end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum EndCause {
     /// By somebody, or by a system that goes down.
     Asked,
     /// The terminal is gone.
@@ -67,15 +67,15 @@ mod system {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
-    use super::{Failure, Kind};
+    use super::{EndCause, Failure};
 
-    pub(super) fn watch(then: impl Fn(Kind) + Send + 'static) -> Result<(), Failure> {
+    pub(super) fn watch(then: impl Fn(EndCause) + Send + 'static) -> Result<(), Failure> {
         let ignored = ignored();
         let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| (ignored >> (signal - 1)) & 1 == 0);
         let mut signals = Signals::new(heard)?;
         std::thread::spawn(move || {
             for signal in &mut signals {
-                then(if signal == SIGHUP { Kind::HungUp } else { Kind::Asked });
+                then(if signal == SIGHUP { EndCause::HungUp } else { EndCause::Asked });
             }
         });
         Ok(())
@@ -91,10 +91,10 @@ mod system {
 
 #[cfg(not(unix))]
 mod system {
-    use super::{Failure, Kind};
+    use super::{EndCause, Failure};
 
-    pub(super) fn watch(then: impl Fn(Kind) + Send + 'static) -> Result<(), Failure> {
-        ctrlc::set_handler(move || then(Kind::Asked))?;
+    pub(super) fn watch(then: impl Fn(EndCause) + Send + 'static) -> Result<(), Failure> {
+        ctrlc::set_handler(move || then(EndCause::Asked))?;
         Ok(())
     }
 }

@@ -16,7 +16,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::names::MADE_BY;
 use crate::results::curves::{Wish, curves};
-use crate::results::{Kind, Results, differing};
+use crate::results::{Results, ResultsKind, differing};
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("sort.js");
@@ -74,7 +74,8 @@ fn contents(folders: &[Results]) -> Markup {
 
 /// What several runs have in common: their measures in one table, their curves in common pictures.
 fn together(folders: &[Results]) -> Markup {
-    let runs: Vec<&Results> = folders.iter().filter(|f| matches!(f.kind, Kind::Run | Kind::Sections)).collect();
+    let runs: Vec<&Results> =
+        folders.iter().filter(|f| matches!(f.kind, ResultsKind::Run | ResultsKind::Sections)).collect();
     if runs.len() < 2 {
         return html! {};
     }
@@ -96,13 +97,13 @@ fn section(number: usize, folder: &Results, count: usize, room: &mut pictures::R
             @if one_of_many { h2 { (folder.title()) } } @else { h1 { (folder.title()) } }
             p.path { (kind(folder.kind)) " in " code { (folder.path.display()) } }
             @match folder.kind {
-                Kind::Run | Kind::Sections => (run::section(folder, room)),
-                Kind::Comparison => (comparison::section(folder, room)),
-                Kind::Sweep | Kind::Order | Kind::Branches | Kind::Tradeoff => (study::section(folder, room)),
+                ResultsKind::Run | ResultsKind::Sections => (run::section(folder, room)),
+                ResultsKind::Comparison => (comparison::section(folder, room)),
+                ResultsKind::Sweep | ResultsKind::Order | ResultsKind::Branches | ResultsKind::Tradeoff => (study::section(folder, room)),
             }
             @if let Some(settings) = &folder.settings {
                 details {
-                    summary { "Settings (" (if folder.kind == Kind::Run { "scene.toml" } else { "study.toml" }) ")" }
+                    summary { "Settings (" (if folder.kind == ResultsKind::Run { "scene.toml" } else { "study.toml" }) ")" }
                     pre { (settings) }
                 }
             }
@@ -110,14 +111,14 @@ fn section(number: usize, folder: &Results, count: usize, room: &mut pictures::R
     }
 }
 
-fn kind(kind: Kind) -> &'static str {
+fn kind(kind: ResultsKind) -> &'static str {
     match kind {
-        Kind::Run => "A run",
-        Kind::Sweep => "A study",
-        Kind::Order => "A study of orders of convergence",
-        Kind::Branches => "Branches of steady states",
-        Kind::Tradeoff => "Errors and what they cost",
-        Kind::Comparison => "A comparison with measured velocities",
-        Kind::Sections => "Sections",
+        ResultsKind::Run => "A run",
+        ResultsKind::Sweep => "A study",
+        ResultsKind::Order => "A study of orders of convergence",
+        ResultsKind::Branches => "Branches of steady states",
+        ResultsKind::Tradeoff => "Errors and what they cost",
+        ResultsKind::Comparison => "A comparison with measured velocities",
+        ResultsKind::Sections => "Sections",
     }
 }

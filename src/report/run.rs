@@ -7,7 +7,7 @@ use super::tables::{cell, notes, pairs, short};
 use super::{bodies, equations, pictures};
 use crate::output::frames::{self, Frame};
 use crate::results::curves::{Wish, curves};
-use crate::results::{Kind, Results, names};
+use crate::results::{Results, ResultsKind, names};
 
 /// What each ending means, in words.
 const ENDINGS: [(&str, &str); 8] = [
@@ -43,7 +43,7 @@ pub(super) fn section(run: &Results, room: &mut pictures::Room) -> Markup {
             (pictures::drawn(&own))
             (bodies::films(&frames))
         }
-        @if run.kind == Kind::Run {
+        @if run.kind == ResultsKind::Run {
             h3 { "What was solved" }
             (equations::solved(run))
             (cost(run))
@@ -90,7 +90,7 @@ fn ending(run: &Results) -> Markup {
         format!(" at t = {} after {} steps{residual}.", short(t), short(steps))
     });
     html! {
-        @if run.kind == Kind::Run {
+        @if run.kind == ResultsKind::Run {
             p.ending {
                 span.state.(colour) { (status.unwrap_or("not ended")) } " "
                 @if status.is_some() { (words) (reached.unwrap_or_default()) }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Kind, Results, ResultsError, history, label, sections, study, ways};
+use super::{Results, ResultsError, ResultsKind, history, label, sections, study, ways};
 use crate::output::plot::{Plot, PlotError};
 
 /// A kind of curve.
@@ -207,7 +207,7 @@ pub fn curves(folders: &[&Results], wish: &Wish) -> Result<Drawn, ResultsError> 
         ways::draw(shown, &labels, wish, &mut drawn)?;
     }
     if wish.wants(What::Study) {
-        folders.iter().filter(|f| f.kind == Kind::Sweep).for_each(|folder| study::draw(folder, &mut drawn));
+        folders.iter().filter(|f| f.kind == ResultsKind::Sweep).for_each(|folder| study::draw(folder, &mut drawn));
     }
     for &what in &wish.what {
         if !drawn.pictures.iter().any(|picture| picture.what == what) {

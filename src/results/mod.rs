@@ -15,7 +15,7 @@ pub mod table;
 mod ways;
 
 pub use curves::{Drawn, Picture, What, Wish};
-pub use folder::{Kind, Results};
+pub use folder::{Results, ResultsKind};
 pub use label::{Setting, differing, labels, parameters};
 pub use names::symbol;
 pub use table::Table;

@@ -10,7 +10,7 @@ use crate::measure::list::{ALL, Domain, FREE_ENERGY, Gauge, OfMarch, Taken, Tiss
 use crate::model::{Exact, ModelKind, Residuals, State};
 use crate::scene::{Scene, measured};
 use crate::scheme::Schedule;
-use crate::time::{Kind, March, Sheet};
+use crate::time::{March, Sheet, SheetKind};
 
 /// What was measured after one step; empty where nothing was due.
 #[derive(Debug, Clone, Default)]
@@ -113,8 +113,8 @@ impl<'s> Gauges<'s> {
         let at = Tissue { domain: &self.domain, model, state, t, rate_of_p: &still, energy, march: None };
         let residuals = model.residuals(state, t)?;
         let volume = match model.kind() {
-            Kind::Incompressible(_) => "residual_pressure",
-            Kind::Compressible(_) => "residual_density",
+            SheetKind::Incompressible(_) => "residual_pressure",
+            SheetKind::Compressible(_) => "residual_density",
         };
         let mut values = self.take(&at)?.values;
         values.extend([

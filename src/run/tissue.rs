@@ -31,7 +31,7 @@ use crate::scheme::pace::Refusal;
 use crate::shape::Wrench;
 use crate::shape::{Pose, Shape, Twist};
 use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
-use crate::time::{Kind, Sheet, StepReport};
+use crate::time::{Sheet, SheetKind, StepReport};
 
 /// Whether a scene has bodies that move.
 pub fn has_moving_bodies(scene: &Scene) -> bool {
@@ -141,7 +141,7 @@ impl AtRest {
 /// The bodies of a scene that are all fixed, if it has some.
 pub fn at_rest(scene: &Scene, setup: &Setup) -> Option<AtRest> {
     let bodies = scene.bodies.as_ref()?;
-    let Kind::Incompressible(model) = setup.model.kind() else { return None };
+    let SheetKind::Incompressible(model) = setup.model.kind() else { return None };
     let cast = Cast::new(&bodies.bodies, &bodies.walls_on(&setup.mesh));
     let count = bodies.bodies.len();
     Some(AtRest {

@@ -6,7 +6,7 @@ use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
 use super::incompressible::{LINEAR_REDUCTION, scaled};
-use super::sheet::{Kind, Passes, Settled, Sheet, Tangent, Weights};
+use super::sheet::{Passes, Settled, Sheet, SheetKind, Tangent, Weights};
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::model::compressible::{self, Compressible, Squeezed};
@@ -22,8 +22,8 @@ use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::{Field, Space};
 
 impl Sheet for Compressible {
-    fn kind(&self) -> Kind<'_> {
-        Kind::Compressible(self)
+    fn kind(&self) -> SheetKind<'_> {
+        SheetKind::Compressible(self)
     }
 
     fn parameters(&self) -> &Parameters {

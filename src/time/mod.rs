@@ -14,4 +14,4 @@ pub mod sheet;
 pub use coupling::{CouplingKind, CouplingSettings, StepFailure, StepOutcome};
 pub use march::{Checkpoint, Counts, March, MarchError, MarchSettings, StepReport};
 pub use phases::Phases;
-pub use sheet::{Kind, Sheet, Weights};
+pub use sheet::{Sheet, SheetKind, Weights};

@@ -51,7 +51,7 @@ pub struct Settled {
 
 /// A model, by its kind.
 #[derive(Debug, Clone, Copy)]
-pub enum Kind<'m> {
+pub enum SheetKind<'m> {
     Incompressible(&'m Incompressible),
     Compressible(&'m Compressible),
 }
@@ -83,7 +83,7 @@ pub trait Passes {
 /// A model of a thin sheet.
 pub trait Sheet: Debug + Sync {
     /// Which one it is.
-    fn kind(&self) -> Kind<'_>;
+    fn kind(&self) -> SheetKind<'_>;
     fn parameters(&self) -> &Parameters;
     /// One per mesh tag.
     fn conditions(&self) -> &[Conditions];

@@ -11,7 +11,7 @@ use monolayer::steady::pseudo::Work;
 use monolayer::steady::spectrum::{Ask, Mode, Spectrum, spectrum};
 use monolayer::time::Phases;
 use monolayer::time::kept_factors::KeptFactors;
-use monolayer::time::sheet::Kind;
+use monolayer::time::sheet::SheetKind;
 
 /// A closed square of tissue that nothing drives.
 pub const CLOSED: &str = r#"
@@ -87,8 +87,8 @@ impl Square {
 /// The incompressible sheet that a scene describes.
 pub fn model_of(setup: &Setup) -> &Incompressible {
     match setup.model.kind() {
-        Kind::Incompressible(model) => model,
-        Kind::Compressible(_) => panic!("the scene is incompressible"),
+        SheetKind::Incompressible(model) => model,
+        SheetKind::Compressible(_) => panic!("the scene is incompressible"),
     }
 }
 

@@ -16,7 +16,7 @@ use crate::model::State;
 use crate::shape::Wrench;
 use crate::shape::{Pose, Twist};
 use crate::space::Field;
-use crate::time::{Kind, Sheet};
+use crate::time::{Sheet, SheetKind};
 
 /// The domain of a tissue: what stays while its state changes.
 #[derive(Debug, Clone, Copy)]
@@ -131,8 +131,8 @@ pub(super) struct InTissue(pub OfFlow);
 impl Gauge for InTissue {
     fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
         let loops = match at.model.kind() {
-            Kind::Incompressible(model) => model.tissue(),
-            Kind::Compressible(model) => &model.loops,
+            SheetKind::Incompressible(model) => model.tissue(),
+            SheetKind::Compressible(model) => &model.loops,
         };
         (self.0)(&Flow { v: &at.state.v, loops }, taken)
     }
@@ -144,7 +144,7 @@ pub(super) struct AtRest(pub OfBodies);
 
 impl Gauge for AtRest {
     fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
-        let Kind::Incompressible(model) = at.model.kind() else { return Ok(()) };
+        let SheetKind::Incompressible(model) = at.model.kind() else { return Ok(()) };
         let Some(floating) = &model.bodies else { return Ok(()) };
         let twists = model.twists(&at.state.v);
         let holding = || Ok(model.holding(at.state, at.t)?.first().copied());

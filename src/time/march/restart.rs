@@ -7,7 +7,7 @@ use crate::model::{State, Volume};
 use crate::scheme::control::Control;
 use crate::space::Field;
 use crate::time::kept_factors::{KeptFactors, Origin};
-use crate::time::{CouplingKind, Kind, Phases, Sheet};
+use crate::time::{CouplingKind, Phases, Sheet, SheetKind};
 
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,8 +64,8 @@ impl<'m> March<'m> {
         let state = State {
             v: Field::new(model.velocity(), from.velocity),
             volume: match model.kind() {
-                Kind::Incompressible(_) => Volume::Pressure(volume),
-                Kind::Compressible(_) => Volume::Density(volume),
+                SheetKind::Incompressible(_) => Volume::Pressure(volume),
+                SheetKind::Compressible(_) => Volume::Density(volume),
             },
             p: Field::new(space, newest[newest.len() - space.dof_count()..].to_vec()),
         };
