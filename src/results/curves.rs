@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Results, ResultsError, ResultsKind, history, label, sections, study, ways};
+use super::{Results, ResultsError, ResultsKind, body_curves, history, label, sections, study};
 use crate::output::plot::{Plot, PlotError};
 
 /// A kind of curve.
@@ -204,7 +204,7 @@ pub fn curves(folders: &[&Results], wish: &Wish) -> Result<Drawn, ResultsError> 
         sections::draw(shown, &labels, wish, &mut drawn)?;
     }
     if wish.wants(What::Bodies) {
-        ways::draw(shown, &labels, wish, &mut drawn)?;
+        body_curves::draw(shown, &labels, wish, &mut drawn)?;
     }
     if wish.wants(What::Study) {
         folders.iter().filter(|f| f.kind == ResultsKind::Sweep).for_each(|folder| study::draw(folder, &mut drawn));

@@ -4,6 +4,7 @@
 //! [`Results::problems`], so that a run that was cut off can be looked at like any other.
 
 pub mod bodies;
+mod body_curves;
 pub mod curves;
 pub mod folder;
 mod history;
@@ -12,7 +13,6 @@ pub mod names;
 mod sections;
 pub mod study;
 pub mod table;
-mod ways;
 
 pub use curves::{Drawn, Picture, What, Wish};
 pub use folder::{Results, ResultsKind};
