@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::bodies::BodiesReport;
 use super::maps::Source;
 use super::memory::MIB;
-use super::motion::easel::Easel;
+use super::motion::map_tools::MapTools;
 use super::motion::{self, MotionSummary, Mover, Plan, Stride, shortened};
 use super::stokes::{contact_term, head};
 use super::{Options, RunError, disk};
@@ -367,7 +367,7 @@ impl Mover for Stepper<'_> {
         unreachable!("fields of particles are refused with the scene")
     }
 
-    fn show(&self, _: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
+    fn show(&self, _: &mut dyn FnMut(&MapTools, Source) -> Result<(), RunError>) -> Result<(), RunError> {
         Ok(())
     }
 }

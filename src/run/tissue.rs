@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::maps::{self, Caption, Source};
-use super::motion::easel::Easel;
+use super::motion::map_tools::MapTools;
 use super::motion::saved::SavedMotion;
 use super::motion::{self, MotionSummary, Mover, Plan, Stride};
 use super::resolution::Resolution;
@@ -216,8 +216,8 @@ fn swimmers(
     // the run has told of those that are small at its start
     resolution.of_bodies(mesh, &bodies.bodies, march.poses());
     resolution.of_boundary(mesh, &bodies.bodies, march.poses());
-    let easel = Easel::new(Caption::of(scene));
-    Ok(Swimmers { resolution, march, contact, grid: None, contacts, easel })
+    let map_tools = MapTools::new(Caption::of(scene));
+    Ok(Swimmers { resolution, march, contact, grid: None, contacts, map_tools })
 }
 
 /// Prepares the bodies of a scene and the flow about them, as a run does before its first step.
@@ -284,7 +284,7 @@ struct Swimmers {
     contact: Option<Pushed>,
     grid: Option<Grid>,
     contacts: Vec<Contact>,
-    easel: Easel,
+    map_tools: MapTools,
     resolution: Resolution,
 }
 
@@ -358,8 +358,8 @@ impl Mover for Swimmers {
         &self.contacts
     }
 
-    fn show(&self, then: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
-        then(&self.easel, Source::Tissue { model: self.march.model(), state: self.march.state() })
+    fn show(&self, then: &mut dyn FnMut(&MapTools, Source) -> Result<(), RunError>) -> Result<(), RunError> {
+        then(&self.map_tools, Source::Tissue { model: self.march.model(), state: self.march.state() })
     }
 
     fn holding(&self) -> Option<Wrench> {

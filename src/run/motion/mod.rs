@@ -1,7 +1,7 @@
 //! The run of a scene whose bodies move: particles, or bodies in a Stokes flow. One loop for both.
 
-pub(super) mod easel;
 mod files;
+pub(super) mod map_tools;
 pub mod saved;
 pub mod summary;
 mod watch;
@@ -31,8 +31,8 @@ use crate::space;
 use crate::time::march::Counts;
 use crate::time::phases::Phases;
 
-use easel::Easel;
 use files::Files;
+use map_tools::MapTools;
 use saved::SavedMotion;
 pub use summary::MotionSummary;
 use watch::{Overlaps, lost};
@@ -73,17 +73,17 @@ pub(super) trait Mover {
     ///
     /// # Errors
     /// Those of `then`.
-    fn show(&self, then: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError>;
+    fn show(&self, then: &mut dyn FnMut(&MapTools, Source) -> Result<(), RunError>) -> Result<(), RunError>;
 }
 
 /// A picture of the fields, with the bodies above them.
 ///
 /// # Errors
-/// As [`Easel::draw`].
+/// As [`MapTools::draw`].
 pub(super) fn draw(mover: &dyn Mover, moment: &Moment, request: &MapRequest) -> Result<Picture, RunError> {
     let mut picture = None;
-    mover.show(&mut |easel, source| {
-        picture = Some(easel.draw(source, moment, request)?);
+    mover.show(&mut |map_tools, source| {
+        picture = Some(map_tools.draw(source, moment, request)?);
         Ok(())
     })?;
     Ok(picture.expect("maps of fields are refused where there are none"))
@@ -92,11 +92,11 @@ pub(super) fn draw(mover: &dyn Mover, moment: &Moment, request: &MapRequest) -> 
 /// The smallest and the largest value that the picture would show.
 ///
 /// # Errors
-/// As [`Easel::extent`].
+/// As [`MapTools::extent`].
 pub(super) fn extent(mover: &dyn Mover, moment: &Moment, request: &MapRequest) -> Result<[f64; 2], RunError> {
     let mut extent = None;
-    mover.show(&mut |easel, source| {
-        extent = Some(easel.extent(source, moment, request)?);
+    mover.show(&mut |map_tools, source| {
+        extent = Some(map_tools.extent(source, moment, request)?);
         Ok(())
     })?;
     Ok(extent.expect("maps of fields are refused where there are none"))

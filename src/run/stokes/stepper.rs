@@ -19,7 +19,7 @@ use crate::output::OutputError;
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::run::RunError;
 use crate::run::maps::{Caption, Source};
-use crate::run::motion::easel::Easel;
+use crate::run::motion::map_tools::MapTools;
 use crate::run::motion::{Mover, Stride, shortened};
 use crate::run::resolution::Resolution;
 use crate::run::writer::nodal;
@@ -68,7 +68,7 @@ pub struct Stepper {
     /// What a checkpoint holds.
     good: Checkpoint,
     grid: Option<Grid>,
-    easel: Easel,
+    map_tools: MapTools,
     resolution: Resolution,
 }
 
@@ -122,14 +122,26 @@ impl Stepper {
             contacts: Vec::new(),
             pace: Pace::default(),
         });
-        let easel = Easel::new(Caption::of_flow(scene));
+        let map_tools = MapTools::new(Caption::of_flow(scene));
         let stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| model(error.into()))?;
         let time = scene.time;
         let mut resolution = Resolution::new(mesh, flow.guide.bodies.len());
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, &flow.guide.bodies, &flow.motion.poses);
         resolution.of_boundary(mesh, &flow.guide.bodies, &flow.motion.poses);
-        Ok(Self { resolution, flow, solver, parameters, sources, time, stiffness, carried, good, grid: None, easel })
+        Ok(Self {
+            resolution,
+            flow,
+            solver,
+            parameters,
+            sources,
+            time,
+            stiffness,
+            carried,
+            good,
+            grid: None,
+            map_tools,
+        })
     }
 
     /// Whether the step is easy to follow.
@@ -267,10 +279,10 @@ impl Mover for Stepper {
         Ok(write_vtu(path, grid, t, &list)?)
     }
 
-    fn show(&self, then: &mut dyn FnMut(&Easel, Source) -> Result<(), RunError>) -> Result<(), RunError> {
+    fn show(&self, then: &mut dyn FnMut(&MapTools, Source) -> Result<(), RunError>) -> Result<(), RunError> {
         let momentum = &self.flow.momentum;
         let v = space::Field::new(&momentum.velocity, self.carried.v.clone());
         let pi = space::Field::new(&momentum.pressure, self.carried.pi.clone());
-        then(&self.easel, Source::Flow { loops: &self.flow.loops, v: &v, pi: &pi })
+        then(&self.map_tools, Source::Flow { loops: &self.flow.loops, v: &v, pi: &pi })
     }
 }

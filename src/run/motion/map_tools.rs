@@ -12,13 +12,13 @@ use crate::scene::MapRequest;
 
 /// Made of it when it is first needed.
 #[derive(Debug)]
-pub struct Easel {
+pub struct MapTools {
     caption: Caption,
     locator: OnceCell<Locator>,
     stream: OnceCell<StreamFunction>,
 }
 
-impl Easel {
+impl MapTools {
     pub fn new(caption: Caption) -> Self {
         Self { caption, locator: OnceCell::new(), stream: OnceCell::new() }
     }
