@@ -8,10 +8,10 @@
 //! The semi-discrete system is [7.34]; density and polarity are what is carried, and in this order.
 
 mod density;
+mod energy;
 mod polarity;
 mod tangent;
 mod viscous;
-mod worth;
 
 use std::sync::Arc;
 

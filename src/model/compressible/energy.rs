@@ -1,4 +1,4 @@
-//! What a state of the compressible sheet is worth: free energy, pressure, and how stiff its density is.
+//! Free energy and pressure of a state of the compressible sheet, and how stiff its density is.
 
 use std::sync::Arc;
 
