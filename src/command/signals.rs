@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use monolayer::output::say;
-use monolayer::run::stake::is_anything_at_stake;
+use monolayer::run::unsaved::has_unsaved_work;
 
 use crate::{Failure, INTERRUPT};
 
@@ -36,7 +36,7 @@ pub fn catch(doing: &'static str) -> Result<(), Failure> {
 /// Asks for a clean end, if there is something to finish, or ends.
 fn end(doing: &str) -> bool {
     let first = !INTERRUPT.swap(true, Ordering::SeqCst);
-    if !is_anything_at_stake() {
+    if !has_unsaved_work() {
         if first && !doing.is_empty() {
             say::note("interrupted before there was anything to save");
         }

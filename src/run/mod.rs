@@ -22,12 +22,12 @@ pub mod particles;
 pub mod report;
 mod resolution;
 pub mod setup;
-pub mod stake;
 pub mod steady;
 pub mod stokes;
 mod strain;
 pub mod summary;
 pub mod tissue;
+pub mod unsaved;
 pub mod writer;
 
 use std::path::PathBuf;
@@ -269,7 +269,7 @@ fn run_in_folder(scene: &Scene, options: &Options, record: &mut Record) -> Resul
     }
     let resumed = kept.as_ref().map(|_| Resumed::at(&options.out, march.counts.steps, march.t));
     Writer::check_cuts(scene, &setup)?;
-    let _stake = stake::Stake::new();
+    let _unsaved = unsaved::UnsavedWork::new();
     folder::write_scene(&options.out, &scene.resolved_toml(), known.as_deref())?;
     let mut writer = Writer::new(scene, &setup, &options.out, resumed)?;
     let mut progress = Progress::new(options.verbosity, march.t);

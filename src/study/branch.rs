@@ -14,7 +14,7 @@ use crate::model::State;
 use crate::output::lock::{self, Room};
 use crate::output::progress::{Progress, Verbosity};
 use crate::run::measures::Gauges;
-use crate::run::stake::Stake;
+use crate::run::unsaved::UnsavedWork;
 use crate::run::{RunError, Setup, setup};
 use crate::scene::Scene;
 use crate::solve::{dot, root};
@@ -148,7 +148,7 @@ impl Survey<'_> {
         let logarithmic = self.study.scale == ParameterScale::Log;
         let family = Family { model: &model, range: self.study.range, logarithmic };
         let work = Work { kept: &mut KeptFactors::default(), phases, interrupt: self.interrupt };
-        let _stake = Stake::new();
+        let _unsaved = UnsavedWork::new();
         let outcome = follow(&family, starts, &settings, work, &mut |at, point, model| record.take(at, point, model));
         match record.broken.take() {
             Some(error) => Err(error.into()),

@@ -20,7 +20,7 @@ use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
 use crate::run::available::available;
 use crate::run::setup::differing;
-use crate::run::stake::Stake;
+use crate::run::unsaved::UnsavedWork;
 use crate::scene::renamed;
 
 /// What a caller decides about a sweep.
@@ -89,7 +89,7 @@ pub struct Sweep {
 /// A folder that holds something else, a table that cannot be written.
 pub fn run(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<Sweep, StudyError> {
     prepare(study, out, settings)?;
-    let _stake = Stake::new();
+    let _unsaved = UnsavedWork::new();
     let units = shard_of(study.units(), settings.shard);
     let mine: Vec<usize> = units.iter().flatten().copied().collect();
     let mut rows: Vec<Option<Row>> = vec![None; study.cases.len()];

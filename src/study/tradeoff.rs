@@ -15,7 +15,7 @@ use crate::measure::errors::Norm;
 use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
 use crate::output::{OutputError, say, write_whole};
-use crate::run::stake::Stake;
+use crate::run::unsaved::UnsavedWork;
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -103,7 +103,7 @@ pub fn error_against(value: f64, reference: f64, uncertainty: f64) -> Error {
 /// # Errors
 /// A folder with other results, a reference that fails, files that cannot be written.
 pub fn run(study: &TradeoffStudy, options: &TradeoffOptions, interrupt: &AtomicBool) -> Result<Tradeoff, StudyError> {
-    let _stake = Stake::new();
+    let _unsaved = UnsavedWork::new();
     let runs = names_of_runs(study);
     let names: Vec<&str> = NAMES.into_iter().chain(runs.iter().map(String::as_str)).collect();
     lock::alone(&options.out, Room::Without(&names), || Runner { study, options, interrupt }.all())

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use super::folder::{self, Resumed};
 use super::maps::Source;
-use super::stake::Stake;
+use super::unsaved::UnsavedWork;
 use super::{Ending, Options, RunError, extremes};
 use crate::body::Body;
 use crate::contact::{Contact, Wall};
@@ -172,7 +172,7 @@ pub(super) fn run(
     let begin = Instant::now();
     let counts_before = crate::solve::sparse::counts();
     let resumed = saved.as_ref().map(|saved| Resumed::at(&options.out, saved.counts.steps, saved.t));
-    let _stake = Stake::new();
+    let _unsaved = UnsavedWork::new();
     folder::write_scene(&options.out, &plan.text, saved.as_ref().map(|saved| saved.scene.as_str()))?;
     let mut t = saved.as_ref().map_or(0.0, |saved| saved.t);
     let mut totals = saved.as_ref().map_or_else(Totals::default, Totals::of);
