@@ -6,8 +6,8 @@ use clap::Args;
 use monolayer::measure::StreamFunction;
 use monolayer::output::OutputError;
 use monolayer::output::bodies::{Colour, Look, picture};
+use monolayer::output::console;
 use monolayer::output::plot::map::Window;
-use monolayer::output::say;
 use monolayer::results::bodies::Seen;
 use monolayer::run::finished::Finished;
 use monolayer::run::maps::{Caption, Draft};
@@ -114,7 +114,7 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
             written.push(draw_bodies(folder, stem, out, seen, &look)?);
         }
         if !quiet {
-            written.iter().for_each(|path| say::tell(&format!("written {}.png and .svg", path.display())));
+            written.iter().for_each(|path| console::tell(&format!("written {}.png and .svg", path.display())));
         }
     }
     Ok(())

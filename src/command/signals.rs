@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use monolayer::output::say;
+use monolayer::output::console;
 use monolayer::run::unsaved::has_unsaved_work;
 
 use crate::{Failure, INTERRUPT};
@@ -28,7 +28,7 @@ pub fn catch(doing: &'static str) -> Result<(), Failure> {
         }
         if end(doing) && kind == EndCause::Asked {
             // a terminal that takes nothing must not keep the next signal waiting
-            std::thread::spawn(move || say::note(&format!("interrupted: {doing} (again to stop at once)")));
+            std::thread::spawn(move || console::note(&format!("interrupted: {doing} (again to stop at once)")));
         }
     })
 }
@@ -38,7 +38,7 @@ fn end(doing: &str) -> bool {
     let first = !INTERRUPT.swap(true, Ordering::SeqCst);
     if !has_unsaved_work() {
         if first && !doing.is_empty() {
-            say::note("interrupted before there was anything to save");
+            console::note("interrupted before there was anything to save");
         }
         std::process::exit(INTERRUPTED);
     }

@@ -9,7 +9,7 @@ use super::pool::{self, Gate};
 use super::results::Found;
 use crate::output::lock::{LOCK, Lock};
 use crate::output::progress::Verbosity;
-use crate::output::{OutputError, say};
+use crate::output::{OutputError, console};
 use crate::run::motion::saved::scene_of;
 use crate::run::{Options, any, estimate};
 use crate::scene::{AnyScene, renamed};
@@ -107,7 +107,7 @@ impl Workshop<'_> {
         let verbose = self.verbosity == Verbosity::Verbose;
         let said = |line: &str| {
             if verbose {
-                say::note(&format!("{name}: {line}"));
+                console::note(&format!("{name}: {line}"));
             }
         };
         let Attempt { folder, text: scene, resume, memory, lock, .. } = *run;

@@ -8,9 +8,9 @@ use super::expected::Promise;
 use super::file::{OrderStudy, Variant};
 use super::{StudyError, table};
 use crate::measure::errors::{ErrorField, History, Norm, errors};
+use crate::output::console;
 use crate::output::lock::{self, Room};
 use crate::output::progress::{Progress, Status, Verbosity};
-use crate::output::say;
 use crate::run::unsaved::UnsavedWork;
 use crate::run::{RunError, Setup};
 use crate::scene::Scene;
@@ -127,7 +127,7 @@ fn run_all(
             let ready = || if first { table::prepare(study, out) } else { Ok(()) };
             let level = run_level(study, variant, n, verbosity, interrupt, &ready)?;
             if verbosity > Verbosity::Quiet {
-                say::note(&told(&variant.name, &level));
+                console::note(&told(&variant.name, &level));
             }
             let stopped = interrupt.load(Ordering::Relaxed);
             let last = outcomes.last_mut().expect("just pushed");

@@ -14,7 +14,7 @@ use super::{StudyError, table, tradeoff_table};
 use crate::measure::errors::Norm;
 use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
-use crate::output::{OutputError, say, write_whole};
+use crate::output::{OutputError, console, write_whole};
 use crate::run::unsaved::UnsavedWork;
 
 /// How a study is run.
@@ -158,7 +158,7 @@ impl Runner<'_> {
             found.points.push(point);
             mark_front(study, &mut found.points);
             if options.verbosity > Verbosity::Quiet {
-                say::note(&tradeoff_table::told(study, found.points.last().expect("just pushed")));
+                console::note(&tradeoff_table::told(study, found.points.last().expect("just pushed")));
             }
             tradeoff_table::write(study, &found, out)?;
         }
@@ -223,7 +223,7 @@ impl Runner<'_> {
             let job = Job { program, scene: &scene, out, threads, resume: false, memory: None, verbose, lock };
             let ended = child::run(job, self.interrupt, &|line| {
                 if verbose {
-                    say::note(line);
+                    console::note(line);
                 }
             })?;
             match &ended.summary {

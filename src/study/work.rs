@@ -11,9 +11,9 @@ use super::results::{self, Branch, Found, Row, Start};
 use super::sweep::{Settings, Shard, is_bad, missing, write_tables};
 use super::sweep_file::SweepStudy;
 use super::{StudyError, warm};
+use crate::output::console;
 use crate::output::lock::{self, Lock, Room};
 use crate::output::progress::Verbosity;
-use crate::output::say;
 use crate::scene::AnyScene;
 
 pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -141,7 +141,7 @@ impl Work<'_> {
         self.write(&rows, false)?;
         if self.settings.verbosity > Verbosity::Quiet {
             let open = missing(self.study, &self.mine, &rows).len();
-            say::note(&format!("{line} ({} of {})", self.mine.len() - open, self.mine.len()));
+            console::note(&format!("{line} ({} of {})", self.mine.len() - open, self.mine.len()));
             // what many runs say is said once
             let others: Vec<&String> = rows
                 .iter()
@@ -151,7 +151,7 @@ impl Work<'_> {
                 .flat_map(|row| &row.said)
                 .collect();
             for note in rows[at].iter().flat_map(|row| &row.said).filter(|note| !others.contains(note)) {
-                say::note(&format!("    note: {}", note.strip_prefix("note: ").unwrap_or(note)));
+                console::note(&format!("    note: {}", note.strip_prefix("note: ").unwrap_or(note)));
             }
         }
         Ok(())
