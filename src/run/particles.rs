@@ -26,7 +26,7 @@ use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::given_overlap;
 use crate::scene::particles::Dynamics;
 use crate::scene::{Field, ParticlesScene, measured};
-use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
+use crate::scheme::adaptive::{AdaptedStep, AdaptiveStep, EASY, Refusal};
 use crate::shape::Wrench;
 use crate::shape::{Pose, Twist};
 use crate::space;
@@ -77,7 +77,7 @@ pub fn report(scene: &ParticlesScene) -> Result<ParticlesReport, RunError> {
         area: bodies.iter().map(|body| body.shape.area()).sum(),
         mass: bodies.iter().map(|body| body.mass()).sum(),
         walls: scene.bodies.walls.len(),
-        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        steps: disk::steps(scene.time.bounds.step, scene.time.end, scene.time.max_steps),
         disk_mib: bytes / MIB,
         body: BodiesReport::new(&scene.bodies),
         remarks: remarks(scene),
@@ -94,7 +94,7 @@ fn written(scene: &ParticlesScene) -> f64 {
         bodies,
         checkpoint: 12.0 * bodies as f64,
         columns: measured(&scene.outputs).len(),
-        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        steps: disk::steps(scene.time.bounds.step, scene.time.end, scene.time.max_steps),
         end: scene.time.end,
     };
     disk::bytes(&scene.outputs, &sizes)
@@ -103,9 +103,9 @@ fn written(scene: &ParticlesScene) -> f64 {
 /// What is worth knowing before the run and no error.
 fn remarks(scene: &ParticlesScene) -> Vec<String> {
     let mut remarks = scene.source().notes().to_vec();
-    let steps = scene.time.end / scene.time.pace.step;
+    let steps = scene.time.end / scene.time.bounds.step;
     if steps > 1e6 && scene.time.max_steps.is_none() {
-        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.pace.step, scene.time.end));
+        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.bounds.step, scene.time.end));
     }
     remarks.extend(given_overlap(&scene.bodies.bodies, &scene.bodies.walls));
     remarks
@@ -183,7 +183,7 @@ pub fn run(scene: &ParticlesScene, options: &Options) -> Result<MotionSummary, R
 struct Stepper<'s> {
     scene: &'s ParticlesScene,
     particles: Particles,
-    pace: Pace,
+    step_control: AdaptiveStep,
     stiffness: Stiffness,
     poses: Vec<Pose>,
     twists: Vec<Twist>,
@@ -191,7 +191,7 @@ struct Stepper<'s> {
 }
 
 /// What a checkpoint holds.
-type State = (ParticleState, Vec<Contact>, Pace);
+type State = (ParticleState, Vec<Contact>, AdaptiveStep);
 
 impl<'s> Stepper<'s> {
     fn new(scene: &'s ParticlesScene) -> Result<Self, RunError> {
@@ -225,7 +225,7 @@ impl<'s> Stepper<'s> {
         let mut stepper = Self {
             scene,
             particles,
-            pace: Pace::default(),
+            step_control: AdaptiveStep::default(),
             stiffness,
             poses: Vec::new(),
             twists: Vec::new(),
@@ -243,13 +243,13 @@ impl<'s> Stepper<'s> {
     fn restore(&mut self, state: &[u8], file: &Path) -> Result<(), RunError> {
         let read = postcard::from_bytes::<State>(state).ok();
         let fits = read.filter(|(state, ..)| state.poses.len() == self.poses.len());
-        let Some((state, contacts, pace)) = fits else {
+        let Some((state, contacts, step_control)) = fits else {
             let (path, what) = (file.display().to_string(), "does not fit the bodies of its scene".to_owned());
             let hint = "run the scene again";
             return Err(RunError::Output(OutputError::Malformed { path, what, hint }));
         };
         self.particles.restore(state);
-        (self.contacts, self.pace) = (contacts, pace);
+        (self.contacts, self.step_control) = (contacts, step_control);
         self.take_state();
         Ok(())
     }
@@ -317,8 +317,8 @@ impl Drive for Acting<'_> {
 
 impl Mover for Stepper<'_> {
     fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String> {
-        let Self { scene, particles, pace, stiffness, .. } = self;
-        let paced = pace.advance((t, landing), &scene.time.pace, |t, dt| {
+        let Self { scene, particles, step_control, stiffness, .. } = self;
+        let made = step_control.advance((t, landing), &scene.time.bounds, |t, dt| {
             let acting = Acting { scene, t, end: t + dt };
             let failure = |error: ContactError| match error.is_cured_by_a_smaller_step() {
                 true => Refusal::Contact(error.to_string()),
@@ -332,7 +332,7 @@ impl Mover for Stepper<'_> {
             };
             Ok((particles.step_along(stiffness, dt, &acting).map_err(failure)?, easy))
         })?;
-        let Paced { t, dt, rejected, why, done: report } = paced;
+        let AdaptedStep { t, dt, rejected, why, done: report } = made;
         self.contacts = report.contacts;
         self.take_state();
         let notes = why.iter().map(|why| shortened(t, dt, why)).collect();
@@ -340,7 +340,8 @@ impl Mover for Stepper<'_> {
     }
 
     fn state(&self) -> Vec<u8> {
-        postcard::to_stdvec(&(self.particles.state(), &self.contacts, &self.pace)).expect("numbers are always written")
+        postcard::to_stdvec(&(self.particles.state(), &self.contacts, &self.step_control))
+            .expect("numbers are always written")
     }
 
     fn poses(&self) -> &[Pose] {

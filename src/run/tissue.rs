@@ -27,7 +27,7 @@ use crate::output::bodies::{Cast, Moment};
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::scene::bodies::Bodies;
 use crate::scene::{Field, Scene, SceneError, What};
-use crate::scheme::pace::Refusal;
+use crate::scheme::adaptive::Refusal;
 use crate::shape::Wrench;
 use crate::shape::{Pose, Shape, Twist};
 use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};

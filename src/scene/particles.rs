@@ -11,7 +11,7 @@ use super::output::{Output, OutputTable};
 use super::resolve;
 use super::source::SceneSource;
 use crate::expression::{Expression, VectorFormula};
-use crate::scheme::pace::PaceSettings;
+use crate::scheme::adaptive::StepBounds;
 
 /// A computation with particles, checked.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ pub enum Dynamics {
 /// Equal steps, but for those that land on an output and those that would be too long.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionTime {
-    pub pace: PaceSettings,
+    pub bounds: StepBounds,
     pub end: f64,
     /// What forces that vary with a body's place may change of its way in a step, relative to its size.
     pub tolerance: f64,

@@ -22,7 +22,7 @@ use crate::model::State;
 use crate::model::incompressible::Incompressible;
 use crate::model::mobility::Mobility;
 use crate::model::momentum::MomentumError;
-use crate::scheme::pace::Refusal;
+use crate::scheme::adaptive::Refusal;
 use crate::shape::{Pose, Twist};
 
 /// What forces that vary with a body's place may change of its way in a step, relative to its size.

@@ -25,7 +25,7 @@ use crate::run::resolution::Resolution;
 use crate::run::writer::nodal;
 use crate::scene::particles::MotionTime;
 use crate::scene::{Field, StokesScene};
-use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
+use crate::scheme::adaptive::{AdaptedStep, AdaptiveStep, EASY, Refusal};
 use crate::shape::Wrench;
 use crate::shape::{Pose, Twist};
 use crate::space;
@@ -39,7 +39,7 @@ pub struct Checkpoint {
     /// As they are shown.
     twists: Vec<Twist>,
     contacts: Vec<Contact>,
-    pace: Pace,
+    step_control: AdaptiveStep,
 }
 
 impl Checkpoint {
@@ -120,7 +120,7 @@ impl Stepper {
             bonds: Bonds::default(),
             twists: carried.twists.clone(),
             contacts: Vec::new(),
-            pace: Pace::default(),
+            step_control: AdaptiveStep::default(),
         });
         let map_tools = MapTools::new(Caption::of_flow(scene));
         let stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| model(error.into()))?;
@@ -198,8 +198,8 @@ impl Stepper {
             }
         }
         self.carried = carried;
-        let pace = self.good.pace.clone();
-        self.good = Checkpoint { t: t + dt, motion: self.flow.motion.clone(), bonds, twists, contacts, pace };
+        let step_control = self.good.step_control.clone();
+        self.good = Checkpoint { t: t + dt, motion: self.flow.motion.clone(), bonds, twists, contacts, step_control };
         Ok((iterations, easy))
     }
 }
@@ -216,10 +216,10 @@ fn parameters(friction: f64) -> Parameters {
 
 impl Mover for Stepper {
     fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, String> {
-        let (mut pace, settings) = (self.good.pace.clone(), self.time.pace);
-        let paced = pace.advance((t, landing), &settings, |t, dt| self.step(t, dt))?;
-        self.good.pace = pace;
-        let Paced { t, dt, rejected, why, done: iterations } = paced;
+        let (mut step_control, settings) = (self.good.step_control.clone(), self.time.bounds);
+        let made = step_control.advance((t, landing), &settings, |t, dt| self.step(t, dt))?;
+        self.good.step_control = step_control;
+        let AdaptedStep { t, dt, rejected, why, done: iterations } = made;
         let mut notes: Vec<String> = why.iter().map(|why| shortened(t, dt, why)).collect();
         let (mesh, bodies) = (&self.flow.loops.mesh, &self.flow.guide.bodies);
         notes.extend(self.resolution.of_bodies(mesh, bodies, &self.flow.motion.poses));

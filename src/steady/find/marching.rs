@@ -1,7 +1,7 @@
 //! The way of time marching, the last resort: until the state is steady or repeats itself.
 
 use super::{Event, Finder, Try, Way};
-use crate::scheme::pace::Smallest;
+use crate::scheme::adaptive::SmallestStep;
 use crate::steady::oscillation::{Oscillation, Watch};
 use crate::steady::pseudo::{Pseudo, Stall, Work, relax};
 use crate::steady::spectrum::Mode;
@@ -106,7 +106,7 @@ fn resolving(mut settings: MarchSettings, mode: Option<&Mode>) -> MarchSettings 
         let step = std::f64::consts::TAU / omega / STEPS_PER_PERIOD;
         settings.control.step = settings.control.step.min(step);
         let step_min = settings.control.step_min.value().min(1e-6 * step);
-        settings.control.step_min = Smallest::Given(step_min);
+        settings.control.step_min = SmallestStep::Given(step_min);
     }
     settings
 }
