@@ -61,8 +61,8 @@ pub enum BodyError {
 /// What a body and a cell have in common.
 #[derive(Debug, Clone)]
 pub struct CoveredPart {
-    /// `∫ 2 D(v):D(w)` over the part, to be multiplied by [`CoveredPart::strength`]; `None` where the part is too small to
-    /// count.
+    /// `∫ 2 D(v):D(w)` over the part, to be multiplied by [`CoveredPart::strength`]; `None` where the part is too
+    /// small to count.
     pub viscosity: Option<Vec<f64>>,
     /// `∫ v·w` over the part.
     pub mass: Vec<f64>,
