@@ -99,7 +99,9 @@ fn section(number: usize, folder: &Results, count: usize, room: &mut pictures::R
             @match folder.kind {
                 ResultsKind::Run | ResultsKind::Sections => (run::section(folder, room)),
                 ResultsKind::Comparison => (comparison::section(folder, room)),
-                ResultsKind::Sweep | ResultsKind::Order | ResultsKind::Branches | ResultsKind::Tradeoff => (study::section(folder, room)),
+                ResultsKind::Sweep | ResultsKind::Order | ResultsKind::Branches | ResultsKind::Tradeoff => {
+                    (study::section(folder, room))
+                }
             }
             @if let Some(settings) = &folder.settings {
                 details {
