@@ -7,13 +7,14 @@ use monolayer::contact::{Contact, Partner, Wall};
 use monolayer::measure::bodies::{Load, kinetic_energy, loads, overlap, smallest_gap, touching, wall_force};
 use monolayer::mesh::Point;
 use monolayer::output::bodies::{
-    Asked, BodyFiles, Cast, Colour, Look, Member, Moment, overlay, picture, write_bodies, write_contacts, write_walls,
+    BodyFiles, BodyOutputs, Cast, Colour, Look, Member, Moment, overlay, picture, write_bodies, write_contacts,
+    write_walls,
 };
 use monolayer::output::frames::durations;
 use monolayer::output::plot::map::{Map, Window};
 use monolayer::output::pvd::{Entry, Series};
 use monolayer::output::timed::TimedTable;
-use monolayer::results::bodies::{Seen, tracks};
+use monolayer::results::bodies::{BodiesAtTime, tracks};
 use monolayer::shape::{Pose, Shape, Twist};
 use tiny_skia::Pixmap;
 use vtkio::model::{Attribute, DataSet, IOBuffer, PolyDataPiece, VertexNumbers, Vtk};
@@ -141,7 +142,8 @@ fn numbers_that_are_not_finite_are_refused_with_the_name_of_the_body() {
     let mut wrong = poses();
     wrong[1].angle = f64::NAN;
     let mut files =
-        BodyFiles::new(folder.path(), cast.clone(), Asked { bodies: true, ..Asked::default() }, None).unwrap();
+        BodyFiles::new(folder.path(), cast.clone(), BodyOutputs { bodies: true, ..BodyOutputs::default() }, None)
+            .unwrap();
     let table = std::fs::read(folder.path().join("bodies.csv")).unwrap();
     with(&cast, 0.0, &wrong, |moment| {
         let error = files.write(0, moment).unwrap_err().to_string();
@@ -163,7 +165,7 @@ fn numbers_that_are_not_finite_are_refused_with_the_name_of_the_body() {
 /// Writes the steps of a run that begins new or at a time.
 fn write(folder: &Path, steps: std::ops::Range<usize>, resume: Option<f64>) {
     let cast = cast();
-    let asked = Asked { bodies: true, contacts: true, pictures: true };
+    let asked = BodyOutputs { bodies: true, contacts: true, pictures: true };
     let mut files = BodyFiles::new(folder, cast.clone(), asked, resume).unwrap();
     let index = folder.join("fields.pvd");
     let mut fields = resume.map_or_else(|| Series::create(&index), |t| Series::resume(&index, t)).unwrap();
@@ -339,13 +341,13 @@ fn results_of_bodies_are_shown() {
     std::fs::write(run.join("scene.toml"), "[model]\nkind = \"particles\"\n").unwrap();
     write(&run, 0..3, None);
 
-    let seen = Seen::read(&run, None).unwrap().unwrap();
+    let seen = BodiesAtTime::read(&run, None).unwrap().unwrap();
     let mut last = poses();
     last[0].position.x -= 0.2;
     assert_eq!((seen.time, &seen.cast, &seen.poses[..], &seen.twists[..]), (0.2, &cast(), &last[..], &twists()[..]));
     assert_eq!(seen.contacts[2].partner, Partner::Wall(0));
-    assert_eq!(Seen::read(&run, Some(0.1)).unwrap().unwrap().poses[0].position.x, -0.1);
-    assert_eq!(Seen::read(&run, Some(0.15)).unwrap(), None);
+    assert_eq!(BodiesAtTime::read(&run, Some(0.1)).unwrap().unwrap().poses[0].position.x, -0.1);
+    assert_eq!(BodiesAtTime::read(&run, Some(0.15)).unwrap(), None);
     let (found, left_out) = tracks(&run, &[], 1).unwrap();
     assert_eq!((found[0].rows.len(), left_out), (3, 1));
 
@@ -381,6 +383,6 @@ fn results_of_bodies_are_shown() {
         assert!(!output.status.success() && parts.iter().all(|part| error.contains(part)), "{error}");
     }
     std::fs::write(run.join("bodies.json"), "{}").unwrap();
-    let error = Seen::read(&run, None).unwrap_err().to_string();
+    let error = BodiesAtTime::read(&run, None).unwrap_err().to_string();
     assert!(error.contains("bodies.json") && error.contains("hint"), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use monolayer::results::curves::{What, Wish, curves};
+use monolayer::results::curves::{CurveSettings, What, curves};
 use monolayer::results::{Results, ResultsError, ResultsKind};
 
 #[derive(Debug, clap::Args)]
@@ -72,8 +72,8 @@ impl Args {
         Ok(said)
     }
 
-    fn wish(&self) -> Result<Wish, ResultsError> {
-        Ok(Wish {
+    fn wish(&self) -> Result<CurveSettings, ResultsError> {
+        Ok(CurveSettings {
             what: self.what.iter().map(|name| What::parse(name)).collect::<Result<_, _>>()?,
             quantities: self.quantity.clone(),
             axes: self.axis.clone(),

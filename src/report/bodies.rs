@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::tables::{cell, short};
 use crate::output::frames::Frame;
 use crate::results::Results;
-use crate::results::bodies::Seen;
+use crate::results::bodies::BodiesAtTime;
 
 /// Rows of the table.
 const MOST: usize = 40;
@@ -13,7 +13,7 @@ const HEAD: [&str; 9] = ["x₁", "x₂", "θ", "V₁", "V₂", "ω", "f₁", "f�
 
 /// Where the bodies are at the end.
 pub(super) fn table(run: &Results, notes: &mut Vec<String>) -> Markup {
-    let seen = match Seen::read(&run.path, None) {
+    let seen = match BodiesAtTime::read(&run.path, None) {
         Ok(Some(seen)) => seen,
         Ok(None) => return html! {},
         Err(error) => {

@@ -15,7 +15,7 @@ mod tables;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::names::MADE_BY;
-use crate::results::curves::{Wish, curves};
+use crate::results::curves::{CurveSettings, curves};
 use crate::results::{Results, ResultsKind, differing};
 
 const STYLE: &str = include_str!("style.css");
@@ -29,7 +29,7 @@ pub fn page(folders: &[Results]) -> String {
         [only] => only.title(),
         [] | [_, ..] => format!("{} results", folders.len()),
     };
-    let mut room = pictures::Room::of_page();
+    let mut budget = pictures::ByteBudget::of_page();
     let document = html! {
         (DOCTYPE)
         html lang="en" {
@@ -49,7 +49,7 @@ pub fn page(folders: &[Results]) -> String {
                         (together(folders))
                     }
                     @for (k, folder) in folders.iter().enumerate() {
-                        (section(k, folder, folders.len(), &mut room.share(folders.len() - k)))
+                        (section(k, folder, folders.len(), &mut budget.share(folders.len() - k)))
                     }
                 }
                 footer { "Written by monolayer " (env!("CARGO_PKG_VERSION")) ". Everything is dimensionless." }
@@ -79,7 +79,7 @@ fn together(folders: &[Results]) -> Markup {
     if runs.len() < 2 {
         return html! {};
     }
-    let drawn = curves(&runs, &Wish::default()).unwrap_or_default();
+    let drawn = curves(&runs, &CurveSettings::default()).unwrap_or_default();
     html! {
         section {
             h2 { "Side by side" }
@@ -90,17 +90,17 @@ fn together(folders: &[Results]) -> Markup {
     }
 }
 
-fn section(number: usize, folder: &Results, count: usize, room: &mut pictures::Room) -> Markup {
+fn section(number: usize, folder: &Results, count: usize, budget: &mut pictures::ByteBudget) -> Markup {
     let one_of_many = count > 1;
     html! {
         section id={ "results-" (number + 1) } {
             @if one_of_many { h2 { (folder.title()) } } @else { h1 { (folder.title()) } }
             p.path { (kind(folder.kind)) " in " code { (folder.path.display()) } }
             @match folder.kind {
-                ResultsKind::Run | ResultsKind::Sections => (run::section(folder, room)),
-                ResultsKind::Comparison => (comparison::section(folder, room)),
+                ResultsKind::Run | ResultsKind::Sections => (run::section(folder, budget)),
+                ResultsKind::Comparison => (comparison::section(folder, budget)),
                 ResultsKind::Sweep | ResultsKind::Order | ResultsKind::Branches | ResultsKind::Tradeoff => {
-                    (study::section(folder, room))
+                    (study::section(folder, budget))
                 }
             }
             @if let Some(settings) = &folder.settings {

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::pictures;
 use super::tables::{notes, sortable};
-use crate::results::curves::{What, Wish, curves};
+use crate::results::curves::{CurveSettings, What, curves};
 use crate::results::study::Columns;
 use crate::results::{Drawn, Results, ResultsKind, Table};
 
@@ -15,19 +15,19 @@ const FEW: usize = 8;
 const GOOD: [&str; 4] = ["finished", "complete", "done", ""];
 
 /// The whole section of a study.
-pub(super) fn section(study: &Results, room: &mut pictures::Room) -> Markup {
+pub(super) fn section(study: &Results, budget: &mut pictures::ByteBudget) -> Markup {
     let mut remarks = study.problems.clone();
     for part in &study.parts {
         remarks.extend(part.problems.iter().map(|problem| format!("{}: {problem}", part.name)));
     }
     remarks.extend(said(study));
     let failures = failures(study);
-    let (shown, count) = pictures::of_folder(study, room, &mut remarks);
+    let (shown, count) = pictures::of_folder(study, budget, &mut remarks);
     let parts: Vec<(String, Markup)> = study
         .parts
         .iter()
         .filter(|part| part.kind == ResultsKind::Order)
-        .map(|part| (part.name.clone(), pictures::of_folder(part, room, &mut remarks).0))
+        .map(|part| (part.name.clone(), pictures::of_folder(part, budget, &mut remarks).0))
         .collect();
     let drawn = own_curves(study, count, &mut remarks);
     html! {
@@ -67,7 +67,8 @@ fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> Dr
     let few = study.parts.len() <= FEW;
     for what in over_parameters.into_iter().chain(COMPARED.into_iter().filter(|_| few)) {
         // of the sections one quantity is enough for a page of many runs
-        let wish = Wish { what: vec![what], quantities: vec!["velocity_1".to_owned()], ..Wish::default() };
+        let wish =
+            CurveSettings { what: vec![what], quantities: vec!["velocity_1".to_owned()], ..CurveSettings::default() };
         // what the folder does not have is an error for a wish by name alone
         let drawn = curves(&[study], &wish).unwrap_or_default();
         all.pictures.extend(drawn.pictures);

@@ -11,7 +11,7 @@ use crate::shape::{Pose, Twist};
 
 /// The bodies at a time that the table has.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct BodiesAtTime {
     pub cast: Cast,
     pub time: f64,
     pub poses: Vec<Pose>,
@@ -32,7 +32,7 @@ pub struct Track {
 /// Row of a table: its time, its texts and its numbers.
 type Row = (f64, Vec<String>, Vec<f64>);
 
-impl Seen {
+impl BodiesAtTime {
     /// The bodies at the last time at which all of them are in the table, or at a given time of it; `None` where a run
     /// has left none.
     ///

@@ -14,7 +14,7 @@ mod sections;
 pub mod study;
 pub mod table;
 
-pub use curves::{Drawn, Picture, What, Wish};
+pub use curves::{CurveSettings, Drawn, Picture, What};
 pub use folder::{Results, ResultsKind};
 pub use label::{Setting, differing, labels, parameters};
 pub use names::symbol;

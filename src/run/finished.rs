@@ -11,14 +11,14 @@ use crate::time::{Checkpoint, March};
 
 /// Scene and checkpoint of a run, before anything is built of them.
 #[derive(Debug)]
-pub struct Left {
+pub struct FinishedRun {
     pub scene: Scene,
     saved: Saved,
     /// Of the checkpoint.
     file: PathBuf,
 }
 
-impl Left {
+impl FinishedRun {
     /// Reads `scene.toml` and `checkpoint.bin` of a run's folder.
     ///
     /// # Errors
@@ -65,9 +65,9 @@ impl Finished {
     /// Reads the folder of a run and prepares its fields.
     ///
     /// # Errors
-    /// As [`Left::read`] and [`Left::on`].
+    /// As [`FinishedRun::read`] and [`FinishedRun::on`].
     pub fn read(folder: &Path) -> Result<Self, RunError> {
-        let left = Left::read(folder)?;
+        let left = FinishedRun::read(folder)?;
         // nothing will be solved for, so the memory of a run is not needed
         let setup = Setup::within(&left.scene, None)?;
         let (scene, saved) = left.on(&setup.mesh, |saved| setup.fits(saved))?;

@@ -30,7 +30,7 @@ use crate::scene::{Field, Scene, SceneError, What};
 use crate::scheme::adaptive::Refusal;
 use crate::shape::Wrench;
 use crate::shape::{Pose, Shape, Twist};
-use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
+use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoCorrection, TwistCorrection};
 use crate::time::{Sheet, SheetKind, StepReport};
 
 /// Whether a scene has bodies that move.
@@ -298,7 +298,7 @@ struct Pushed {
     friction: f64,
 }
 
-impl Referee for Pushed {
+impl TwistCorrection for Pushed {
     fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, Refusal> {
         let both = self.bodies.iter().zip(poses).zip(&predicted);
         let movers: Vec<Moved> =
@@ -323,11 +323,11 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl Mover for Swimmers {
     fn advance(&mut self, _: f64, landing: f64) -> Result<Stride, String> {
-        let referee: &mut dyn Referee = match &mut self.contact {
+        let correction: &mut dyn TwistCorrection = match &mut self.contact {
             Some(pushed) => pushed,
-            None => &mut NoReferee,
+            None => &mut NoCorrection,
         };
-        let report = self.march.advance(landing, &NEVER, referee).map_err(|error: MovingError| error.to_string())?;
+        let report = self.march.advance(landing, &NEVER, correction).map_err(|error: MovingError| error.to_string())?;
         if let Some(pushed) = &self.contact {
             self.contacts.clone_from(&pushed.contacts);
         }

@@ -19,7 +19,7 @@ use crate::measure::cut::{Bases, Columns};
 use crate::measure::{Census, Circle, Defects, Line, MeasureError, Section, StreamFunction};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
-use crate::output::bodies::{Asked, BodyFiles};
+use crate::output::bodies::{BodyFiles, BodyOutputs};
 use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
 use crate::output::pvd::Series;
@@ -124,7 +124,7 @@ impl Writer {
         }
         if let Some(rest) = tissue::at_rest(scene, setup) {
             let (bodies, pictures) = (!writer.tables.is_empty(), !writer.maps.is_empty());
-            let asked = Asked { bodies, contacts: false, pictures };
+            let asked = BodyOutputs { bodies, contacts: false, pictures };
             let files = BodyFiles::new(out, rest.cast.clone(), asked, last_time)?;
             writer.rest = Some((rest, files));
         }

@@ -6,7 +6,7 @@ use nalgebra::Complex;
 use super::arclength::{Direction, Family, Metric, Place, correct, direction, slope};
 use super::fork::{Fork, critical};
 use super::pseudo::{Stall, Work};
-use super::spectrum::{Ask, Spectrum, Stability, spectrum};
+use super::spectrum::{Spectrum, SpectrumSettings, Stability, spectrum};
 use crate::solve::root;
 use crate::time::Sheet;
 
@@ -262,7 +262,8 @@ impl Walk<'_, '_> {
             ahead.xi = -ahead.xi;
         }
         // half of the price of a point; where a branch begins they are searched for
-        let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: false, fast: behind.is_none() };
+        let ask =
+            SpectrumSettings { wanted: self.settings.eigenvalues, growing_suffices: false, fast: behind.is_none() };
         let spectrum = spectrum(&*model, &place.state, ask, &mut self.work)?;
         Ok(Station { place, ahead, spectrum, corrections })
     }

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::oscillation::Oscillation;
 use super::pseudo::{Pseudo, PseudoStep, Stall, Work, relax};
-use super::spectrum::{Ask, Mode, Spectrum, spectrum};
+use super::spectrum::{Mode, Spectrum, SpectrumSettings, spectrum};
 use crate::model::{Residuals, State};
 use crate::time::equations::Trial;
 use crate::time::kept_factors::KeptFactors;
@@ -258,7 +258,7 @@ impl Finder<'_, '_> {
     fn judge(&mut self, state: State, leaves: bool) -> Result<Steady, Stall> {
         let model = self.model;
         let residuals = model.residuals(&state, 0.0).map_err(StepFailure::from)?;
-        let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: leaves, fast: true };
+        let ask = SpectrumSettings { wanted: self.settings.eigenvalues, growing_suffices: leaves, fast: true };
         let mut work = Work { kept: &mut self.kept, phases: &mut *self.phases, interrupt: self.interrupt };
         let found = (ask.wanted > 0).then(|| spectrum(model, &state, ask, &mut work)).transpose()?;
         Ok(Steady { state, residuals, spectrum: found })

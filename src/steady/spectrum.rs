@@ -122,7 +122,7 @@ impl Spectrum {
 
 /// What a search for eigenvalues has to bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ask {
+pub struct SpectrumSettings {
     /// Eigenvalues, a pair counted twice, that must converge about the first shift.
     pub wanted: usize,
     /// Whether a mode that grows is all that is asked for.
@@ -135,7 +135,7 @@ pub struct Ask {
 ///
 /// # Errors
 /// A factorisation that fails; an interrupt.
-pub fn spectrum(model: &dyn Sheet, state: &State, ask: Ask, work: &mut Work) -> Result<Spectrum, Stall> {
+pub fn spectrum(model: &dyn Sheet, state: &State, ask: SpectrumSettings, work: &mut Work) -> Result<Spectrum, Stall> {
     let mut found = Spectrum { modes: Vec::new(), searched: Vec::new() };
     let shifts = if ask.fast { &SHIFTS[..] } else { &SHIFTS[..1] };
     for &shift in shifts {

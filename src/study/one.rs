@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::child::{self, Ended, Job, RunSummary};
-use super::pool::{self, Gate};
+use super::pool::{self, MemoryGate};
 use super::results::Found;
 use crate::output::lock::{LOCK, Lock};
 use crate::output::progress::Verbosity;
@@ -16,12 +16,12 @@ use crate::scene::{AnyScene, renamed};
 
 /// How runs are done.
 #[derive(Debug)]
-pub struct Workshop<'a> {
+pub struct RunLauncher<'a> {
     /// Runs are processes of this program; without one they are done in this process.
     pub program: Option<&'a Path>,
     pub threads: usize,
     /// Where more than one goes on at a time.
-    pub gate: Option<Gate>,
+    pub gate: Option<MemoryGate>,
     pub verbosity: Verbosity,
     pub interrupt: &'a AtomicBool,
 }
@@ -42,9 +42,9 @@ struct Attempt<'r> {
 
 /// A process that was killed may not be the only one: time for the same to happen to this one before it calls that a
 /// failure.
-const MOURNING: Duration = Duration::from_millis(300);
+const SIGNAL_DELAY: Duration = Duration::from_millis(300);
 
-impl Workshop<'_> {
+impl RunLauncher<'_> {
     /// Does a run, continues it, or finds it done; and the seconds that it took. `None` if it was interrupted before it
     /// could say anything. What is half done goes on from its checkpoint, but for searches for steady states, which
     /// have the same bits only when they begin anew.
@@ -123,7 +123,7 @@ impl Workshop<'_> {
     fn judge(&self, folder: &Path, ended: Ended) -> Result<Option<Found>, OutputError> {
         let interrupted = self.interrupt.load(Ordering::Relaxed) || ended.status.code() == Some(130);
         if ended.was_killed() {
-            std::thread::sleep(MOURNING);
+            std::thread::sleep(SIGNAL_DELAY);
         }
         let reason = ended.reason();
         let summary = match ended.summary {

@@ -9,8 +9,8 @@ use std::str::FromStr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::one::{Workshop, clear};
-use super::pool::Gate;
+use super::one::{RunLauncher, clear};
+use super::pool::MemoryGate;
 use super::results::Row;
 use super::sweep_file::SweepStudy;
 use super::work::{Work, held};
@@ -103,14 +103,14 @@ pub fn run(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<Sweep,
         None => 1,
         Some(_) => settings.jobs.unwrap_or(settings.cores).min(open.len()).max(1),
     };
-    let gate = if jobs > 1 { Some(Gate::new(available()?)) } else { None };
+    let gate = if jobs > 1 { Some(MemoryGate::new(available()?)) } else { None };
     let (threads, program) = ((settings.cores / jobs).max(1), settings.program);
-    let workshop = Workshop { program, threads, gate, verbosity: settings.verbosity, interrupt: settings.interrupt };
+    let launcher = RunLauncher { program, threads, gate, verbosity: settings.verbosity, interrupt: settings.interrupt };
     let work = Work {
         study,
         out,
         settings,
-        workshop,
+        launcher,
         mine,
         rows: Mutex::new(rows),
         queue: Mutex::new(open),

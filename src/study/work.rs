@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::one::{Workshop, clear};
+use super::one::{RunLauncher, clear};
 use super::results::{self, Branch, Found, Row, Start};
 use super::sweep::{Settings, Shard, is_bad, missing, write_tables};
 use super::sweep_file::SweepStudy;
@@ -25,7 +25,7 @@ pub(super) struct Work<'a> {
     pub study: &'a SweepStudy,
     pub out: &'a Path,
     pub settings: &'a Settings<'a>,
-    pub workshop: Workshop<'a>,
+    pub launcher: RunLauncher<'a>,
     /// Runs of this shard.
     pub mine: Vec<usize>,
     pub rows: Mutex<Vec<Option<Row>>>,
@@ -98,11 +98,11 @@ impl Work<'_> {
                 return Ok(Row::read(case, self.out));
             }
         };
-        let Some((found, seconds)) = self.workshop.ensure(&folder, &scene, lock)? else { return Ok(None) };
+        let Some((found, seconds)) = self.launcher.ensure(&folder, &scene, lock)? else { return Ok(None) };
         let seconds = seconds + before.map_or(0.0, |row| row.seconds);
         let mut start = (!self.study.warm.is_empty()).then_some(Start { branch: Branch::Start, distance: None });
         if let Some(neighbour) = neighbour.filter(|_| found.is_good() && found.is_complete()) {
-            match warm::judge(self.study, &self.workshop, self.out, at, neighbour, lock)? {
+            match warm::judge(self.study, &self.launcher, self.out, at, neighbour, lock)? {
                 None => return Ok(None),
                 Some((judged, notes)) => {
                     start = Some(judged);

@@ -8,7 +8,7 @@ use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::space::Field;
 use monolayer::steady::pseudo::Work;
-use monolayer::steady::spectrum::{Ask, Mode, Spectrum, spectrum};
+use monolayer::steady::spectrum::{Mode, Spectrum, SpectrumSettings, spectrum};
 use monolayer::time::Phases;
 use monolayer::time::kept_factors::KeptFactors;
 use monolayer::time::sheet::SheetKind;
@@ -102,7 +102,7 @@ pub fn state(model: &Incompressible, p: Field) -> State {
 pub fn spectrum_of(model: &Incompressible, state: &State, wanted: usize) -> Spectrum {
     let (mut kept, mut phases, interrupt) = (KeptFactors::default(), Phases::default(), AtomicBool::new(false));
     let mut work = Work { kept: &mut kept, phases: &mut phases, interrupt: &interrupt };
-    spectrum(model, state, Ask { wanted, growing_suffices: false, fast: true }, &mut work).unwrap()
+    spectrum(model, state, SpectrumSettings { wanted, growing_suffices: false, fast: true }, &mut work).unwrap()
 }
 
 /// `‖x‖` in the space of polarities.

@@ -15,7 +15,7 @@ const CONTACT_COLUMNS: [&str; 7] = ["body", "partner", "gap", "force", "gamma", 
 
 /// What a run writes of its bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Asked {
+pub struct BodyOutputs {
     /// `bodies.pvd`, `contacts.pvd`, `bodies/*.vtp` and `bodies.csv`.
     pub bodies: bool,
     /// `contacts.csv`.
@@ -24,7 +24,7 @@ pub struct Asked {
     pub pictures: bool,
 }
 
-/// Writes what a run asks for: `bodies.json` where there are bodies, the rest as [`Asked`].
+/// Writes what a run asks for: `bodies.json` where there are bodies, the rest as [`BodyOutputs`].
 ///
 /// A moment is written once: a second call for the same step and time does nothing.
 #[derive(Debug)]
@@ -45,7 +45,7 @@ impl BodyFiles {
     ///
     /// # Errors
     /// Folders or files that cannot be written, results that cannot be continued.
-    pub fn new(out: &Path, cast: Cast, asked: Asked, resume: Option<f64>) -> Result<Self, OutputError> {
+    pub fn new(out: &Path, cast: Cast, asked: BodyOutputs, resume: Option<f64>) -> Result<Self, OutputError> {
         let folder = out.join("bodies");
         if asked.bodies {
             make_folder(&folder)?;

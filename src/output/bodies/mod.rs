@@ -10,7 +10,7 @@ mod vtp;
 
 use std::path::Path;
 
-pub use files::{Asked, BodyFiles};
+pub use files::{BodyFiles, BodyOutputs};
 pub use outline::{contains, outline};
 pub use picture::{Colour, Look, overlay, picture, view};
 pub use vtp::{write_bodies, write_contacts, write_walls};

@@ -9,7 +9,7 @@ use crate::measure::Measure;
 use crate::measure::bodies::loads;
 use crate::measure::list::Taken;
 use crate::output::OutputError;
-use crate::output::bodies::{Asked, BodyFiles, Cast, Look, Moment, picture, view};
+use crate::output::bodies::{BodyFiles, BodyOutputs, Cast, Look, Moment, picture, view};
 use crate::output::history::History;
 use crate::output::plot::map::Window;
 use crate::output::pvd::Series;
@@ -68,7 +68,7 @@ impl Files {
             written: None,
             last_checkpoint: Instant::now(),
         };
-        let mut want = Asked::default();
+        let mut want = BodyOutputs::default();
         for output in plan.outputs {
             match &output.what {
                 What::Fields(fields) => files.fields.push((fields.clone(), output.schedule)),

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use super::CompareStudy;
 use super::derive::{Spot, velocities};
-use super::how::{How, Told, X, Y};
-use super::reader::{self, Numbered, Rows};
+use super::how::{How, VelocitySource, X, Y};
+use super::reader::{self, NameNumbers, Rows};
 use crate::measure::measured::Sample;
 use crate::mesh::Point;
 use crate::study::StudyError;
@@ -40,7 +40,7 @@ impl Tracks {
     /// that is needed; fewer than two frames; no row in the box.
     pub fn read(study: &CompareStudy) -> Result<Self, StudyError> {
         let mut found = Found::default();
-        let mut names = Numbered::default();
+        let mut names = NameNumbers::default();
         for (file, number) in study.files.iter().zip(0..) {
             let rows = reader::read(&file.path, study.how.cut, &study.how.wanted, &mut names)?;
             found.take(&study.how, &rows, file.frame, number);
@@ -135,8 +135,8 @@ impl Found {
             self.all += 1;
             let t = how.t.map_or(frame, |at| row[at]);
             let v = match how.told {
-                Told::Velocity { vx, vy } => how.velocity(row[vx], row[vy]),
-                Told::Track(_) => Point::zeros(),
+                VelocitySource::Velocity { vx, vy } => how.velocity(row[vx], row[vy]),
+                VelocitySource::Track(_) => Point::zeros(),
             };
             let x = how.length(row[X], row[Y]);
             let refused = how.keep.iter().find(|keep| !row[keep.at].is_nan() && !keep.accepted.contains(&row[keep.at]));
@@ -148,7 +148,7 @@ impl Found {
                 self.missing += 1;
                 continue;
             }
-            if let Told::Track(at) = how.told {
+            if let VelocitySource::Track(at) = how.told {
                 if row[at].is_nan() {
                     self.trackless += 1;
                     continue;
@@ -186,7 +186,7 @@ impl Found {
         if all == 0 {
             return Err(wrong(study, "has no rows".to_owned(), "one row for each cell and time".to_owned()));
         }
-        if matches!(study.how.told, Told::Track(_)) {
+        if matches!(study.how.told, VelocitySource::Track(_)) {
             self.follow(&mut notes);
         }
         if self.rows.is_empty() {
