@@ -105,7 +105,9 @@ fn section(number: usize, folder: &Results, count: usize, budget: &mut pictures:
             }
             @if let Some(settings) = &folder.settings {
                 details {
-                    summary { "Settings (" (if folder.kind == ResultsKind::Run { "scene.toml" } else { "study.toml" }) ")" }
+                    summary {
+                        "Settings (" (if folder.kind == ResultsKind::Run { "scene.toml" } else { "study.toml" }) ")"
+                    }
                     pre { (settings) }
                 }
             }

@@ -159,8 +159,8 @@ impl MovingMarch {
     /// Takes one step, trimmed to land on `landing`: moves the bodies, then solves.
     ///
     /// # Errors
-    /// Δt below its minimum, a failure that no smaller step can cure, or twists that `correction` cannot give. The state
-    /// is then the last good one.
+    /// Δt below its minimum, a failure that no smaller step can cure, or twists that `correction` cannot give. The
+    /// state is then the last good one.
     pub fn advance(
         &mut self,
         landing: f64,
