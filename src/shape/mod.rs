@@ -1,11 +1,11 @@
 //! Rigid bodies as geometry: shapes by distance and outline, poses, twists.
 
 pub mod distance;
-mod kinds;
 pub mod outline;
 mod pose;
+mod primitives;
 
 pub use distance::ShapeError;
-pub use kinds::{Shape, edges};
 pub use outline::Placed;
 pub use pose::{Pose, Twist, Wrench, perpendicular, rigid_motion, turned};
+pub use primitives::{Shape, edges};
