@@ -21,7 +21,7 @@ pub(super) fn table(run: &Results, notes: &mut Vec<String>) -> Markup {
             return html! {};
         }
     };
-    let count = seen.cast.bodies.len();
+    let count = seen.solids.bodies.len();
     let row = |k: usize| {
         let (pose, twist, load) = (&seen.poses[k], &seen.twists[k], &seen.loads[k]);
         let (x, v, f) = (pose.position, twist.velocity, load.force);
@@ -37,7 +37,7 @@ pub(super) fn table(run: &Results, notes: &mut Vec<String>) -> Markup {
                 }
                 thead { tr { th scope="col" { "body" } @for name in HEAD { th.number scope="col" { (name) } } } }
                 tbody {
-                    @for (k, member) in seen.cast.bodies.iter().take(MOST).enumerate() {
+                    @for (k, member) in seen.solids.bodies.iter().take(MOST).enumerate() {
                         tr {
                             th scope="row" { (member.name) @if member.fixed { " (fixed)" } }
                             @for value in row(k) { (cell(&value.to_string())) }

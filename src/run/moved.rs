@@ -6,14 +6,14 @@ use super::motion::saved::SavedMotion;
 use super::motion::{self, Mover};
 use super::{RunError, setup, stokes, tissue};
 use crate::measure::bodies::{Load, loads};
-use crate::output::bodies::{Cast, Moment};
+use crate::output::bodies::{Moment, Solids};
 use crate::output::plot::map::Picture;
 use crate::scene::{AnyScene, MapRequest};
 
 /// The flow and the bodies of a run's checkpoint.
 pub struct Moved {
     mover: Box<dyn Mover>,
-    cast: Cast,
+    solids: Solids,
     loads: Vec<Load>,
     t: f64,
     /// Steps to this state.
@@ -22,7 +22,7 @@ pub struct Moved {
 
 impl std::fmt::Debug for Moved {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Moved").field("cast", &self.cast).field("t", &self.t).finish_non_exhaustive()
+        f.debug_struct("Moved").field("solids", &self.solids).field("t", &self.t).finish_non_exhaustive()
     }
 }
 
@@ -64,13 +64,13 @@ impl Moved {
         };
         let bodies = bodies.as_ref().map_or(&[][..], |bodies| &bodies.bodies);
         let loads = loads(mover.poses(), mover.contacts());
-        Ok(Self { cast: Cast::new(bodies, &walls), loads, t: saved.t, steps: saved.counts.steps, mover })
+        Ok(Self { solids: Solids::new(bodies, &walls), loads, t: saved.t, steps: saved.counts.steps, mover })
     }
 
     /// The bodies.
     pub fn moment(&self) -> Moment<'_> {
         let (poses, twists, contacts) = (self.mover.poses(), self.mover.twists(), self.mover.contacts());
-        Moment { cast: &self.cast, time: self.t, poses, twists, loads: &self.loads, contacts }
+        Moment { solids: &self.solids, time: self.t, poses, twists, loads: &self.loads, contacts }
     }
 
     /// A picture of the fields with the bodies above them.

@@ -23,7 +23,7 @@ use crate::mesh::{Mesh, Point};
 use crate::model::incompressible::{Description, Incompressible};
 use crate::model::momentum::MomentumError;
 use crate::output::OutputError;
-use crate::output::bodies::{Cast, Moment};
+use crate::output::bodies::{Moment, Solids};
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::scene::bodies::Bodies;
 use crate::scene::{Field, Scene, SceneError, What};
@@ -124,7 +124,7 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
 /// The bodies of a run in which all of them are fixed.
 #[derive(Debug, Clone)]
 pub struct AtRest {
-    pub cast: Cast,
+    pub solids: Solids,
     poses: Vec<Pose>,
     twists: Vec<Twist>,
     loads: Vec<Load>,
@@ -133,8 +133,8 @@ pub struct AtRest {
 impl AtRest {
     /// At a time.
     pub fn moment(&self, time: f64) -> Moment<'_> {
-        let Self { cast, poses, twists, loads } = self;
-        Moment { cast, time, poses, twists, loads, contacts: &[] }
+        let Self { solids, poses, twists, loads } = self;
+        Moment { solids, time, poses, twists, loads, contacts: &[] }
     }
 }
 
@@ -142,10 +142,10 @@ impl AtRest {
 pub fn at_rest(scene: &Scene, setup: &Setup) -> Option<AtRest> {
     let bodies = scene.bodies.as_ref()?;
     let SheetKind::Incompressible(model) = setup.model.kind() else { return None };
-    let cast = Cast::new(&bodies.bodies, &bodies.walls_on(&setup.mesh));
+    let solids = Solids::new(&bodies.bodies, &bodies.walls_on(&setup.mesh));
     let count = bodies.bodies.len();
     Some(AtRest {
-        cast,
+        solids,
         poses: model.poses().to_vec(),
         twists: vec![Twist::ZERO; count],
         loads: vec![Load::ZERO; count],

@@ -125,7 +125,7 @@ impl Writer {
         if let Some(rest) = tissue::at_rest(scene, setup) {
             let (bodies, pictures) = (!writer.tables.is_empty(), !writer.maps.is_empty());
             let asked = BodyOutputs { bodies, contacts: false, pictures };
-            let files = BodyFiles::new(out, rest.cast.clone(), asked, last_time)?;
+            let files = BodyFiles::new(out, rest.solids.clone(), asked, last_time)?;
             writer.rest = Some((rest, files));
         }
         let streamlines = writer.maps.iter().flat_map(|(requests, _)| requests).any(|request| request.streamlines);

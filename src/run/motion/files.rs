@@ -9,7 +9,7 @@ use crate::measure::Measure;
 use crate::measure::bodies::loads;
 use crate::measure::list::Taken;
 use crate::output::OutputError;
-use crate::output::bodies::{BodyFiles, BodyOutputs, Cast, Look, Moment, picture, view};
+use crate::output::bodies::{BodyFiles, BodyOutputs, Look, Moment, Solids, picture, view};
 use crate::output::history::History;
 use crate::output::plot::map::Window;
 use crate::output::pvd::Series;
@@ -88,9 +88,9 @@ impl Files {
         }
         let resume = resumed.map(|resumed| resumed.last_time());
         if !plan.bodies.is_empty() || want.pictures {
-            let cast = Cast::new(plan.bodies, &plan.walls);
-            files.window = first_view(plan, &cast)?;
-            files.bodies = Some(BodyFiles::new(out, cast, want, resume)?);
+            let solids = Solids::new(plan.bodies, &plan.walls);
+            files.window = first_view(plan, &solids)?;
+            files.bodies = Some(BodyFiles::new(out, solids, want, resume)?);
         }
         if !files.fields.is_empty() {
             let folder = out.join("fields");
@@ -159,11 +159,11 @@ impl Files {
         if !tables && maps.is_empty() && (fields.is_empty() || self.series.is_none()) {
             return Ok(());
         }
-        let cast = files.cast().clone();
+        let solids = files.solids().clone();
         let (poses, twists, contacts) = (mover.poses(), mover.twists(), mover.contacts());
         let loads = loads(poses, contacts);
-        let moment = Moment { cast: &cast, time: t, poses, twists, loads: &loads, contacts };
-        let with_parts = !fields.is_empty() && !cast.bodies.is_empty();
+        let moment = Moment { solids: &solids, time: t, poses, twists, loads: &loads, contacts };
+        let with_parts = !fields.is_empty() && !solids.bodies.is_empty();
         if let (Some(series), true) = (&mut self.series, with_parts) {
             series.append_parts(t, &files.parts(step, &moment)?)?;
         }
@@ -234,10 +234,10 @@ impl Files {
 }
 
 /// The window of the bodies where the scene puts them; that of the first picture of a resumed run is the same.
-fn first_view(plan: &Plan, cast: &Cast) -> Result<Option<Window>, RunError> {
+fn first_view(plan: &Plan, solids: &Solids) -> Result<Option<Window>, RunError> {
     let poses: Vec<_> = plan.bodies.iter().map(|body| body.start).collect();
     let twists: Vec<_> = plan.bodies.iter().map(|body| body.start_twist).collect();
     let loads = loads(&poses, &[]);
-    let moment = Moment { cast, time: 0.0, poses: &poses, twists: &twists, loads: &loads, contacts: &[] };
+    let moment = Moment { solids, time: 0.0, poses: &poses, twists: &twists, loads: &loads, contacts: &[] };
     view(&moment).map(Some).map_err(|error| failed("bodies", error))
 }

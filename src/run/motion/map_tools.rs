@@ -51,7 +51,7 @@ impl MapTools {
             self.stream.set(stream).expect("it was not there");
         }
         let locator = self.locator.get_or_init(|| Locator::new(&loops.mesh));
-        let bodies = (!moment.cast.bodies.is_empty()).then_some(moment);
+        let bodies = (!moment.solids.bodies.is_empty()).then_some(moment);
         Ok(Draft { source, locator, t: moment.time, stream: self.stream.get(), bodies })
     }
 }
