@@ -9,9 +9,9 @@ use std::str::FromStr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::one::{RunLauncher, clear};
-use super::pool::MemoryGate;
+use super::memory_gate::MemoryGate;
 use super::results::Row;
+use super::run_launcher::{RunLauncher, clear};
 use super::sweep_file::SweepStudy;
 use super::work::{Work, held};
 use super::{StudyError, figures, results, richardson, table};

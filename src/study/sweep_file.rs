@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::axes::{self, Axis, AxisValues, SEED, Seeds};
 use super::figures::PlotSpec;
-use super::forms::{Plots, WarmStart};
+use super::key_forms::{Plots, WarmStart};
 use super::slurm::SlurmTable;
 use super::source::{self, StudyFileKind, Values, check_name, check_values, override_of, refuse};
 use super::{StudyError, results};

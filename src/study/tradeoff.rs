@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Deserialize, Serialize};
 
 use super::child::{self, Job, RunSummary};
-use super::one::clear;
+use super::run_launcher::clear;
 use super::tradeoff_file::{Reference, Setting, TradeoffStudy};
 use super::{StudyError, table, tradeoff_table};
 use crate::measure::errors::Norm;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::StudyError;
-use super::one::RunLauncher;
 use super::results::{Branch, Found, Start};
+use super::run_launcher::RunLauncher;
 use super::source::Values;
 use super::sweep_file::SweepStudy;
 use crate::form::Integrator;

@@ -6,8 +6,8 @@ use std::sync::atomic::Ordering;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::one::{RunLauncher, clear};
 use super::results::{self, Branch, Found, Row, Start};
+use super::run_launcher::{RunLauncher, clear};
 use super::sweep::{Settings, Shard, is_bad, missing, write_tables};
 use super::sweep_file::SweepStudy;
 use super::{StudyError, warm};

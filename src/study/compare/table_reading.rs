@@ -28,7 +28,7 @@ pub(super) struct Keep {
 
 /// How the table is read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct How {
+pub struct TableReading {
     pub(super) wanted: Vec<Wanted>,
     /// Place of the time among the wanted columns; without it each file is a frame.
     pub(super) t: Option<usize>,
@@ -46,7 +46,7 @@ pub struct How {
 pub(super) const X: usize = 0;
 pub(super) const Y: usize = 1;
 
-impl How {
+impl TableReading {
     /// Completes what a study says by what its format means.
     ///
     /// # Errors

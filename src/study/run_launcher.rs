@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::child::{self, Ended, Job, RunSummary};
-use super::pool::{self, MemoryGate};
+use super::memory_gate::{self, MemoryGate};
 use super::results::Found;
 use crate::output::lock::{LOCK, Lock};
 use crate::output::progress::Verbosity;
@@ -62,7 +62,7 @@ impl RunLauncher<'_> {
         let resumable = same
             && scene.tissue().is_none_or(|scene| scene.steady.is_none())
             && scene_of(&folder.join("checkpoint.bin")).is_some_and(|saved| renamed::modern(&saved).0 == text);
-        let pass = self.gate.as_ref().map(|gate| gate.enter(pool::need(scene).unwrap_or(0.0)));
+        let pass = self.gate.as_ref().map(|gate| gate.enter(memory_gate::need(scene).unwrap_or(0.0)));
         if self.interrupt.load(Ordering::Relaxed) {
             return Ok(None);
         }
