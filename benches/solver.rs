@@ -18,7 +18,7 @@ use monolayer::model::terms::At;
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::solve::sparse::{Factored, Matrix};
-use monolayer::time::sheet::Kind;
+use monolayer::time::sheet::SheetKind;
 use monolayer::time::{Checkpoint, March};
 
 /// Steps before the state at which everything is measured: the BDF has its order, and Newton's method its factors.
@@ -57,8 +57,8 @@ impl Bench {
 
     fn model(&self) -> &Incompressible {
         match self.setup.model.kind() {
-            Kind::Incompressible(model) => model,
-            Kind::Compressible(_) => panic!("the strip is incompressible"),
+            SheetKind::Incompressible(model) => model,
+            SheetKind::Compressible(_) => panic!("the strip is incompressible"),
         }
     }
 

@@ -15,7 +15,7 @@ use monolayer::form::{Linear, mass};
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
-use monolayer::model::immersed::Carried;
+use monolayer::model::immersed::FlowWithBodies;
 use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
@@ -146,7 +146,7 @@ const RADIUS: f64 = 0.1;
 const REFERENCE: usize = 48;
 
 /// A disc that falls with the force (0, −500) per area.
-fn falling(mesh: &Arc<Mesh>, shape: Shape, epsilon: f64) -> Result<(Flow, Carried), Failure> {
+fn falling(mesh: &Arc<Mesh>, shape: Shape, epsilon: f64) -> Result<(Flow, FlowWithBodies), Failure> {
     let force = [0.0, -500.0 * std::f64::consts::PI * RADIUS * RADIUS];
     let flow = flow(mesh, ["0", "0"], body(shape, MIDDLE, force), epsilon)?;
     let carried = flow.solve(&Linear::zero())?;

@@ -19,7 +19,7 @@ use command::signals;
 use monolayer::mesh::gmsh::{self, Encoding};
 use monolayer::output::progress::Verbosity;
 use monolayer::output::vtk::{Grid, write_vtu};
-use monolayer::output::{OutputError, lock, mark, say};
+use monolayer::output::{OutputError, console, lock, mark};
 use monolayer::run::AnyScene;
 use monolayer::run::{self, Ending, Options};
 use monolayer::scene::path;
@@ -158,7 +158,7 @@ fn main() -> ExitCode {
     match execute(&cli) {
         Ok(code) => code,
         Err(error) => {
-            say::note(&format!("error: {error}"));
+            console::note(&format!("error: {error}"));
             ExitCode::FAILURE
         }
     }
@@ -184,7 +184,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
                 return check_study(kind, scene, *json);
             }
             let report = run::kinds::check(&scene.any(*steady)?)?;
-            say::answer(&if *json { report.json()? } else { report.to_string() })?;
+            console::answer(&if *json { report.json()? } else { report.to_string() })?;
             Ok(refuse(report.refused().iter().cloned()))
         }
         Command::Order { study, sets, out } => order(cli, study, sets, out.as_deref()),
@@ -256,14 +256,14 @@ impl Sets {
 fn pairs_of_study(cli: &Cli, file: &Path, sets: &Sets) -> Result<Vec<(String, String)>, Failure> {
     let pairs = sets.pairs()?;
     if cli.verbosity() > Verbosity::Quiet {
-        study::renamed_words(file, &pairs).iter().for_each(|note| say::note(&format!("note: {note}")));
+        study::renamed_words(file, &pairs).iter().for_each(|note| console::note(&format!("note: {note}")));
     }
     Ok(pairs)
 }
 
 fn tell(cli: &Cli, said: Vec<String>) -> Result<ExitCode, Failure> {
     if cli.verbosity() > Verbosity::Quiet {
-        say::tell(&said.join("\n"));
+        console::tell(&said.join("\n"));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -279,7 +279,7 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
         run::kinds::run(scene, options)?
     };
     if verbosity > Verbosity::Quiet {
-        say::tell(&format!("{summary}\nresults in {}", out.display()));
+        console::tell(&format!("{summary}\nresults in {}", out.display()));
     }
     if summary.estimates_pending {
         // interrupted, if only while it made its estimates
@@ -287,7 +287,7 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
     }
     Ok(match &summary.ending {
         Ending::Failed { reason } => {
-            say::note(&format!("error: {reason}; the last good state is in {}", out.display()));
+            console::note(&format!("error: {reason}; the last good state is in {}", out.display()));
             ExitCode::FAILURE
         }
         Ending::Interrupted => ExitCode::from(130),
@@ -297,9 +297,9 @@ fn run_scene(scene: &AnyScene, options: &Options, leash: bool) -> Result<ExitCod
 }
 
 /// Says what a study will run, or what is wrong with it.
-fn check_study(kind: study::check::Kind, args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
+fn check_study(kind: study::check::StudyKind, args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
     let report = study::check::check(kind, &args.scene, &args.sets.pairs()?)?;
-    say::answer(&if json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
+    console::answer(&if json { serde_json::to_string_pretty(&report)? } else { report.to_string() })?;
     Ok(refuse(report.refused.iter().map(|(run, reason)| format!("{run}: {reason}"))))
 }
 
@@ -307,7 +307,7 @@ fn check_study(kind: study::check::Kind, args: &SceneArgs, json: bool) -> Result
 fn refuse(reasons: impl Iterator<Item = String>) -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     for reason in reasons {
-        say::note(&format!("error: {reason}"));
+        console::note(&format!("error: {reason}"));
         code = ExitCode::FAILURE;
     }
     code
@@ -322,12 +322,12 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
     let mut good = true;
     for outcome in &outcomes {
         if cli.verbosity() > Verbosity::Quiet {
-            say::tell(&study::table::text(outcome));
+            console::tell(&study::table::text(outcome));
         }
         // what was stopped is no failure
         for line in study::table::shortfalls(&study, outcome).iter().filter(|_| !interrupted) {
             good = false;
-            say::note(&format!(
+            console::note(&format!(
                 "error: {}{}{line}",
                 outcome.variant,
                 if outcome.variant.is_empty() { "" } else { ": " }
@@ -335,7 +335,7 @@ fn order(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exit
         }
     }
     if cli.verbosity() > Verbosity::Quiet {
-        say::tell(&format!("results in {}", out.display()));
+        console::tell(&format!("results in {}", out.display()));
     }
     Ok(match (interrupted, good) {
         (true, _) => ExitCode::from(130),
@@ -350,10 +350,10 @@ fn branch(cli: &Cli, file: &Path, sets: &Sets, out: Option<&Path>) -> Result<Exi
     signals::catch("writing the table of what is complete")?;
     let diagram = study::branch::run(&study, &out, cli.verbosity(), &INTERRUPT)?;
     if cli.verbosity() > Verbosity::Quiet {
-        say::tell(&format!("{diagram}\nresults in {}", out.display()));
+        console::tell(&format!("{diagram}\nresults in {}", out.display()));
     }
     if let Some(why) = &diagram.broken {
-        say::note(&format!("error: {why}; the branches so far are in {}", out.display()));
+        console::note(&format!("error: {why}; the branches so far are in {}", out.display()));
         return Ok(ExitCode::FAILURE);
     }
     Ok(if diagram.interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
@@ -393,7 +393,7 @@ fn mesh(cli: &Cli, input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -
     let notes = run::domain::mesh_remarks(&mesh).into_iter().map(|note| format!("\nnote: {note}"));
     let quality = mesh.quality().to_string() + &notes.collect::<String>();
     let Some(out) = out else {
-        say::answer(&quality)?;
+        console::answer(&quality)?;
         return Ok(ExitCode::SUCCESS);
     };
     std::fs::create_dir_all(out).map_err(|e| OutputError::io(out, &e))?;
@@ -403,6 +403,6 @@ fn mesh(cli: &Cli, input: &Path, sets: &Sets, out: Option<&Path>, ascii: bool) -
     [&vtu, &msh].into_iter().try_for_each(|path| mark::check(path))?;
     write_vtu(&vtu, &Grid::new(&mesh, degree), 0.0, &[])?;
     gmsh::write(&mesh, &msh, if ascii { Encoding::Ascii } else { Encoding::Binary })?;
-    say::tell(&format!("{quality}\nwritten {} and {}", vtu.display(), msh.display()));
+    console::tell(&format!("{quality}\nwritten {} and {}", vtu.display(), msh.display()));
     Ok(ExitCode::SUCCESS)
 }

@@ -7,13 +7,14 @@ use monolayer::contact::{Contact, Partner, Wall};
 use monolayer::measure::bodies::{Load, kinetic_energy, loads, overlap, smallest_gap, touching, wall_force};
 use monolayer::mesh::Point;
 use monolayer::output::bodies::{
-    Asked, BodyFiles, Cast, Colour, Look, Member, Moment, overlay, picture, write_bodies, write_contacts, write_walls,
+    BodyFiles, BodyOutputs, Colour, Look, Member, Moment, Solids, overlay, picture, write_bodies, write_contacts,
+    write_walls,
 };
 use monolayer::output::frames::durations;
 use monolayer::output::plot::map::{Map, Window};
 use monolayer::output::pvd::{Entry, Series};
 use monolayer::output::timed::TimedTable;
-use monolayer::results::bodies::{Seen, tracks};
+use monolayer::results::bodies::{BodiesAtTime, tracks};
 use monolayer::shape::{Disc, Ellipse, Polygon, Pose, Shape, Twist};
 use tiny_skia::Pixmap;
 use vtkio::model::{Attribute, DataSet, IOBuffer, PolyDataPiece, VertexNumbers, Vtk};
@@ -27,9 +28,9 @@ fn member(name: &str, shape: Shape) -> Member {
 }
 
 /// A disc on a ground, and a square beside it that touches it.
-fn cast() -> Cast {
+fn solids() -> Solids {
     let square = Shape::from(Polygon { vertices: vec![at(-0.5, -0.5), at(0.5, -0.5), at(0.5, 0.5), at(-0.5, 0.5)] });
-    Cast {
+    Solids {
         bodies: vec![member("disc, the \"first\"", Shape::from(Disc { radius: 0.25 })), member("square", square)],
         walls: vec![
             Wall::Segment([at(-1.0, 0.0), at(2.0, 0.0)]),
@@ -57,10 +58,10 @@ fn contacts() -> [Contact; 3] {
     ]
 }
 
-fn with<R>(cast: &Cast, time: f64, poses: &[Pose], then: impl FnOnce(&Moment) -> R) -> R {
+fn with<R>(solids: &Solids, time: f64, poses: &[Pose], then: impl FnOnce(&Moment) -> R) -> R {
     let (contacts, twists) = (contacts(), twists());
     let loads = loads(poses, &contacts);
-    then(&Moment { cast, time, poses, twists: &twists, loads: &loads, contacts: &contacts })
+    then(&Moment { solids, time, poses, twists: &twists, loads: &loads, contacts: &contacts })
 }
 
 fn parse(path: &Path) -> PolyDataPiece {
@@ -90,13 +91,13 @@ fn ends(cells: &VertexNumbers) -> Vec<u64> {
 fn polydata_hold_the_bodies_and_the_network_of_contacts() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    let cast = cast();
-    with(&cast, 0.1 + 0.2, &poses(), |moment| {
+    let solids = solids();
+    with(&solids, 0.1 + 0.2, &poses(), |moment| {
         write_bodies(&path("bodies.vtp"), moment).unwrap();
         write_contacts(&path("contacts.vtp"), moment).unwrap();
         write_contacts(&path("none.vtp"), &Moment { contacts: &[], ..*moment }).unwrap();
     });
-    write_walls(&path("walls.vtp"), &cast.walls).unwrap();
+    write_walls(&path("walls.vtp"), &solids.walls).unwrap();
 
     let bodies = parse(&path("bodies.vtp"));
     let points = floats(&bodies.points);
@@ -137,20 +138,21 @@ fn polydata_hold_the_bodies_and_the_network_of_contacts() {
 #[test]
 fn numbers_that_are_not_finite_are_refused_with_the_name_of_the_body() {
     let folder = tempfile::tempdir().unwrap();
-    let cast = cast();
+    let solids = solids();
     let mut wrong = poses();
     wrong[1].angle = f64::NAN;
     let mut files =
-        BodyFiles::new(folder.path(), cast.clone(), Asked { bodies: true, ..Asked::default() }, None).unwrap();
+        BodyFiles::new(folder.path(), solids.clone(), BodyOutputs { bodies: true, ..BodyOutputs::default() }, None)
+            .unwrap();
     let table = std::fs::read(folder.path().join("bodies.csv")).unwrap();
-    with(&cast, 0.0, &wrong, |moment| {
+    with(&solids, 0.0, &wrong, |moment| {
         let error = files.write(0, moment).unwrap_err().to_string();
         for part in ["bodies.csv", "`square`", "angle", "NaN", "hint"] {
             assert!(error.contains(part), "{error}");
         }
         assert!(files.parts(0, moment).is_err());
     });
-    with(&cast, 0.0, &poses(), |moment| {
+    with(&solids, 0.0, &poses(), |moment| {
         let mut contacts = contacts();
         contacts[2].force = f64::INFINITY;
         let error = files.write(0, &Moment { contacts: &contacts, ..*moment }).unwrap_err().to_string();
@@ -162,15 +164,15 @@ fn numbers_that_are_not_finite_are_refused_with_the_name_of_the_body() {
 
 /// Writes the steps of a run that begins new or at a time.
 fn write(folder: &Path, steps: std::ops::Range<usize>, resume: Option<f64>) {
-    let cast = cast();
-    let asked = Asked { bodies: true, contacts: true, pictures: true };
-    let mut files = BodyFiles::new(folder, cast.clone(), asked, resume).unwrap();
+    let solids = solids();
+    let asked = BodyOutputs { bodies: true, contacts: true, pictures: true };
+    let mut files = BodyFiles::new(folder, solids.clone(), asked, resume).unwrap();
     let index = folder.join("fields.pvd");
     let mut fields = resume.map_or_else(|| Series::create(&index), |t| Series::resume(&index, t)).unwrap();
     for step in steps {
         let (t, mut poses) = (0.1 * step as f64, poses());
         poses[0].position.x -= t;
-        with(&cast, t, &poses, |moment| {
+        with(&solids, t, &poses, |moment| {
             for _ in 0..2 {
                 files.write(step, moment).unwrap();
             }
@@ -264,7 +266,7 @@ const GREY: [u8; 3] = [0xc4; 3];
 
 #[test]
 fn bodies_are_drawn_where_they_are() {
-    let cast = Cast {
+    let solids = Solids {
         bodies: vec![
             member("moving", Shape::from(Disc { radius: 0.25 })),
             Member { fixed: true, ..member("fixed", Shape::from(Ellipse { semi_axes: [0.4, 0.1] })) },
@@ -276,7 +278,7 @@ fn bodies_are_drawn_where_they_are() {
     let poses = [Pose { position: at(0.5, 1.25), angle: -0.75 * up }, Pose { position: at(1.9, 0.5), angle: up }];
     let twists = twists();
     let moment =
-        Moment { cast: &cast, time: 0.0, poses: &poses, twists: &twists, loads: &[Load::ZERO; 2], contacts: &[] };
+        Moment { solids: &solids, time: 0.0, poses: &poses, twists: &twists, loads: &[Load::ZERO; 2], contacts: &[] };
     let window = Window::new([0.0, 0.0], [2.0, 2.0]).unwrap();
     let slope = |x: Point| Some(x.x);
     let map = Map { title: "x".into(), layers: overlay(&moment, true), ..Map::new(window, &slope) }.draw().unwrap();
@@ -311,15 +313,16 @@ fn bodies_are_drawn_where_they_are() {
 
 #[test]
 fn what_is_out_of_view_is_counted_and_no_bodies_are_no_error() {
-    let cast = cast();
+    let solids = solids();
     let window = Some(Window::new([-0.5, 0.1], [0.1, 0.5]).unwrap());
-    let svg = with(&cast, 0.0, &poses(), |moment| picture(moment, &Look { window, ..Look::default() }).unwrap().svg());
+    let svg =
+        with(&solids, 0.0, &poses(), |moment| picture(moment, &Look { window, ..Look::default() }).unwrap().svg());
     assert!(svg.contains("1 body is out of view") && !svg.contains("bodies are out of view"));
     let all =
-        with(&cast, 0.0, &poses(), |m| picture(m, &Look { colour: Colour::Name, ..Look::default() }).unwrap().svg());
+        with(&solids, 0.0, &poses(), |m| picture(m, &Look { colour: Colour::Name, ..Look::default() }).unwrap().svg());
     assert!(!all.contains("out of view") && all.contains("square</text>") && !all.contains("colours</title>"));
-    let none = Cast::default();
-    let empty = Moment { cast: &none, time: 0.5, poses: &[], twists: &[], loads: &[], contacts: &[] };
+    let none = Solids::default();
+    let empty = Moment { solids: &none, time: 0.5, poses: &[], twists: &[], loads: &[], contacts: &[] };
     assert!(picture(&empty, &Look::default()).unwrap().svg().contains("no bodies at"));
 }
 
@@ -339,13 +342,16 @@ fn results_of_bodies_are_shown() {
     std::fs::write(run.join("scene.toml"), "[model]\nkind = \"particles\"\n").unwrap();
     write(&run, 0..3, None);
 
-    let seen = Seen::read(&run, None).unwrap().unwrap();
+    let seen = BodiesAtTime::read(&run, None).unwrap().unwrap();
     let mut last = poses();
     last[0].position.x -= 0.2;
-    assert_eq!((seen.time, &seen.cast, &seen.poses[..], &seen.twists[..]), (0.2, &cast(), &last[..], &twists()[..]));
+    assert_eq!(
+        (seen.time, &seen.solids, &seen.poses[..], &seen.twists[..]),
+        (0.2, &solids(), &last[..], &twists()[..])
+    );
     assert_eq!(seen.contacts[2].partner, Partner::Wall(0));
-    assert_eq!(Seen::read(&run, Some(0.1)).unwrap().unwrap().poses[0].position.x, -0.1);
-    assert_eq!(Seen::read(&run, Some(0.15)).unwrap(), None);
+    assert_eq!(BodiesAtTime::read(&run, Some(0.1)).unwrap().unwrap().poses[0].position.x, -0.1);
+    assert_eq!(BodiesAtTime::read(&run, Some(0.15)).unwrap(), None);
     let (found, left_out) = tracks(&run, &[], 1).unwrap();
     assert_eq!((found[0].rows.len(), left_out), (3, 1));
 
@@ -381,6 +387,6 @@ fn results_of_bodies_are_shown() {
         assert!(!output.status.success() && parts.iter().all(|part| error.contains(part)), "{error}");
     }
     std::fs::write(run.join("bodies.json"), "{}").unwrap();
-    let error = Seen::read(&run, None).unwrap_err().to_string();
+    let error = BodiesAtTime::read(&run, None).unwrap_err().to_string();
     assert!(error.contains("bodies.json") && error.contains("hint"), "{error}");
 }

@@ -1,39 +1,18 @@
 //! `monolayer order`: the files of a study, its exit codes, and what it says about wrong ones.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod tiny_study;
+
+use std::path::PathBuf;
+use std::process::Command;
 
 use monolayer::scene::Scene;
+use tiny_study::{SCENE, error_of, program, refused_in, succeeds, with_study};
 
-const SCENE: &str = include_str!("../studies/mms/square.toml");
 const STUDY: &str = r#"title = "Tiny"
 scene = "square.toml"
 levels = [2, 3, 4]
 vary = { "mesh.n" = "n", "time.step" = "1/(4*n)" }
 "#;
-
-/// A folder with the scene `square.toml`, cut short, and the study `tiny.toml`.
-fn with_study(study: &str) -> tempfile::TempDir {
-    let root = tempfile::tempdir().unwrap();
-    std::fs::write(root.path().join("square.toml"), SCENE.replace("end = 1.0", "end = 0.25")).unwrap();
-    std::fs::write(root.path().join("tiny.toml"), study).unwrap();
-    root
-}
-
-fn program(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_monolayer")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn error_of(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-#[track_caller]
-fn succeeds(folder: &Path, arguments: &[&str]) -> Output {
-    let output = program(folder, arguments);
-    assert!(output.status.success(), "{}", error_of(&output));
-    output
-}
 
 fn rows(path: PathBuf) -> (Vec<String>, Vec<Vec<String>>) {
     let mut reader = csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -274,21 +253,6 @@ fn an_interrupted_study_keeps_its_finished_levels() {
     assert!(runs[2][14].contains("stopped from outside"), "{:?}", runs[2]);
     assert_eq!(rows(root.path().join("out/orders.csv")).1.len(), 2 * 4 * 2);
     assert!(root.path().join("out/orders.png").exists());
-}
-
-/// Expects an error of one line with `parts`, and that no file was written.
-#[track_caller]
-fn refused_in(root: &tempfile::TempDir, arguments: &[&str], parts: &[&str]) {
-    let output = program(root.path(), arguments);
-    let error = error_of(&output);
-    assert_eq!(output.status.code(), Some(1), "{error}");
-    assert!(error.starts_with("error: ") && error.lines().count() == 1 && !error.contains("panicked"), "{error}");
-    assert!(error.contains("hint: "), "{error}");
-    for part in parts {
-        assert!(error.contains(part), "`{part}` is not in: {error}");
-    }
-    assert!(!root.path().join("out").exists(), "nothing was computed, so nothing is to be written");
-    println!("{error}");
 }
 
 /// The study with `from` replaced by `to` is refused, with its line.

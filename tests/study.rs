@@ -1,37 +1,17 @@
 //! `monolayer study`: the table of a sweep, its exit codes, and what it says about wrong ones.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod tiny_study;
 
-const SCENE: &str = include_str!("../studies/mms/square.toml");
+use std::path::PathBuf;
+use std::process::Command;
+
+use tiny_study::{error_of, program, refused_in, succeeds, with_study};
+
 const STUDY: &str = r#"title = "Tiny"
 scene = "square.toml"
 set = { "mesh.n" = 2, "time.step" = 0.125 }
 vary = { "model.peclet" = [0.5, 2.0], "model.coherence" = [1.0, 0.01] }
 "#;
-
-/// A folder with the scene `square.toml`, cut short, and the study `tiny.toml`.
-fn with_study(study: &str) -> tempfile::TempDir {
-    let root = tempfile::tempdir().unwrap();
-    std::fs::write(root.path().join("square.toml"), SCENE.replace("end = 1.0", "end = 0.25")).unwrap();
-    std::fs::write(root.path().join("tiny.toml"), study).unwrap();
-    root
-}
-
-fn program(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_monolayer")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn error_of(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-#[track_caller]
-fn succeeds(folder: &Path, arguments: &[&str]) -> Output {
-    let output = program(folder, arguments);
-    assert!(output.status.success(), "{}", error_of(&output));
-    output
-}
 
 /// A table with its header.
 struct Table {
@@ -245,21 +225,6 @@ fn results_are_not_overwritten() {
     assert_eq!(std::fs::read(root.path().join("out/tiny/results.csv")).unwrap(), before);
     succeeds(root.path(), &["study", "tiny.toml", "-q"]);
     assert!(root.path().join("out/tiny-2/results.csv").exists());
-}
-
-/// Expects an error of one line with `parts`, and that no file was written.
-#[track_caller]
-fn refused_in(root: &tempfile::TempDir, arguments: &[&str], parts: &[&str]) {
-    let output = program(root.path(), arguments);
-    let error = error_of(&output);
-    assert_eq!(output.status.code(), Some(1), "{error}");
-    assert!(error.starts_with("error: ") && error.lines().count() == 1 && !error.contains("panicked"), "{error}");
-    assert!(error.contains("hint: "), "{error}");
-    for part in parts {
-        assert!(error.contains(part), "`{part}` is not in: {error}");
-    }
-    assert!(!root.path().join("out").exists(), "nothing was computed, so nothing is to be written");
-    println!("{error}");
 }
 
 /// The study with `from` replaced by `to` is refused, with its line.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use monolayer::mesh::Point;
-use monolayer::output::say;
+use monolayer::output::console;
 use monolayer::study::compare::{self, CompareStudy, RunVelocity, Synthesis};
 
 use crate::{Failure, Sets, study_folder};
@@ -87,7 +87,7 @@ impl CompareArgs {
             }
         };
         if !quiet {
-            say::tell(&text);
+            console::tell(&text);
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use monolayer::output::OutputError;
 use monolayer::output::bodies::{Colour, Look, picture};
+use monolayer::output::console;
 use monolayer::output::plot::map::Window;
-use monolayer::output::say;
-use monolayer::results::bodies::Seen;
+use monolayer::results::bodies::BodiesAtTime;
 use monolayer::run::AnyScene;
 use monolayer::run::{RunError, finished};
 use monolayer::scene::renamed::name_now;
@@ -111,7 +111,7 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
             written.push(draw_bodies(folder, stem, out, seen, &look)?);
         }
         if !quiet {
-            written.iter().for_each(|path| say::tell(&format!("written {}.png and .svg", path.display())));
+            written.iter().for_each(|path| console::tell(&format!("written {}.png and .svg", path.display())));
         }
     }
     Ok(())
@@ -122,7 +122,7 @@ struct Drawn {
     /// Its fields, with the bodies above them.
     fields: bool,
     /// Its bodies alone.
-    bodies: Option<Seen>,
+    bodies: Option<BodiesAtTime>,
 }
 
 /// Runs of particles have their bodies drawn alone, and all runs where `--of bodies` asks for it.
@@ -151,13 +151,19 @@ fn what_of(folder: &Path, args: &MapArgs) -> Result<Drawn, Failure> {
         let hint = "`bodies = true` in an [[output]] of the scene makes a run write bodies.json and bodies.csv";
         format!("{folder_name}: has no bodies that could be drawn; hint: {hint}")
     };
-    let seen = Seen::read(folder, None)?.ok_or_else(none)?;
+    let seen = BodiesAtTime::read(folder, None)?.ok_or_else(none)?;
     let fields = flow && args.of.iter().any(|of| *of != Quantity::Bodies);
     Ok(Drawn { fields, bodies: Some(seen) })
 }
 
 /// Draws the bodies alone, as they were at the last time of their table.
-fn draw_bodies(folder: &Path, stem: &str, out: Option<&Path>, seen: &Seen, look: &Look) -> Result<PathBuf, Failure> {
+fn draw_bodies(
+    folder: &Path,
+    stem: &str,
+    out: Option<&Path>,
+    seen: &BodiesAtTime,
+    look: &Look,
+) -> Result<PathBuf, Failure> {
     let plots = out.map_or_else(|| folder.join("maps"), Path::to_owned);
     std::fs::create_dir_all(&plots).map_err(|e| OutputError::io(&plots, &e))?;
     let prefix = if out.is_some() { format!("{stem}-") } else { String::new() };

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use monolayer::results::curves::{What, Wish, curves};
-use monolayer::results::{Kind, Results, ResultsError};
+use monolayer::results::curves::{CurveSettings, What, curves};
+use monolayer::results::{Results, ResultsError, ResultsKind};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -52,7 +52,9 @@ impl Args {
                 Some(problem) => format!("nothing to draw: {problem}"),
                 None => "nothing to draw".to_owned(),
             };
-            let drawn_already = folders.iter().all(|f| matches!(f.kind, Kind::Order | Kind::Branches | Kind::Tradeoff));
+            let drawn_already = folders
+                .iter()
+                .all(|f| matches!(f.kind, ResultsKind::Order | ResultsKind::Branches | ResultsKind::Tradeoff));
             let hint = if drawn_already {
                 "the study has drawn its picture itself; `monolayer report` shows it with its tables"
             } else {
@@ -70,8 +72,8 @@ impl Args {
         Ok(said)
     }
 
-    fn wish(&self) -> Result<Wish, ResultsError> {
-        Ok(Wish {
+    fn wish(&self) -> Result<CurveSettings, ResultsError> {
+        Ok(CurveSettings {
             what: self.what.iter().map(|name| What::parse(name)).collect::<Result<_, _>>()?,
             quantities: self.quantity.clone(),
             axes: self.axis.clone(),

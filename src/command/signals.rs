@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use monolayer::output::say;
-use monolayer::run::stake::is_anything_at_stake;
+use monolayer::output::console;
+use monolayer::run::unsaved::has_unsaved_work;
 
 use crate::{Failure, INTERRUPT};
 
@@ -22,13 +22,13 @@ const INTERRUPTED: i32 = 130;
 pub fn catch(doing: &'static str) -> Result<(), Failure> {
     system::watch(move |kind| {
         static ASKED: AtomicBool = AtomicBool::new(false);
-        let again = kind == Kind::Asked && ASKED.swap(true, Ordering::SeqCst);
+        let again = kind == EndCause::BodyOutputs && ASKED.swap(true, Ordering::SeqCst);
         if again {
             std::process::exit(INTERRUPTED);
         }
-        if end(doing) && kind == Kind::Asked {
+        if end(doing) && kind == EndCause::BodyOutputs {
             // a terminal that takes nothing must not keep the next signal waiting
-            std::thread::spawn(move || say::note(&format!("interrupted: {doing} (again to stop at once)")));
+            std::thread::spawn(move || console::note(&format!("interrupted: {doing} (again to stop at once)")));
         }
     })
 }
@@ -36,9 +36,9 @@ pub fn catch(doing: &'static str) -> Result<(), Failure> {
 /// Asks for a clean end, if there is something to finish, or ends.
 fn end(doing: &str) -> bool {
     let first = !INTERRUPT.swap(true, Ordering::SeqCst);
-    if !is_anything_at_stake() {
+    if !has_unsaved_work() {
         if first && !doing.is_empty() {
-            say::note("interrupted before there was anything to save");
+            console::note("interrupted before there was anything to save");
         }
         std::process::exit(INTERRUPTED);
     }
@@ -55,9 +55,9 @@ pub fn end_with_input() {
 
 /// Why the process should end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum EndCause {
     /// By somebody, or by a system that goes down.
-    Asked,
+    BodyOutputs,
     /// The terminal is gone.
     HungUp,
 }
@@ -67,15 +67,15 @@ mod system {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
-    use super::{Failure, Kind};
+    use super::{EndCause, Failure};
 
-    pub(super) fn watch(then: impl Fn(Kind) + Send + 'static) -> Result<(), Failure> {
+    pub(super) fn watch(then: impl Fn(EndCause) + Send + 'static) -> Result<(), Failure> {
         let ignored = ignored();
         let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| (ignored >> (signal - 1)) & 1 == 0);
         let mut signals = Signals::new(heard)?;
         std::thread::spawn(move || {
             for signal in &mut signals {
-                then(if signal == SIGHUP { Kind::HungUp } else { Kind::Asked });
+                then(if signal == SIGHUP { EndCause::HungUp } else { EndCause::BodyOutputs });
             }
         });
         Ok(())
@@ -91,10 +91,10 @@ mod system {
 
 #[cfg(not(unix))]
 mod system {
-    use super::{Failure, Kind};
+    use super::{EndCause, Failure};
 
-    pub(super) fn watch(then: impl Fn(Kind) + Send + 'static) -> Result<(), Failure> {
-        ctrlc::set_handler(move || then(Kind::Asked))?;
+    pub(super) fn watch(then: impl Fn(EndCause) + Send + 'static) -> Result<(), Failure> {
+        ctrlc::set_handler(move || then(EndCause::BodyOutputs))?;
         Ok(())
     }
 }

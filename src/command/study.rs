@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use monolayer::output::console;
 use monolayer::output::progress::Verbosity;
-use monolayer::output::say;
 use monolayer::study::sweep::{self, Settings, Shard, Sweep};
 use monolayer::study::{SweepStudy, slurm, table};
 
@@ -72,7 +72,7 @@ pub fn execute(cli: &Cli, args: &StudyArgs) -> Result<ExitCode, Failure> {
     let study = SweepStudy::read(file, &crate::pairs_of_study(cli, file, &args.sets)?)?;
     let out = folder(file, args);
     if let Some(duration) = study.duration.as_ref().filter(|_| cli.verbosity() > Verbosity::Quiet) {
-        say::note(&format!("{} runs, about {duration} on 2 cores", study.cases.len()));
+        console::note(&format!("{} runs, about {duration} on 2 cores", study.cases.len()));
     }
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let cores = cli.threads.map_or(all, |threads| usize::from(threads).min(all));
@@ -105,7 +105,7 @@ fn gather(cli: &Cli, folder: &Path) -> Result<ExitCode, Failure> {
     let study = SweepStudy::read_left(folder)?;
     let sweep = sweep::gather(&study, folder)?;
     if !sweep.missing.is_empty() {
-        say::note(&format!("not there or not complete: {}", sweep.missing.join(", ")));
+        console::note(&format!("not there or not complete: {}", sweep.missing.join(", ")));
     }
     conclude(cli, &study, &sweep, folder)
 }
@@ -113,10 +113,10 @@ fn gather(cli: &Cli, folder: &Path) -> Result<ExitCode, Failure> {
 /// Says what became of the runs.
 fn conclude(cli: &Cli, study: &SweepStudy, sweep: &Sweep, out: &Path) -> Result<ExitCode, Failure> {
     for row in sweep.rows.iter().filter(|row| !row.found.is_good()) {
-        say::note(&format!("error: run {}: {}", row.case.folder, row.found.reason().unwrap_or_default()));
+        console::note(&format!("error: run {}: {}", row.case.folder, row.found.reason().unwrap_or_default()));
     }
     if cli.verbosity() > Verbosity::Quiet {
-        say::tell(&format!("{} of {} runs, results in {}", sweep.rows.len(), study.cases.len(), out.display()));
+        console::tell(&format!("{} of {} runs, results in {}", sweep.rows.len(), study.cases.len(), out.display()));
     }
     let good = sweep.missing.is_empty() && sweep.rows.iter().all(|row| row.found.is_good());
     Ok(match (sweep.interrupted, good) {
@@ -135,7 +135,7 @@ fn launch(cli: &Cli, study: &SweepStudy, out: &Path, array: &slurm::Array, dry_r
         format!("job {first} with {} tasks, then job {second}; results in {}", scripts.tasks, out.display())
     };
     if cli.verbosity() > Verbosity::Quiet {
-        say::tell(&text);
+        console::tell(&text);
     }
     Ok(ExitCode::SUCCESS)
 }

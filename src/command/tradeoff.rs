@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
+use monolayer::output::console;
 use monolayer::output::progress::Verbosity;
-use monolayer::output::say;
 use monolayer::study::tradeoff::{TradeoffOptions, run};
 use monolayer::study::{TradeoffStudy, tradeoff_table};
 
@@ -24,12 +24,12 @@ pub fn tradeoff(
     let found = run(&study, &options, interrupt)?;
     for point in &found.points {
         if let Some(reason) = &point.failure {
-            say::note(&format!("error: {}: {reason}", point.setting));
+            console::note(&format!("error: {}: {reason}", point.setting));
         }
     }
     if verbosity > Verbosity::Quiet {
-        say::tell(&tradeoff_table::text(&study, &found));
-        say::tell(&format!("results in {}", out.display()));
+        console::tell(&tradeoff_table::text(&study, &found));
+        console::tell(&format!("results in {}", out.display()));
     }
     Ok(match (found.interrupted, found.points.iter().all(|point| point.failure.is_none())) {
         (true, _) => ExitCode::from(130),

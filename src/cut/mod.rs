@@ -39,7 +39,7 @@ pub enum Class {
 
 /// A part of the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum MeshPart {
     /// Outside of all bodies.
     Outside,
     /// In the body of that number, or in any.
@@ -260,14 +260,14 @@ impl Cover {
 
     /// The rule on a part of the cut cell `cut`, which is cell `cell` of the mesh, exact for the degree `degree` in
     /// reference coordinates.
-    pub(crate) fn cell_rule(&self, cut: usize, cell: usize, part: Part, degree: usize) -> Arc<CutRule> {
+    pub(crate) fn cell_rule(&self, cut: usize, cell: usize, part: MeshPart, degree: usize) -> Arc<CutRule> {
         let class = degree.max(1).next_multiple_of(2).min(MAX_TRIANGLE_DEGREE);
         self.cut_cells[cut].rule((&self.mesh, cell), part, class)
     }
 
     /// The rule on a part of the cut face `cut`, which is face `face` of the mesh, exact for the degree `degree` along
     /// it.
-    pub(crate) fn face_rule(&self, cut: usize, face: usize, part: Part, degree: usize) -> Arc<CutFaceRule> {
+    pub(crate) fn face_rule(&self, cut: usize, face: usize, part: MeshPart, degree: usize) -> Arc<CutFaceRule> {
         let face = &self.mesh.faces[face];
         let class = (degree | 1).min(MAX_INTERVAL_DEGREE);
         self.cut_faces[cut].rule(part, class, (face.minus.face, face.plus.map(|s| s.face)))

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use super::{Part, curved, face, rule};
+use super::{MeshPart, curved, face, rule};
 use crate::element::basis;
 use crate::element::quadrature;
 use crate::element::tables::Tables;
@@ -31,14 +31,14 @@ pub(crate) struct CutFaceRule {
 struct Cache<R>(Mutex<Vec<Known<R>>>);
 
 /// A rule with the part and degree that it is for.
-type Known<R> = ((Part, usize), Arc<R>);
+type Known<R> = ((MeshPart, usize), Arc<R>);
 
 impl<R> Cache<R> {
     fn new() -> Self {
         Self(Mutex::new(Vec::new()))
     }
 
-    fn get(&self, part: Part, degree: usize, make: impl FnOnce() -> R) -> Arc<R> {
+    fn get(&self, part: MeshPart, degree: usize, make: impl FnOnce() -> R) -> Arc<R> {
         let mut rules = self.0.lock().expect("no rule panics");
         if let Some((_, rule)) = rules.iter().find(|(key, _)| *key == (part, degree)) {
             return rule.clone();
@@ -77,20 +77,20 @@ impl<P, R> Cut<P, R> {
 
 impl CutCell {
     /// The rule on a part, exact for polynomials of degree `degree` in reference coordinates.
-    pub fn rule(&self, (mesh, cell): (&Mesh, usize), part: Part, degree: usize) -> Arc<CutRule> {
+    pub fn rule(&self, (mesh, cell): (&Mesh, usize), part: MeshPart, degree: usize) -> Arc<CutRule> {
         self.rules.get(part, degree, || {
             let (mut points, mut weights) = (Vec::new(), Vec::new());
             let sign = match part {
-                Part::Outside => {
+                MeshPart::Outside => {
                     let whole = quadrature::triangle(degree);
                     points.extend_from_slice(&whole.points);
                     weights.extend_from_slice(&whole.weights);
                     -1.0
                 }
-                Part::Inside(_) => 1.0,
+                MeshPart::Inside(_) => 1.0,
             };
             for (body, region) in &self.parts {
-                if matches!(part, Part::Inside(Some(asked)) if asked != *body) {
+                if matches!(part, MeshPart::Inside(Some(asked)) if asked != *body) {
                     continue;
                 }
                 let rule = match region {
@@ -106,7 +106,7 @@ impl CutCell {
 }
 
 impl CutFace {
-    pub fn rule(&self, part: Part, degree: usize, sides: (usize, Option<usize>)) -> Arc<CutFaceRule> {
+    pub fn rule(&self, part: MeshPart, degree: usize, sides: (usize, Option<usize>)) -> Arc<CutFaceRule> {
         self.rules.get(part, degree, || {
             let gauss = quadrature::interval(degree);
             let (mut shares, mut weights) = (Vec::new(), Vec::new());
@@ -120,13 +120,13 @@ impl CutFace {
         })
     }
 
-    fn intervals(&self, part: Part) -> Vec<[f64; 2]> {
+    fn intervals(&self, part: MeshPart) -> Vec<[f64; 2]> {
         let inside = |asked: Option<usize>| {
             self.parts.iter().filter(move |(body, _)| asked.is_none_or(|b| b == *body)).map(|(_, span)| *span)
         };
         match part {
-            Part::Inside(asked) => inside(asked).collect(),
-            Part::Outside => {
+            MeshPart::Inside(asked) => inside(asked).collect(),
+            MeshPart::Outside => {
                 let mut at = 0.0;
                 let mut gaps = Vec::new();
                 for [from, to] in inside(None).chain([[1.0, 1.0]]) {

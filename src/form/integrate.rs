@@ -15,7 +15,7 @@ use super::kernel::{Basis, add_vector};
 use super::linear::{self, Linear};
 use super::restrict::Restriction;
 use super::words::Jet;
-use crate::cut::{Cover, Part};
+use crate::cut::{Cover, MeshPart};
 use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
 use crate::element::tables::Tables;
 use crate::element::{basis, tables};
@@ -119,15 +119,15 @@ impl Integrator {
 
     /// The loops outside of all bodies.
     pub fn outside(&self, cover: &Arc<Cover>) -> Self {
-        self.restricted(cover, Part::Outside)
+        self.restricted(cover, MeshPart::Outside)
     }
 
     /// The loops inside one body, or inside all of them.
     pub fn inside(&self, cover: &Arc<Cover>, body: Option<usize>) -> Self {
-        self.restricted(cover, Part::Inside(body))
+        self.restricted(cover, MeshPart::Inside(body))
     }
 
-    fn restricted(&self, cover: &Arc<Cover>, part: Part) -> Self {
+    fn restricted(&self, cover: &Arc<Cover>, part: MeshPart) -> Self {
         assert!(Arc::ptr_eq(&self.mesh, cover.mesh()), "bodies and loops are on one mesh");
         Self { restriction: Some(Restriction { cover: cover.clone(), part }), ..self.clone() }
     }

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::integrate::{CellPoint, FacePoint, Integrator};
-use crate::cut::{Class, Cover, Part};
+use crate::cut::{Class, Cover, MeshPart};
 use crate::element::quadrature::MAX_TRIANGLE_DEGREE;
 
 /// A part of the mesh.
 #[derive(Debug, Clone)]
 pub(super) struct Restriction {
     pub cover: Arc<Cover>,
-    pub part: Part,
+    pub part: MeshPart,
 }
 
 impl Restriction {
@@ -18,16 +18,16 @@ impl Restriction {
     fn holds(&self, class: Class) -> Option<bool> {
         match (class, self.part) {
             (Class::Cut(_), _) => None,
-            (Class::Outside, part) => Some(part == Part::Outside),
-            (Class::Inside(_), Part::Outside) => Some(false),
-            (Class::Inside(body), Part::Inside(asked)) => Some(asked.is_none_or(|asked| asked == body)),
+            (Class::Outside, part) => Some(part == MeshPart::Outside),
+            (Class::Inside(_), MeshPart::Outside) => Some(false),
+            (Class::Inside(body), MeshPart::Inside(asked)) => Some(asked.is_none_or(|asked| asked == body)),
         }
     }
 
     pub fn visits(&self, cell: usize) -> bool {
         let part_of_cut = || match self.part {
-            Part::Inside(Some(body)) => self.cover.bodies_of_cell(cell).contains(&body),
-            Part::Outside | Part::Inside(None) => true,
+            MeshPart::Inside(Some(body)) => self.cover.bodies_of_cell(cell).contains(&body),
+            MeshPart::Outside | MeshPart::Inside(None) => true,
         };
         self.holds(self.cover.cell(cell)).unwrap_or_else(part_of_cut)
     }

@@ -7,7 +7,7 @@ use crate::model::incompressible::Incompressible;
 use crate::model::terms::power::{COUNT, LINES, powers};
 use crate::model::terms::{At, Loops, Side};
 use crate::solve::dot;
-use crate::time::{Kind, March, Sheet};
+use crate::time::{March, Sheet, SheetKind};
 
 /// `dF_h/dt + C_F‖v‖² + ∫_∂Ω β_w (v·t)² + 2‖D(v)‖² + ‖L_h‖²/(Pe B) = T_a(p|v) + S_a δ(p,p,v) + defect`
 ///
@@ -35,8 +35,8 @@ impl Budget {
     /// The terms at a state with this `∂_t p`.
     pub fn at(model: &dyn Sheet, state: &State, rate_of_p: &[f64], t: f64) -> Self {
         match model.kind() {
-            Kind::Incompressible(sheet) => Self::incompressible(sheet, state, rate_of_p, t),
-            Kind::Compressible(sheet) => Self::compressible(sheet, state, rate_of_p, t),
+            SheetKind::Incompressible(sheet) => Self::incompressible(sheet, state, rate_of_p, t),
+            SheetKind::Compressible(sheet) => Self::compressible(sheet, state, rate_of_p, t),
         }
     }
 

@@ -9,7 +9,7 @@ use crate::mesh::Point;
 use crate::model::compressible::Compressible;
 use crate::model::incompressible::Incompressible;
 use crate::model::{ElasticForce, Exact, State};
-use crate::time::{Kind, Sheet};
+use crate::time::{Sheet, SheetKind};
 
 /// A field whose error is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -121,8 +121,8 @@ impl Errors {
 /// Errors of `state` against `exact` at time `t`, by quadrature of degree `2q + 2`, q the polarity's degree.
 pub fn errors(model: &dyn Sheet, exact: &Exact, state: &State, t: f64) -> Errors {
     match model.kind() {
-        Kind::Incompressible(sheet) => incompressible(sheet, &exact.at_time(t), state, t),
-        Kind::Compressible(sheet) => compressible(sheet, &exact.at_time(t), state, t),
+        SheetKind::Incompressible(sheet) => incompressible(sheet, &exact.at_time(t), state, t),
+        SheetKind::Compressible(sheet) => compressible(sheet, &exact.at_time(t), state, t),
     }
 }
 

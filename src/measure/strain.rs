@@ -283,7 +283,7 @@ impl Tensor {
         self.extreme(|mean, radius| mean + radius)
     }
 
-    /// Smallest eigenvalue of `I + ε` at any node, and where. `A = I + ε` obeys `A▽ = (I − A)/We`, and stays positive
+    /// SmallestStep eigenvalue of `I + ε` at any node, and where. `A = I + ε` obeys `A▽ = (I − A)/We`, and stays positive
     /// definite.
     pub fn least_stretch(&self) -> Extreme {
         let least = self.extreme(|mean, radius| radius - mean);

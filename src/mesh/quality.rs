@@ -33,10 +33,10 @@ pub struct Quality {
     pub degree: usize,
     /// Area of the domain, curved cells included.
     pub area: f64,
-    /// Smallest and largest cell diameter (longest edge of a cell).
+    /// SmallestStep and largest cell diameter (longest edge of a cell).
     pub h_min: f64,
     pub h_max: f64,
-    /// Smallest angle of any cell, in degrees.
+    /// SmallestStep angle of any cell, in degrees.
     pub worst_angle_degrees: Worst,
     /// Mean over the cells of their smallest angle, in degrees.
     pub mean_angle_degrees: f64,

@@ -10,14 +10,14 @@
 //! the wall. So for `q ≥ 3` the unknowns inside a curved edge are components at its Lobatto points, from which the
 //! nodes take their values by interpolation along the edge.
 
-mod joints;
+mod corners;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3};
 
-use self::joints::Piece;
+use self::corners::Piece;
 use super::boundary::{Conditions, Held};
 use super::closed::part_of_nodes;
 use crate::element::{basis, lobatto, quadrature};
@@ -159,7 +159,7 @@ impl Frames {
     pub fn prescribed(&self, conditions: &[Conditions], t: f64) -> Result<Vec<f64>, ExpressionError> {
         let mut out = vec![0.0; self.starts.len() - 1];
         for (node, x, pieces) in &self.values {
-            let v = joints::velocity(pieces, conditions, *x, t)?;
+            let v = corners::velocity(pieces, conditions, *x, t)?;
             out[2 * node..2 * node + 2].copy_from_slice(&[v.x, v.y]);
         }
         for &(node, end, weight) in &self.inside {

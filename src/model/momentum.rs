@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::boundary::{Conditions, VelocityCondition};
 use super::closed::ClosedParts;
 use super::frames::{Frames, WallPoints};
-use super::immersed::{Carried, Ground, Immersed, Rigidity};
+use super::immersed::{FlowWithBodies, Ground, Immersed, Rigidity};
 use super::parameters::Parameters;
 use super::walls::Walls;
 use crate::body::guide::Rule;
@@ -231,7 +231,7 @@ impl Momentum {
         prescribed: &[f64],
         loads: &[Wrench],
         rules: &[Rule],
-    ) -> Result<Carried, MomentumError> {
+    ) -> Result<FlowWithBodies, MomentumError> {
         let System::Immersed(bodies) = &self.system else { panic!("there are no bodies to carry") };
         let count = bodies.immersion.parts.len();
         assert!(loads.len() == count && rules.len() == count, "every body has a load and a rule");

@@ -35,7 +35,7 @@ use crate::space::{Field, Space};
 
 /// What a cell belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum CellPlace {
     Tissue,
     Cut,
     Body,
@@ -62,7 +62,7 @@ impl Default for Continuation {
 #[derive(Debug, Clone)]
 pub struct Passive {
     /// Of every cell.
-    pub parts: Arc<Vec<Part>>,
+    pub parts: Arc<Vec<CellPlace>>,
     /// Loops over the whole mesh.
     pub whole: Integrator,
     pub weights: Continuation,
@@ -81,9 +81,9 @@ impl Covered {
     /// What `cover` leaves of the mesh of the loops `whole`.
     pub fn new(whole: &Integrator, cover: &Arc<Cover>, weights: Continuation) -> Self {
         let part = |cell: usize| match cover.cell(cell) {
-            Class::Outside => Part::Tissue,
-            Class::Inside(_) => Part::Body,
-            Class::Cut(_) => Part::Cut,
+            Class::Outside => CellPlace::Tissue,
+            Class::Inside(_) => CellPlace::Body,
+            Class::Cut(_) => CellPlace::Cut,
         };
         let parts = Arc::new((0..whole.mesh.cells.len()).map(part).collect());
         let passive = Passive { parts, whole: whole.clone(), weights };
@@ -97,7 +97,7 @@ impl Passive {
         self.whole.mesh.faces.iter().filter(|face| {
             let Some(plus) = face.plus else { return false };
             let sides = [face.minus, plus].map(|side| self.parts[side.cell]);
-            sides.contains(&Part::Cut) && !sides.contains(&Part::Body)
+            sides.contains(&CellPlace::Cut) && !sides.contains(&CellPlace::Body)
         })
     }
 
@@ -115,14 +115,14 @@ impl Passive {
         for face in &self.whole.mesh.faces {
             let Some(plus) = face.plus else { continue };
             let sides = [face.minus, plus].map(|side| self.parts[side.cell]);
-            if let Some(side) = sides.iter().position(|part| *part == Part::Body)
-                && sides[1 - side] == Part::Cut
+            if let Some(side) = sides.iter().position(|part| *part == CellPlace::Body)
+                && sides[1 - side] == CellPlace::Cut
             {
                 add_rows(&mut inner, face, side, &(ghost::matrix(space, face) * self.weights.ghost));
             }
         }
         let size = space.n * space.n;
-        for cell in (0..self.parts.len()).filter(|&cell| self.parts[cell] == Part::Body) {
+        for cell in (0..self.parts.len()).filter(|&cell| self.parts[cell] == CellPlace::Body) {
             let (own, off) = (cell * size..(cell + 1) * size, 3 * cell * size..3 * (cell + 1) * size);
             diffusion.diagonal[own.clone()].copy_from_slice(&inner.diagonal[own]);
             diffusion.off[off.clone()].copy_from_slice(&inner.off[off]);
@@ -162,15 +162,15 @@ impl Around {
         let blocks = inertia.chunks_exact_mut(size).zip(mass.chunks_exact(size));
         for (cell, (block, whole)) in blocks.enumerate() {
             match passive.parts[cell] {
-                Part::Body => {
+                CellPlace::Body => {
                     block.fill(0.0);
                     projection.extend_from_slice(block);
                     continue;
                 }
-                Part::Cut => {
+                CellPlace::Cut => {
                     block.iter_mut().zip(whole).for_each(|(out, whole)| *out += passive.weights.mass * (whole - *out));
                 }
-                Part::Tissue => block.copy_from_slice(whole),
+                CellPlace::Tissue => block.copy_from_slice(whole),
             }
             projection.extend(invert_block(cell, block, space.n)?.iter());
         }

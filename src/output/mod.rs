@@ -2,6 +2,7 @@
 
 pub mod bodies;
 pub mod checkpoint;
+pub mod console;
 pub mod frames;
 pub mod history;
 pub mod lock;
@@ -9,7 +10,6 @@ pub mod mark;
 pub mod plot;
 pub mod progress;
 pub mod pvd;
-pub mod say;
 pub mod timed;
 pub mod vtk;
 

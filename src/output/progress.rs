@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::say;
+use super::console;
 
 /// How much is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -78,7 +78,7 @@ impl Progress {
         match (&self.bar, self.verbosity) {
             (_, Verbosity::Quiet) => {}
             (Some(bar), Verbosity::Normal | Verbosity::Verbose) => bar.println(text),
-            (None, Verbosity::Normal | Verbosity::Verbose) => say::note(text),
+            (None, Verbosity::Normal | Verbosity::Verbose) => console::note(text),
         }
     }
 
@@ -119,7 +119,7 @@ impl Progress {
         let due = self.verbosity == Verbosity::Normal && self.last_line.elapsed() >= PAUSE;
         if self.verbosity == Verbosity::Verbose || due {
             self.last_line = Instant::now();
-            say::note(text);
+            console::note(text);
         }
     }
 

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::tables::{cell, short};
 use crate::output::frames::Frame;
 use crate::results::Results;
-use crate::results::bodies::Seen;
+use crate::results::bodies::BodiesAtTime;
 
 /// Rows of the table.
 const MOST: usize = 40;
@@ -13,7 +13,7 @@ const HEAD: [&str; 9] = ["x₁", "x₂", "θ", "V₁", "V₂", "ω", "f₁", "f�
 
 /// Where the bodies are at the end.
 pub(super) fn table(run: &Results, notes: &mut Vec<String>) -> Markup {
-    let seen = match Seen::read(&run.path, None) {
+    let seen = match BodiesAtTime::read(&run.path, None) {
         Ok(Some(seen)) => seen,
         Ok(None) => return html! {},
         Err(error) => {
@@ -21,7 +21,7 @@ pub(super) fn table(run: &Results, notes: &mut Vec<String>) -> Markup {
             return html! {};
         }
     };
-    let count = seen.cast.bodies.len();
+    let count = seen.solids.bodies.len();
     let row = |k: usize| {
         let (pose, twist, load) = (&seen.poses[k], &seen.twists[k], &seen.loads[k]);
         let (x, v, f) = (pose.position, twist.velocity, load.force);
@@ -37,7 +37,7 @@ pub(super) fn table(run: &Results, notes: &mut Vec<String>) -> Markup {
                 }
                 thead { tr { th scope="col" { "body" } @for name in HEAD { th.number scope="col" { (name) } } } }
                 tbody {
-                    @for (k, member) in seen.cast.bodies.iter().take(MOST).enumerate() {
+                    @for (k, member) in seen.solids.bodies.iter().take(MOST).enumerate() {
                         tr {
                             th scope="row" { (member.name) @if member.fixed { " (fixed)" } }
                             @for value in row(k) { (cell(&value.to_string())) }

@@ -27,11 +27,11 @@ const MEANINGS: [(&str, &str); 15] = [
 ];
 
 /// The whole section of a comparison.
-pub(super) fn section(found: &Results, room: &mut pictures::Room) -> Markup {
+pub(super) fn section(found: &Results, budget: &mut pictures::ByteBudget) -> Markup {
     let mut remarks = found.problems.clone();
     let said = found.summary.as_ref().and_then(|summary| summary.get("notes")).and_then(Value::as_array);
     remarks.extend(said.into_iter().flatten().filter_map(|note| note.as_str().map(str::to_owned)));
-    let (shown, count) = pictures::of_folder(found, room, &mut remarks);
+    let (shown, count) = pictures::of_folder(found, budget, &mut remarks);
     html! {
         (verdict(found))
         (notes(&[], &remarks))

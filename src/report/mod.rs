@@ -15,8 +15,8 @@ mod tables;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::names::MADE_BY;
-use crate::results::curves::{Wish, curves};
-use crate::results::{Kind, Results, differing};
+use crate::results::curves::{CurveSettings, curves};
+use crate::results::{Results, ResultsKind, differing};
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("sort.js");
@@ -29,7 +29,7 @@ pub fn page(folders: &[Results]) -> String {
         [only] => only.title(),
         [] | [_, ..] => format!("{} results", folders.len()),
     };
-    let mut room = pictures::Room::of_page();
+    let mut budget = pictures::ByteBudget::of_page();
     let document = html! {
         (DOCTYPE)
         html lang="en" {
@@ -49,7 +49,7 @@ pub fn page(folders: &[Results]) -> String {
                         (together(folders))
                     }
                     @for (k, folder) in folders.iter().enumerate() {
-                        (section(k, folder, folders.len(), &mut room.share(folders.len() - k)))
+                        (section(k, folder, folders.len(), &mut budget.share(folders.len() - k)))
                     }
                 }
                 footer { "Written by monolayer " (env!("CARGO_PKG_VERSION")) ". Everything is dimensionless." }
@@ -74,11 +74,12 @@ fn contents(folders: &[Results]) -> Markup {
 
 /// What several runs have in common: their measures in one table, their curves in common pictures.
 fn together(folders: &[Results]) -> Markup {
-    let runs: Vec<&Results> = folders.iter().filter(|f| matches!(f.kind, Kind::Run | Kind::Sections)).collect();
+    let runs: Vec<&Results> =
+        folders.iter().filter(|f| matches!(f.kind, ResultsKind::Run | ResultsKind::Sections)).collect();
     if runs.len() < 2 {
         return html! {};
     }
-    let drawn = curves(&runs, &Wish::default()).unwrap_or_default();
+    let drawn = curves(&runs, &CurveSettings::default()).unwrap_or_default();
     html! {
         section {
             h2 { "Side by side" }
@@ -89,20 +90,24 @@ fn together(folders: &[Results]) -> Markup {
     }
 }
 
-fn section(number: usize, folder: &Results, count: usize, room: &mut pictures::Room) -> Markup {
+fn section(number: usize, folder: &Results, count: usize, budget: &mut pictures::ByteBudget) -> Markup {
     let one_of_many = count > 1;
     html! {
         section id={ "results-" (number + 1) } {
             @if one_of_many { h2 { (folder.title()) } } @else { h1 { (folder.title()) } }
             p.path { (kind(folder.kind)) " in " code { (folder.path.display()) } }
             @match folder.kind {
-                Kind::Run | Kind::Sections => (run::section(folder, room)),
-                Kind::Comparison => (comparison::section(folder, room)),
-                Kind::Sweep | Kind::Order | Kind::Branches | Kind::Tradeoff => (study::section(folder, room)),
+                ResultsKind::Run | ResultsKind::Sections => (run::section(folder, budget)),
+                ResultsKind::Comparison => (comparison::section(folder, budget)),
+                ResultsKind::Sweep | ResultsKind::Order | ResultsKind::Branches | ResultsKind::Tradeoff => {
+                    (study::section(folder, budget))
+                }
             }
             @if let Some(settings) = &folder.settings {
                 details {
-                    summary { "Settings (" (if folder.kind == Kind::Run { "scene.toml" } else { "study.toml" }) ")" }
+                    summary {
+                        "Settings (" (if folder.kind == ResultsKind::Run { "scene.toml" } else { "study.toml" }) ")"
+                    }
                     pre { (settings) }
                 }
             }
@@ -110,14 +115,14 @@ fn section(number: usize, folder: &Results, count: usize, room: &mut pictures::R
     }
 }
 
-fn kind(kind: Kind) -> &'static str {
+fn kind(kind: ResultsKind) -> &'static str {
     match kind {
-        Kind::Run => "A run",
-        Kind::Sweep => "A study",
-        Kind::Order => "A study of orders of convergence",
-        Kind::Branches => "Branches of steady states",
-        Kind::Tradeoff => "Errors and what they cost",
-        Kind::Comparison => "A comparison with measured velocities",
-        Kind::Sections => "Sections",
+        ResultsKind::Run => "A run",
+        ResultsKind::Sweep => "A study",
+        ResultsKind::Order => "A study of orders of convergence",
+        ResultsKind::Branches => "Branches of steady states",
+        ResultsKind::Tradeoff => "Errors and what they cost",
+        ResultsKind::Comparison => "A comparison with measured velocities",
+        ResultsKind::Sections => "Sections",
     }
 }

@@ -29,9 +29,9 @@ struct Shown {
 
 /// How many bytes of pictures a page still takes.
 #[derive(Debug)]
-pub(super) struct Room(usize);
+pub(super) struct ByteBudget(usize);
 
-impl Room {
+impl ByteBudget {
     pub(super) fn of_page() -> Self {
         Self(MOST)
     }
@@ -43,7 +43,7 @@ impl Room {
         Self(share)
     }
 
-    /// Takes the room for a picture, if there is some.
+    /// Takes the bytes of a picture, if there are so many.
     fn take(&mut self, picture: &Shown) -> bool {
         let fits = picture.uri.len() <= self.0;
         if fits {
@@ -54,13 +54,13 @@ impl Room {
 }
 
 /// The pictures of a folder, of a series the last one; what is not shown is a note. Returns how many there are.
-pub(super) fn of_folder(folder: &Results, room: &mut Room, notes: &mut Vec<String>) -> (Markup, usize) {
+pub(super) fn of_folder(folder: &Results, budget: &mut ByteBudget, notes: &mut Vec<String>) -> (Markup, usize) {
     let (chosen, series) = chosen(&folder.pictures);
     notes.extend(series);
     let (mut shown, mut left_out) = (Vec::new(), Vec::new());
     for path in chosen {
         match read(path) {
-            Ok(picture) if room.take(&picture) => shown.push(picture),
+            Ok(picture) if budget.take(&picture) => shown.push(picture),
             Ok(_) => left_out.push(relative(path, folder)),
             Err(reason) => notes.push(format!("the picture {} is left out: {reason}", path.display())),
         }
@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn a_page_has_room_for_some_pictures() {
         let picture = |bytes: usize| Shown { uri: "x".repeat(bytes), title: String::new(), file: String::new() };
-        let mut page = Room(100);
+        let mut page = ByteBudget(100);
         let mut first = page.share(2);
         assert!(first.take(&picture(30)) && !first.take(&picture(30)) && first.take(&picture(20)));
         assert!(page.share(1).take(&picture(50)) && !page.share(1).take(&picture(1)));

@@ -6,8 +6,8 @@ use serde_json::Value;
 use super::tables::{cell, notes, pairs, short};
 use super::{bodies, equations, pictures};
 use crate::output::frames::{self, Frame};
-use crate::results::curves::{Wish, curves};
-use crate::results::{Kind, Results, names};
+use crate::results::curves::{CurveSettings, curves};
+use crate::results::{Results, ResultsKind, names};
 
 /// What each ending means, in words.
 const ENDINGS: [(&str, &str); 8] = [
@@ -22,14 +22,15 @@ const ENDINGS: [(&str, &str); 8] = [
 ];
 
 /// The whole section of a run.
-pub(super) fn section(run: &Results, room: &mut pictures::Room) -> Markup {
+pub(super) fn section(run: &Results, budget: &mut pictures::ByteBudget) -> Markup {
     let mut remarks = run.problems.clone();
     remarks.extend(remarks_of(run));
     let failures: Vec<String> = text(run, "reason").map(str::to_owned).into_iter().collect();
     let frames = frames(run, &mut remarks);
-    let (shown, count) = pictures::of_folder(run, room, &mut remarks);
+    let (shown, count) = pictures::of_folder(run, budget, &mut remarks);
     let table_of_bodies = bodies::table(run, &mut remarks);
-    let own = if count == 0 { curves(&[run], &Wish::default()).unwrap_or_default() } else { Default::default() };
+    let own =
+        if count == 0 { curves(&[run], &CurveSettings::default()).unwrap_or_default() } else { Default::default() };
     remarks.extend(own.notes.iter().cloned());
     html! {
         (ending(run))
@@ -43,7 +44,7 @@ pub(super) fn section(run: &Results, room: &mut pictures::Room) -> Markup {
             (pictures::drawn(&own))
             (bodies::films(&frames))
         }
-        @if run.kind == Kind::Run {
+        @if run.kind == ResultsKind::Run {
             h3 { "What was solved" }
             (equations::solved(run))
             (cost(run))
@@ -90,7 +91,7 @@ fn ending(run: &Results) -> Markup {
         format!(" at t = {} after {} steps{residual}.", short(t), short(steps))
     });
     html! {
-        @if run.kind == Kind::Run {
+        @if run.kind == ResultsKind::Run {
             p.ending {
                 span.state.(colour) { (status.unwrap_or("not ended")) } " "
                 @if status.is_some() { (words) (reached.unwrap_or_default()) }

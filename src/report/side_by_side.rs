@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::run::{get, number, text};
 use super::tables::{cell, plain, toml_text};
-use crate::results::{Kind, Results, names, symbol};
+use crate::results::{Results, ResultsKind, names, symbol};
 
 /// What differs between them, and their measures.
 pub(super) fn table(runs: &[&Results], keys: &[String]) -> Markup {
@@ -39,7 +39,10 @@ pub(super) fn table(runs: &[&Results], keys: &[String]) -> Markup {
                         tr.bad[text(run, "status") == Some("failed")] {
                             th scope="row" { (run.path.display()) }
                             @for key in keys { (cell(&setting(run, key))) }
-                            td { (text(run, "status").unwrap_or(if run.kind == Kind::Run { "not ended" } else { "" })) }
+                            td {
+                                (text(run, "status")
+                                    .unwrap_or(if run.kind == ResultsKind::Run { "not ended" } else { "" }))
+                            }
                             @for name in &measures { (cell(&measure(run, name))) }
                             (cell(&number(run, "/seconds_total").map_or_else(String::new, |s| format!("{s:.1}"))))
                         }

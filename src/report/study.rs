@@ -4,9 +4,9 @@ use maud::{Markup, html};
 
 use super::pictures;
 use super::tables::{notes, sortable};
-use crate::results::curves::{What, Wish, curves};
+use crate::results::curves::{CurveSettings, What, curves};
 use crate::results::study::Columns;
-use crate::results::{Drawn, Kind, Results, Table};
+use crate::results::{Drawn, Results, ResultsKind, Table};
 
 /// Pictures of more runs than these would hide each other.
 const FEW: usize = 8;
@@ -15,32 +15,32 @@ const FEW: usize = 8;
 const GOOD: [&str; 4] = ["finished", "complete", "done", ""];
 
 /// The whole section of a study.
-pub(super) fn section(study: &Results, room: &mut pictures::Room) -> Markup {
+pub(super) fn section(study: &Results, budget: &mut pictures::ByteBudget) -> Markup {
     let mut remarks = study.problems.clone();
     for part in &study.parts {
         remarks.extend(part.problems.iter().map(|problem| format!("{}: {problem}", part.name)));
     }
     remarks.extend(said(study));
     let failures = failures(study);
-    let (shown, count) = pictures::of_folder(study, room, &mut remarks);
+    let (shown, count) = pictures::of_folder(study, budget, &mut remarks);
     let parts: Vec<(String, Markup)> = study
         .parts
         .iter()
-        .filter(|part| part.kind == Kind::Order)
-        .map(|part| (part.name.clone(), pictures::of_folder(part, room, &mut remarks).0))
+        .filter(|part| part.kind == ResultsKind::Order)
+        .map(|part| (part.name.clone(), pictures::of_folder(part, budget, &mut remarks).0))
         .collect();
     let drawn = own_curves(study, count, &mut remarks);
     html! {
         (counts(study))
         (notes(&failures, &remarks))
-        @if study.kind == Kind::Sweep || study.kind == Kind::Tradeoff { (results(study)) }
+        @if study.kind == ResultsKind::Sweep || study.kind == ResultsKind::Tradeoff { (results(study)) }
         @if count > 0 || !drawn.pictures.is_empty() || !parts.is_empty() {
             h3 { "Pictures" }
             (shown)
             (pictures::drawn(&drawn))
             @for (name, pictures) in &parts { h4 { (name) } (pictures) }
         }
-        @if study.kind == Kind::Order || study.kind == Kind::Branches { (results(study)) }
+        @if study.kind == ResultsKind::Order || study.kind == ResultsKind::Branches { (results(study)) }
     }
 }
 
@@ -60,14 +60,15 @@ const COMPARED: [What; 8] = [
 /// common.
 fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> Drawn {
     let mut all = Drawn::default();
-    if study.kind != Kind::Sweep {
+    if study.kind != ResultsKind::Sweep {
         return all;
     }
     let over_parameters = (pictures == 0).then_some(What::Study);
     let few = study.parts.len() <= FEW;
     for what in over_parameters.into_iter().chain(COMPARED.into_iter().filter(|_| few)) {
         // of the sections one quantity is enough for a page of many runs
-        let wish = Wish { what: vec![what], quantities: vec!["velocity_1".to_owned()], ..Wish::default() };
+        let wish =
+            CurveSettings { what: vec![what], quantities: vec!["velocity_1".to_owned()], ..CurveSettings::default() };
         // what the folder does not have is an error for a wish by name alone
         let drawn = curves(&[study], &wish).unwrap_or_default();
         all.pictures.extend(drawn.pictures);
@@ -125,7 +126,7 @@ fn counts(study: &Results) -> Markup {
     let rows = table.rows.len();
     let bad = (0..rows).filter(|&row| is_bad(table, row)).count();
     let seconds: f64 = table.numbers("seconds").into_iter().flatten().filter(|s| s.is_finite()).sum();
-    let what = if study.kind == Kind::Order { "levels" } else { "runs" };
+    let what = if study.kind == ResultsKind::Order { "levels" } else { "runs" };
     html! {
         p.ending {
             span.state.(if bad == 0 { "good" } else { "bad" }) { (rows - bad) " of " (rows) " " (what) " finished" }
@@ -147,7 +148,7 @@ fn results(study: &Results) -> Markup {
                 other => (sortable(other, table, &table.header, &|row| is_bad(table, row))),
             }
         }
-        @for part in study.parts.iter().filter(|part| part.kind == Kind::Order) {
+        @for part in study.parts.iter().filter(|part| part.kind == ResultsKind::Order) {
             @for (_, table) in &part.tables {
                 (sortable(&format!("Errors and observed orders, {}", part.name), table, &table.header, &|_| false))
             }

@@ -6,13 +6,13 @@ use super::ResultsError;
 use crate::contact::{Contact, Partner};
 use crate::measure::bodies::Load;
 use crate::mesh::Point;
-use crate::output::bodies::{CAST_FILE, Cast, Moment};
+use crate::output::bodies::{Moment, SOLIDS_FILE, Solids};
 use crate::shape::{Pose, Twist};
 
 /// The bodies at a time that the table has.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
-    pub cast: Cast,
+pub struct BodiesAtTime {
+    pub solids: Solids,
     pub time: f64,
     pub poses: Vec<Pose>,
     pub twists: Vec<Twist>,
@@ -32,14 +32,14 @@ pub struct Track {
 /// Row of a table: its time, its texts and its numbers.
 type Row = (f64, Vec<String>, Vec<f64>);
 
-impl Seen {
+impl BodiesAtTime {
     /// The bodies at the last time at which all of them are in the table, or at a given time of it; `None` where a run
     /// has left none.
     ///
     /// # Errors
     /// [`ResultsError::Broken`]: files that do not fit each other, or are no such tables.
     pub fn read(folder: &Path, at: Option<f64>) -> Result<Option<Self>, ResultsError> {
-        let Some(cast) = cast(folder)? else { return Ok(None) };
+        let Some(solids) = solids(folder)? else { return Ok(None) };
         let (mut rows, mut whole): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
         each_row(&folder.join("bodies.csv"), 1, 9, |row| {
             if at.is_none_or(|t| row.0 == t) {
@@ -47,32 +47,32 @@ impl Seen {
                     rows.clear();
                 }
                 rows.push(row);
-                if rows.len() == cast.bodies.len() {
+                if rows.len() == solids.bodies.len() {
                     whole.clone_from(&rows);
                 }
             }
         })?;
         let Some(&(time, ..)) = whole.first() else { return Ok(None) };
-        let known = whole.iter().zip(&cast.bodies).all(|((_, names, _), member)| names[0] == member.name);
+        let known = whole.iter().zip(&solids.bodies).all(|((_, names, _), member)| names[0] == member.name);
         if !known {
             return Err(broken(&folder.join("bodies.csv"), "its bodies are not those of bodies.json".to_owned()));
         }
         let of = |k: usize| whole.iter().map(move |(_, _, n)| (Point::new(n[3 * k], n[3 * k + 1]), n[3 * k + 2]));
-        let contacts = contacts(folder, &cast, time)?;
+        let contacts = contacts(folder, &solids, time)?;
         Ok(Some(Self {
             time,
             poses: of(0).map(|(position, angle)| Pose { position, angle }).collect(),
             twists: of(1).map(|(velocity, spin)| Twist { velocity, spin }).collect(),
             loads: of(2).map(|(force, torque)| Load { force, torque }).collect(),
             contacts,
-            cast,
+            solids,
         }))
     }
 
     /// As what is drawn.
     pub fn moment(&self) -> Moment<'_> {
         Moment {
-            cast: &self.cast,
+            solids: &self.solids,
             time: self.time,
             poses: &self.poses,
             twists: &self.twists,
@@ -87,8 +87,8 @@ impl Seen {
 /// # Errors
 /// [`ResultsError::Broken`]; [`ResultsError::Option`] for a name that no body has.
 pub fn tracks(folder: &Path, names: &[String], most: usize) -> Result<(Vec<Track>, usize), ResultsError> {
-    let Some(cast) = cast(folder)? else { return Ok((Vec::new(), 0)) };
-    if let Some(unknown) = names.iter().find(|name| cast.bodies.iter().all(|member| member.name != **name)) {
+    let Some(solids) = solids(folder)? else { return Ok((Vec::new(), 0)) };
+    if let Some(unknown) = names.iter().find(|name| solids.bodies.iter().all(|member| member.name != **name)) {
         return Err(ResultsError::Option {
             option: "--body",
             value: unknown.clone(),
@@ -96,7 +96,7 @@ pub fn tracks(folder: &Path, names: &[String], most: usize) -> Result<(Vec<Track
             hint: "the names are in bodies.csv".to_owned(),
         });
     }
-    let moving = cast.bodies.iter().filter(|member| !member.fixed).map(|member| member.name.clone());
+    let moving = solids.bodies.iter().filter(|member| !member.fixed).map(|member| member.name.clone());
     let all: Vec<String> = if names.is_empty() { moving.collect() } else { names.to_vec() };
     let mut tracks: Vec<Track> =
         all.iter().take(most).map(|name| Track { name: name.clone(), rows: Vec::new() }).collect();
@@ -115,12 +115,12 @@ fn broken(file: &Path, what: String) -> ResultsError {
     ResultsError::Broken { file: file.display().to_string(), what, hint }
 }
 
-fn cast(folder: &Path) -> Result<Option<Cast>, ResultsError> {
-    let path = folder.join(CAST_FILE);
+fn solids(folder: &Path) -> Result<Option<Solids>, ResultsError> {
+    let path = folder.join(SOLIDS_FILE);
     if !path.exists() || !folder.join("bodies.csv").exists() {
         return Ok(None);
     }
-    Cast::read(&path).map(Some).map_err(|error| broken(&path, error.to_string()))
+    Solids::read(&path).map(Some).map_err(|error| broken(&path, error.to_string()))
 }
 
 /// Visits the rows of a table with a time, texts and numbers; one that was cut off ends it.
@@ -140,17 +140,17 @@ fn each_row(path: &Path, texts: usize, numbers: usize, mut visit: impl FnMut(Row
     Ok(())
 }
 
-fn contacts(folder: &Path, cast: &Cast, time: f64) -> Result<Vec<Contact>, ResultsError> {
+fn contacts(folder: &Path, solids: &Solids, time: f64) -> Result<Vec<Contact>, ResultsError> {
     let path = folder.join("contacts.csv");
     let mut found = Vec::new();
     if !path.exists() {
         return Ok(found);
     }
     let mut unknown = None;
-    let place = |name: &str| cast.bodies.iter().position(|member| member.name == name);
+    let place = |name: &str| solids.bodies.iter().position(|member| member.name == name);
     let wall = |name: &str| {
         let number: usize = name.strip_prefix("wall-")?.parse().ok()?;
-        (1..=cast.walls.len()).contains(&number).then(|| Partner::Wall(number - 1))
+        (1..=solids.walls.len()).contains(&number).then(|| Partner::Wall(number - 1))
     };
     each_row(&path, 2, 5, |(t, names, n)| {
         if t != time {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Kind, Results, ResultsError, history, label, sections, study, ways};
+use super::{Results, ResultsError, ResultsKind, body_curves, history, label, sections, study};
 use crate::output::plot::{Plot, PlotError};
 
 /// A kind of curve.
@@ -36,7 +36,7 @@ pub enum What {
 
 /// What is to be drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Wish {
+pub struct CurveSettings {
     /// Kinds of curves; all that the folders have if empty.
     pub what: Vec<What>,
     /// Quantities of sections, such as `velocity_1`, or columns of their tables; the usual ones if empty.
@@ -144,7 +144,7 @@ impl What {
     }
 }
 
-impl Wish {
+impl CurveSettings {
     /// Whether these curves are drawn, and whether somebody named them.
     pub(super) fn wants(&self, what: What) -> bool {
         if self.what.is_empty() { what.is_usual() } else { self.what.contains(&what) }
@@ -189,7 +189,7 @@ impl Wish {
 /// # Errors
 /// [`ResultsError::Option`]: a wish that makes no sense, or that no folder can meet. What one of several folders lacks
 /// is a note.
-pub fn curves(folders: &[&Results], wish: &Wish) -> Result<Drawn, ResultsError> {
+pub fn curves(folders: &[&Results], wish: &CurveSettings) -> Result<Drawn, ResultsError> {
     let runs: Vec<&Results> = folders.iter().flat_map(|folder| folder.runs()).collect();
     wish.check(runs.len())?;
     let mut drawn = Drawn::default();
@@ -204,10 +204,10 @@ pub fn curves(folders: &[&Results], wish: &Wish) -> Result<Drawn, ResultsError> 
         sections::draw(shown, &labels, wish, &mut drawn)?;
     }
     if wish.wants(What::Bodies) {
-        ways::draw(shown, &labels, wish, &mut drawn)?;
+        body_curves::draw(shown, &labels, wish, &mut drawn)?;
     }
     if wish.wants(What::Study) {
-        folders.iter().filter(|f| f.kind == Kind::Sweep).for_each(|folder| study::draw(folder, &mut drawn));
+        folders.iter().filter(|f| f.kind == ResultsKind::Sweep).for_each(|folder| study::draw(folder, &mut drawn));
     }
     for &what in &wish.what {
         if !drawn.pictures.iter().any(|picture| picture.what == what) {
@@ -229,7 +229,7 @@ pub fn curves(folders: &[&Results], wish: &Wish) -> Result<Drawn, ResultsError> 
 /// written.
 pub fn write_usual(folder: &Path) -> Vec<String> {
     let told = |what: String| format!("note: curves: {what}");
-    let drawn = Results::read(folder).and_then(|results| curves(&[&results], &Wish::default()));
+    let drawn = Results::read(folder).and_then(|results| curves(&[&results], &CurveSettings::default()));
     match drawn {
         Ok(drawn) => {
             let written = drawn.write(&folder.join("plots"));

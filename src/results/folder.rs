@@ -9,7 +9,7 @@ use crate::scene::renamed;
 
 /// What a folder holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ResultsKind {
     /// Of `monolayer run`.
     Run,
     /// Of `monolayer study`: `results.csv` and a folder for every run.
@@ -42,7 +42,7 @@ pub struct Results {
     pub path: PathBuf,
     /// Last part of the path.
     pub name: String,
-    pub kind: Kind,
+    pub kind: ResultsKind,
     /// `scene.toml`.
     pub scene: Option<toml::Table>,
     /// The settings as text: `scene.toml`, or a study's `study.toml`.
@@ -61,15 +61,15 @@ pub struct Results {
 }
 
 /// Tables that studies and comparisons leave, and what they make of a folder.
-const TABLES: [(&str, Kind); 8] = [
-    ("comparison.csv", Kind::Comparison),
-    ("tradeoff.csv", Kind::Tradeoff),
-    ("pareto.csv", Kind::Tradeoff),
-    ("results.csv", Kind::Sweep),
-    ("richardson.csv", Kind::Sweep),
-    ("branches.csv", Kind::Branches),
-    ("orders.csv", Kind::Order),
-    ("runs.csv", Kind::Order),
+const TABLES: [(&str, ResultsKind); 8] = [
+    ("comparison.csv", ResultsKind::Comparison),
+    ("tradeoff.csv", ResultsKind::Tradeoff),
+    ("pareto.csv", ResultsKind::Tradeoff),
+    ("results.csv", ResultsKind::Sweep),
+    ("richardson.csv", ResultsKind::Sweep),
+    ("branches.csv", ResultsKind::Branches),
+    ("orders.csv", ResultsKind::Order),
+    ("runs.csv", ResultsKind::Order),
 ];
 
 /// Files of a run.
@@ -97,7 +97,7 @@ impl Results {
         Ok(Self::of_kind(path, kind))
     }
 
-    fn of_kind(path: &Path, kind: Kind) -> Self {
+    fn of_kind(path: &Path, kind: ResultsKind) -> Self {
         // the name of `.` or of `..` is that of the folder it leads to
         let real = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let name = real.file_name().unwrap_or(real.as_os_str()).to_string_lossy().into_owned();
@@ -116,12 +116,12 @@ impl Results {
         };
         results.read_settings();
         match kind {
-            Kind::Run => results.read_run(),
-            Kind::Sweep | Kind::Tradeoff => results.read_sweep(),
-            Kind::Order => results.read_order(),
-            Kind::Branches => results.read_tables(&["branches.csv"]),
-            Kind::Comparison => results.read_comparison(),
-            Kind::Sections => {}
+            ResultsKind::Run => results.read_run(),
+            ResultsKind::Sweep | ResultsKind::Tradeoff => results.read_sweep(),
+            ResultsKind::Order => results.read_order(),
+            ResultsKind::Branches => results.read_tables(&["branches.csv"]),
+            ResultsKind::Comparison => results.read_comparison(),
+            ResultsKind::Sections => {}
         }
         results
     }
@@ -159,20 +159,24 @@ impl Results {
     /// The runs in it: itself, or its parts.
     pub fn runs(&self) -> Vec<&Results> {
         match self.kind {
-            Kind::Run | Kind::Comparison | Kind::Sections => vec![self],
-            Kind::Sweep | Kind::Tradeoff => self.parts.iter().collect(),
-            Kind::Order | Kind::Branches => Vec::new(),
+            ResultsKind::Run | ResultsKind::Comparison | ResultsKind::Sections => vec![self],
+            ResultsKind::Sweep | ResultsKind::Tradeoff => self.parts.iter().collect(),
+            ResultsKind::Order | ResultsKind::Branches => Vec::new(),
         }
     }
 
     fn read_settings(&mut self) {
         let name = match self.kind {
-            Kind::Run | Kind::Sections => "scene.toml",
-            Kind::Sweep | Kind::Order | Kind::Branches | Kind::Tradeoff | Kind::Comparison => "study.toml",
+            ResultsKind::Run | ResultsKind::Sections => "scene.toml",
+            ResultsKind::Sweep
+            | ResultsKind::Order
+            | ResultsKind::Branches
+            | ResultsKind::Tradeoff
+            | ResultsKind::Comparison => "study.toml",
         };
         let path = self.path.join(name);
         if !path.exists() {
-            if self.kind != Kind::Sections {
+            if self.kind != ResultsKind::Sections {
                 self.problems.push(format!("{name} is missing: the settings are not known"));
             }
             return;
@@ -235,7 +239,7 @@ impl Results {
 
     fn read_sweep(&mut self) {
         self.read_tables(&["results.csv", "tradeoff.csv", "pareto.csv", "richardson.csv"]);
-        if self.kind == Kind::Sweep && !self.path.join("results.csv").exists() {
+        if self.kind == ResultsKind::Sweep && !self.path.join("results.csv").exists() {
             self.problems.push("results.csv is missing: no run has ended yet".to_owned());
         }
         let named: Vec<String> = self
@@ -243,11 +247,11 @@ impl Results {
             .and_then(|table| table.texts("run").map(|texts| texts.map(str::to_owned).collect()))
             .unwrap_or_default();
         let mut inside = folders(&self.path);
-        inside.retain(|folder| kind_of(folder) == Some(Kind::Run));
-        self.parts = inside.iter().map(|folder| Self::of_kind(folder, Kind::Run)).collect();
+        inside.retain(|folder| kind_of(folder) == Some(ResultsKind::Run));
+        self.parts = inside.iter().map(|folder| Self::of_kind(folder, ResultsKind::Run)).collect();
         let unfinished: Vec<&str> =
             self.parts.iter().map(|run| run.name.as_str()).filter(|name| !named.iter().any(|n| n == name)).collect();
-        if !unfinished.is_empty() && self.kind == Kind::Sweep {
+        if !unfinished.is_empty() && self.kind == ResultsKind::Sweep {
             self.problems.push(format!("begun and not in results.csv: {}", unfinished.join(", ")));
         }
         // the order of the table is that of the study
@@ -263,7 +267,7 @@ impl Results {
         if self.table("orders.csv").is_none() {
             let variants = folders(&self.path).into_iter().filter(|folder| folder.join("orders.csv").exists());
             for folder in variants {
-                let mut part = Self::of_kind(&folder, Kind::Order);
+                let mut part = Self::of_kind(&folder, ResultsKind::Order);
                 // study.toml and runs.csv lie above
                 part.problems.clear();
                 self.parts.push(part);
@@ -291,7 +295,7 @@ fn how_far(history: &Table) -> String {
     format!("; so far {} steps, up to t = {}", entry("step"), entry("time"))
 }
 
-fn kind_of(path: &Path) -> Option<Kind> {
+fn kind_of(path: &Path) -> Option<ResultsKind> {
     let has = |name: &str| path.join(name).exists();
     if let Some((_, kind)) = TABLES.iter().find(|(name, _)| has(name)) {
         return Some(*kind);
@@ -302,17 +306,17 @@ fn kind_of(path: &Path) -> Option<Kind> {
         let table: toml::Table = text.parse().unwrap_or_default();
         let has = |key: &str| table.contains_key(key);
         return Some(match () {
-            () if has("data") && !has("scene") => Kind::Comparison,
-            () if has("levels") => Kind::Order,
-            () if has("parameter") => Kind::Branches,
-            () if has("setting") => Kind::Tradeoff,
-            () => Kind::Sweep,
+            () if has("data") && !has("scene") => ResultsKind::Comparison,
+            () if has("levels") => ResultsKind::Order,
+            () if has("parameter") => ResultsKind::Branches,
+            () if has("setting") => ResultsKind::Tradeoff,
+            () => ResultsKind::Sweep,
         });
     }
     if RUN.iter().any(|name| has(name)) {
-        return Some(Kind::Run);
+        return Some(ResultsKind::Run);
     }
-    (!section_files(path).is_empty()).then_some(Kind::Sections)
+    (!section_files(path).is_empty()).then_some(ResultsKind::Sections)
 }
 
 /// What a folder without results is, and what to do.

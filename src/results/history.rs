@@ -1,6 +1,6 @@
 //! Curves from `history.csv`.
 
-use super::curves::{Drawn, Picture, What, Wish};
+use super::curves::{CurveSettings, Drawn, Picture, What};
 use super::{Results, Table, label, names};
 use crate::measure::list::BUDGET;
 use crate::output::plot::{Axis, Line, Markers, Plot, Scale, Series, Symbol};
@@ -123,10 +123,10 @@ struct Runs<'a> {
     /// Column of the horizontal axis, and its name.
     x: (&'static str, &'static str),
     subtitle: String,
-    wish: &'a Wish,
+    wish: &'a CurveSettings,
 }
 
-pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mut Drawn) {
+pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &CurveSettings, drawn: &mut Drawn) {
     if ![What::Sections, What::Study, What::Bodies].iter().any(|what| wish.what == [*what]) {
         let runs = Runs::read(runs, labels, wish, drawn);
         GROUPS.iter().filter(|group| wish.wants(group.what)).for_each(|group| runs.group(group, drawn));
@@ -140,7 +140,7 @@ pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mu
 }
 
 impl<'a> Runs<'a> {
-    fn read(runs: &[&'a Results], labels: &'a [String], wish: &'a Wish, drawn: &mut Drawn) -> Self {
+    fn read(runs: &[&'a Results], labels: &'a [String], wish: &'a CurveSettings, drawn: &mut Drawn) -> Self {
         let mut all = Vec::new();
         for (run, label) in runs.iter().zip(labels) {
             match run.history() {

@@ -4,6 +4,7 @@
 //! [`Results::problems`], so that a run that was cut off can be looked at like any other.
 
 pub mod bodies;
+mod body_curves;
 pub mod curves;
 pub mod folder;
 mod history;
@@ -12,10 +13,9 @@ pub mod names;
 mod sections;
 pub mod study;
 pub mod table;
-mod ways;
 
-pub use curves::{Drawn, Picture, What, Wish};
-pub use folder::{Kind, Results};
+pub use curves::{CurveSettings, Drawn, Picture, What};
+pub use folder::{Results, ResultsKind};
 pub use label::{Setting, differing, labels, parameters};
 pub use names::symbol;
 pub use table::Table;

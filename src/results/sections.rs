@@ -1,6 +1,6 @@
 //! Curves from sections.
 
-use super::curves::{Drawn, Picture, What, Wish};
+use super::curves::{CurveSettings, Drawn, Picture, What};
 use super::folder::SectionFile;
 use super::{Results, ResultsError, Table, label};
 use crate::output::plot::{Axis, Line, Markers, Plot, Series};
@@ -62,7 +62,7 @@ impl Quantity {
     }
 
     /// Of the wish, or the usual ones.
-    fn wanted(wish: &Wish) -> Vec<Self> {
+    fn wanted(wish: &CurveSettings) -> Vec<Self> {
         if wish.quantities.is_empty() {
             return KNOWN.iter().filter(|known| known.3).map(Self::known).collect();
         }
@@ -117,7 +117,7 @@ impl Section {
     }
 
     /// The pieces between holes.
-    fn pieces(&self, quantity: &Quantity, wish: &Wish) -> Vec<Vec<(f64, f64)>> {
+    fn pieces(&self, quantity: &Quantity, wish: &CurveSettings) -> Vec<Vec<(f64, f64)>> {
         let (Some(x), Some(y)) = (self.along(), quantity.values(&self.table)) else { return Vec::new() };
         let points = wish.inside(x.into_iter().zip(y).collect());
         let mut distances: Vec<f64> = points.windows(2).map(|p| (p[1].0 - p[0].0).abs()).collect();
@@ -184,7 +184,12 @@ fn rounded(value: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.replace('-', "−") }
 }
 
-pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mut Drawn) -> Result<(), ResultsError> {
+pub(super) fn draw(
+    runs: &[&Results],
+    labels: &[String],
+    wish: &CurveSettings,
+    drawn: &mut Drawn,
+) -> Result<(), ResultsError> {
     let mut names: Vec<&str> = runs.iter().flat_map(|r| r.sections.iter().map(|s| s.name.as_str())).collect();
     names.sort_unstable();
     names.dedup();
@@ -264,7 +269,7 @@ fn unit(runs: &[&Results]) -> String {
 struct Sheet<'a> {
     runs: &'a [&'a Results],
     labels: &'a [String],
-    wish: &'a Wish,
+    wish: &'a CurveSettings,
     sections: &'a [(usize, &'a str, Section)],
     unit: String,
 }

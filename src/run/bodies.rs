@@ -16,7 +16,7 @@ pub struct BodiesReport {
     pub free: usize,
     /// Bodies whose motion is prescribed, but for those at rest.
     pub held: usize,
-    /// Smallest and largest distance of a body's points from its centre.
+    /// SmallestStep and largest distance of a body's points from its centre.
     pub size: [f64; 2],
     /// Those of `[[wall]]`; a tag of the boundary counts as one.
     pub walls: usize,

@@ -14,7 +14,7 @@ use super::{Options, Record, RunError, run_recorded};
 use crate::measure::list;
 use crate::mesh::generate::MeshScene;
 use crate::output::progress::{Progress, Verbosity};
-use crate::output::{OutputError, say, write_whole};
+use crate::output::{OutputError, console, write_whole};
 use crate::scene::{Scene, SceneError, SceneSource, measured};
 
 /// Cells of the coarser runs are longer by these factors.
@@ -99,7 +99,7 @@ pub(super) fn add(scene: &Scene, options: &Options, summary: &mut Summary, recor
     match found {
         Err(_) if interrupted => {
             if options.verbosity > Verbosity::Quiet {
-                say::note(
+                console::note(
                     "note: interrupted before the errors of the measures were estimated: `--resume` estimates them",
                 );
             }
@@ -155,7 +155,7 @@ fn estimates(scene: &Scene, options: &Options, summary: &Summary) -> Result<Esti
     for (ratio, name) in RATIOS.into_iter().zip(NAMES) {
         let coarse = coarser(scene, &options.out, ratio, (!rest).then_some(summary)).map_err(|e| e.to_string())?;
         if options.verbosity > Verbosity::Quiet {
-            say::note(&format!("estimating errors: the same with cells {ratio:.2} times as long"));
+            console::note(&format!("estimating errors: the same with cells {ratio:.2} times as long"));
         }
         let out = folder.join(name);
         let quiet =

@@ -8,7 +8,7 @@ use super::view::View;
 use super::writer::with_moment;
 use super::{AnyScene, RunError, setup};
 use crate::mesh::Mesh;
-use crate::output::bodies::Cast;
+use crate::output::bodies::Solids;
 use crate::output::checkpoint::Saved;
 use crate::output::plot::map::Picture;
 use crate::scene::{MapRequest, Scene};
@@ -16,14 +16,14 @@ use crate::time::Checkpoint;
 
 /// Scene and checkpoint of a run, before anything is built of them.
 #[derive(Debug)]
-pub struct Left {
+pub struct FinishedRun {
     pub scene: Scene,
     saved: Saved,
     /// Of the checkpoint.
     file: PathBuf,
 }
 
-impl Left {
+impl FinishedRun {
     /// Reads `scene.toml` and `checkpoint.bin` of a run's folder.
     ///
     /// # Errors
@@ -74,7 +74,7 @@ pub fn look(
     }
     let wanted = Wanted { saved: Some(&saved), file: &file, run: None };
     scene.stage(&wanted, &mut |plan, ground, stepper| {
-        let cast = Cast::new(plan.bodies, &plan.walls);
+        let cast = Solids::new(plan.bodies, &plan.walls);
         stepper.look(&mut |view| then(&Last { plan, ground, view, cast: &cast, steps: saved.counts.steps }))
     })
 }
@@ -85,7 +85,7 @@ pub struct Last<'a> {
     pub plan: &'a Plan<'a>,
     pub ground: Option<&'a Ground>,
     pub view: &'a View<'a>,
-    cast: &'a Cast,
+    cast: &'a Solids,
     /// Steps to this state.
     pub steps: usize,
 }

@@ -6,7 +6,7 @@ use super::{AnyScene, Options, RunError};
 use crate::output::checkpoint::Saved;
 use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
-use crate::output::{OutputError, history, mark, say, write_whole};
+use crate::output::{OutputError, console, history, mark, write_whole};
 use crate::scene::SceneSource;
 
 /// Names of all that runs leave.
@@ -113,7 +113,7 @@ pub(super) fn prepare(options: &Options) -> Result<Option<PathBuf>, RunError> {
     }
     if options.resume {
         if options.verbosity > Verbosity::Quiet {
-            say::note("note: the run was stopped before its first checkpoint: it begins anew");
+            console::note("note: the run was stopped before its first checkpoint: it begins anew");
         }
         forget(out)?;
     } else if ["history.csv", "summary.json", "checkpoint.bin"].iter().any(|name| out.join(name).exists()) {

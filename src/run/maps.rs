@@ -143,7 +143,7 @@ impl<'s> Draft<'s> {
 
     /// With these bodies above them, if there are some.
     pub fn with_bodies(self, moment: &'s Moment<'s>) -> Self {
-        Self { bodies: (!moment.cast.bodies.is_empty()).then_some(moment), ..self }
+        Self { bodies: (!moment.solids.bodies.is_empty()).then_some(moment), ..self }
     }
 
     /// The picture that was asked for.

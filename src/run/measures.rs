@@ -14,7 +14,7 @@ use crate::model::{Exact, ModelKind, Residuals, State};
 use crate::scene::{Field, Output, Scene, measured};
 use crate::scheme::Schedule;
 use crate::time::phases::Phases;
-use crate::time::{Kind, Sheet};
+use crate::time::{Sheet, SheetKind};
 
 /// What was measured after one step; empty where nothing was due.
 #[derive(Debug, Clone, Default)]
@@ -150,8 +150,8 @@ impl<'s> Gauges<'s> {
         })?;
         let residuals = model.residuals(state, t)?;
         let volume = match model.kind() {
-            Kind::Incompressible(_) => "residual_pressure",
-            Kind::Compressible(_) => "residual_density",
+            SheetKind::Incompressible(_) => "residual_pressure",
+            SheetKind::Compressible(_) => "residual_density",
         };
         let mut values = taken.values;
         values.extend([

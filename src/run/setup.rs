@@ -28,7 +28,7 @@ use crate::scene::path::quoted;
 use crate::scene::{Initial, InitialDensity, Scene, measured};
 use crate::scheme::schedule::plain;
 use crate::space::{Continuity, Field, Space, project};
-use crate::time::{Checkpoint, Kind, March, Sheet};
+use crate::time::{Checkpoint, March, Sheet, SheetKind};
 
 /// All that is built before the first step.
 #[derive(Debug)]
@@ -199,7 +199,7 @@ impl Setup {
     /// # Errors
     /// As [`Setup::initial`]; a density below zero.
     pub fn initial_density(&self, scene: &Scene) -> Result<Option<Field>, RunError> {
-        let (Some(start), Kind::Compressible(sheet)) = (&scene.initial_density, self.model.kind()) else {
+        let (Some(start), SheetKind::Compressible(sheet)) = (&scene.initial_density, self.model.kind()) else {
             return Ok(None);
         };
         let limiter = &sheet.density.limiter;
@@ -263,7 +263,7 @@ impl Setup {
             let y = match exact.volume() {
                 Volume::Pressure(_) => p,
                 Volume::Density { value, .. } => {
-                    let Kind::Compressible(sheet) = self.model.kind() else {
+                    let SheetKind::Compressible(sheet) = self.model.kind() else {
                         unreachable!("the exact fields of a scene are those of its kind")
                     };
                     [start::density(&sheet.density.limiter, value, t).map_err(formula)?.values, p].concat()

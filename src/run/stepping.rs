@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use super::folder::{self, Resumed};
 use super::measures::{Gauges, Readings};
-use super::stake::Stake;
 use super::stepper::{Ground, Halt, Plan, Stepper, Stride, phases_of};
 use super::summary::{Ending, Found, Summary};
+use super::unsaved::UnsavedWork;
 use super::watch::{Overlaps, lost};
 use super::writer::Writer;
 use super::{Options, Record, RunError, Totals, cuts, extremes, maps, steady, strain};
@@ -72,7 +72,7 @@ pub(super) fn run(
         maps::check_all_windows(plan.outputs, plan.source, &ground.mesh)?;
         cuts::check(plan.outputs, ground)?;
     }
-    let _stake = Stake::new();
+    let _stake = UnsavedWork::new();
     folder::write_scene(&options.out, &plan.text, saved.map(|saved| saved.scene.as_str()))?;
     let writer = Writer::new(plan, ground, stepper, &options.out, resumed)?;
     let t = saved.map_or(0.0, |saved| saved.t);

@@ -3,12 +3,12 @@
 use super::RunError;
 use crate::form::Integrator;
 use crate::measure::list::{Bodies, OfMarch};
-use crate::model::immersed::Carried;
+use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::Flow;
 use crate::model::{ModelKind, State};
 use crate::scene::Field as Name;
 use crate::space::Field;
-use crate::time::{Kind, Sheet};
+use crate::time::{Sheet, SheetKind};
 
 /// The fields of a state, by their names. Fields that follow from the velocity alone, such as the stream function, are
 /// made of it by whoever writes them.
@@ -49,8 +49,8 @@ impl Fields for TissueFields<'_> {
 
     fn flowing(&self) -> Integrator {
         match self.model.kind() {
-            Kind::Incompressible(model) => model.tissue().clone(),
-            Kind::Compressible(model) => model.loops.clone(),
+            SheetKind::Incompressible(model) => model.tissue().clone(),
+            SheetKind::Compressible(model) => model.loops.clone(),
         }
     }
 
@@ -90,7 +90,7 @@ impl Fields for TissueFields<'_> {
 #[derive(Debug, Clone, Copy)]
 pub struct FlowFields<'a> {
     pub flow: &'a Flow,
-    pub carried: &'a Carried,
+    pub carried: &'a FlowWithBodies,
 }
 
 impl Fields for FlowFields<'_> {

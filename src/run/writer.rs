@@ -17,7 +17,7 @@ use crate::element::tables::Tables;
 use crate::measure::bodies::loads;
 use crate::measure::{Census, Defects, Section};
 use crate::output::OutputError;
-use crate::output::bodies::{Asked, BodyFiles, Cast, Look, Moment, picture, view};
+use crate::output::bodies::{BodyFiles, BodyOutputs, Look, Moment, Solids, picture, view};
 use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
 use crate::output::plot::map::{Picture, Window};
@@ -44,7 +44,7 @@ pub struct Writer<'p> {
     maps: Vec<(Vec<MapRequest>, Schedule)>,
     tables: Vec<Schedule>,
     checkpoints: Vec<Schedule>,
-    cast: Arc<Cast>,
+    cast: Arc<Solids>,
     bodies: BodyFiles,
     /// Of all pictures of bodies alone that name none, so that a film does not zoom.
     window: Option<Window>,
@@ -73,11 +73,11 @@ impl<'p> Writer<'p> {
     ) -> Result<Self, RunError> {
         let last_time = resumed.map(|resumed| resumed.last_time());
         let is_map = |what: &What| matches!(what, What::Maps(_));
-        let asked = plan.outputs.iter().fold(Asked::default(), |asked, output| match output.what {
-            What::Bodies { contacts } => Asked { bodies: true, contacts: asked.contacts || contacts, ..asked },
-            ref what => Asked { pictures: asked.pictures || is_map(what), ..asked },
+        let asked = plan.outputs.iter().fold(BodyOutputs::default(), |asked, output| match output.what {
+            What::Bodies { contacts } => BodyOutputs { bodies: true, contacts: asked.contacts || contacts, ..asked },
+            ref what => BodyOutputs { pictures: asked.pictures || is_map(what), ..asked },
         });
-        let cast = Cast::new(plan.bodies, &plan.walls);
+        let cast = Solids::new(plan.bodies, &plan.walls);
         let window = if plan.bodies.is_empty() { None } else { Some(first_view(plan, &cast)?) };
         let mut writer = Self {
             plan,
@@ -399,19 +399,23 @@ impl<'p> Writer<'p> {
 }
 
 /// The bodies of a view, as files and pictures know them.
-pub(super) fn with_moment<T, E>(cast: &Cast, view: &View, then: impl FnOnce(&Moment) -> Result<T, E>) -> Result<T, E> {
+pub(super) fn with_moment<T, E>(
+    cast: &Solids,
+    view: &View,
+    then: impl FnOnce(&Moment) -> Result<T, E>,
+) -> Result<T, E> {
     let (poses, twists, contacts) =
         view.bodies.map_or((&[][..], &[][..], &[][..]), |b| (b.poses, b.twists, b.contacts));
     let loads = loads(poses, contacts);
-    then(&Moment { cast, time: view.t, poses, twists, loads: &loads, contacts })
+    then(&Moment { solids: cast, time: view.t, poses, twists, loads: &loads, contacts })
 }
 
 /// The window of the bodies where the scene puts them; that of the first picture of a resumed run is the same.
-fn first_view(plan: &Plan, cast: &Cast) -> Result<Window, RunError> {
+fn first_view(plan: &Plan, cast: &Solids) -> Result<Window, RunError> {
     let poses: Vec<_> = plan.bodies.iter().map(|body| body.start).collect();
     let twists: Vec<_> = plan.bodies.iter().map(|body| body.start_twist).collect();
     let loads = loads(&poses, &[]);
-    let moment = Moment { cast, time: 0.0, poses: &poses, twists: &twists, loads: &loads, contacts: &[] };
+    let moment = Moment { solids: cast, time: 0.0, poses: &poses, twists: &twists, loads: &loads, contacts: &[] };
     view(&moment).map_err(|error| maps::failed("bodies", error))
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::pace::Smallest;
+use super::adaptive::SmallestStep;
 
 /// Bounds of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,7 +10,7 @@ pub struct ControlSettings {
     /// `Δt_0`: first and largest step.
     pub step: f64,
     /// `Δt_min`: the run ends when a step would have to be smaller.
-    pub step_min: Smallest,
+    pub step_min: SmallestStep,
     /// Factor by which Δt grows (thesis: 1.25).
     pub growth: f64,
     /// Δt grows after `⌈growth_wait Δt_0/Δt⌉` good steps in a row (thesis: 50).
@@ -22,7 +22,7 @@ pub struct ControlSettings {
 impl ControlSettings {
     /// The thesis' numbers.
     pub fn new(step: f64, step_min: f64) -> Self {
-        Self { step, step_min: Smallest::Given(step_min), growth: 1.25, growth_wait: 50.0, growth_rate: 0.55 }
+        Self { step, step_min: SmallestStep::Given(step_min), growth: 1.25, growth_wait: 50.0, growth_rate: 0.55 }
     }
 }
 

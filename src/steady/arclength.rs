@@ -4,7 +4,7 @@ use super::pseudo::{Stall, Work};
 use crate::model::State;
 use crate::solve::{axpy, dot, root};
 use crate::time::equations::{Equations, Trial};
-use crate::time::memory::{Linearised, correction};
+use crate::time::kept_factors::{Linearised, correction};
 use crate::time::{Sheet, StepFailure, Weights};
 
 /// One tissue for every value of a parameter.
@@ -153,7 +153,7 @@ fn bordered(
     slope: &[f64],
     work: &mut Work,
 ) -> Result<(Vec<f64>, Vec<f64>), StepFailure> {
-    let (a, _) = correction(equations, work.memory, (trial, Weights::default()), REDUCTION, work.phases)?;
+    let (a, _) = correction(equations, work.kept, (trial, Weights::default()), REDUCTION, work.phases)?;
     let b = along(equations, trial, slope, work)?;
     Ok((a, b))
 }
@@ -165,7 +165,7 @@ fn along(equations: &Equations, trial: &Trial, slope: &[f64], work: &mut Work) -
         return Ok(right);
     }
     let linearised = Linearised::new(equations, trial, Weights::default(), work.phases);
-    Ok(linearised.solve(work.memory, &right, REDUCTION, work.phases)?.0)
+    Ok(linearised.solve(work.kept, &right, REDUCTION, work.phases)?.0)
 }
 
 /// `∂R/∂ξ` at a place, by a central difference, at the ends of the range a one-sided one.

@@ -6,7 +6,7 @@ use nalgebra::Complex;
 use super::arclength::{Direction, Family, Metric, Place, correct, direction, slope};
 use super::fork::{Fork, critical};
 use super::pseudo::{Stall, Work};
-use super::spectrum::{Ask, Spectrum, Stability, spectrum};
+use super::spectrum::{Spectrum, SpectrumSettings, Stability, spectrum};
 use crate::solve::root;
 use crate::time::Sheet;
 
@@ -130,7 +130,7 @@ pub(super) struct Station {
 
 /// What a caller hears of every point: the place of its direction among all and the number of its branch (from 0), the
 /// point, and its model.
-pub type Seen<'s> = dyn FnMut([usize; 2], &Point, &dyn Sheet) -> Result<(), Stall> + 's;
+pub type BodiesAtTime<'s> = dyn FnMut([usize; 2], &Point, &dyn Sheet) -> Result<(), Stall> + 's;
 
 pub(super) struct Walk<'w, 's> {
     pub family: &'w Family<'w>,
@@ -145,7 +145,7 @@ pub(super) struct Walk<'w, 's> {
     pub left: usize,
     /// Why a later start begins no branch.
     refused: Option<Stall>,
-    seen: &'w mut Seen<'s>,
+    seen: &'w mut BodiesAtTime<'s>,
 }
 
 /// Follows the branches through the `starts` both ways, and the branches that begin on them. A start that lies on a
@@ -158,7 +158,7 @@ pub fn follow(
     starts: &[Place],
     settings: &BranchSettings,
     mut work: Work,
-    seen: &mut Seen,
+    seen: &mut BodiesAtTime,
 ) -> Result<Followed, Stall> {
     let start = &starts[0];
     let first = slope(family, start, &mut work)?;
@@ -262,7 +262,8 @@ impl Walk<'_, '_> {
             ahead.xi = -ahead.xi;
         }
         // half of the price of a point; where a branch begins they are searched for
-        let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: false, fast: behind.is_none() };
+        let ask =
+            SpectrumSettings { wanted: self.settings.eigenvalues, growing_suffices: false, fast: behind.is_none() };
         let spectrum = spectrum(&*model, &place.state, ask, &mut self.work)?;
         Ok(Station { place, ahead, spectrum, corrections })
     }

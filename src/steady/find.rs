@@ -8,10 +8,10 @@ use std::sync::atomic::AtomicBool;
 
 use super::oscillation::Oscillation;
 use super::pseudo::{Pseudo, PseudoStep, Stall, Work, relax};
-use super::spectrum::{Ask, Mode, Spectrum, spectrum};
+use super::spectrum::{Mode, Spectrum, SpectrumSettings, spectrum};
 use crate::model::{Residuals, State};
 use crate::time::equations::Trial;
-use crate::time::memory::Memory;
+use crate::time::kept_factors::KeptFactors;
 use crate::time::{CouplingKind, CouplingSettings, March, MarchSettings, Phases, Sheet, StepFailure, StepReport};
 use marching::Marched;
 
@@ -124,7 +124,7 @@ struct Finder<'f, 'm> {
     model: &'m dyn Sheet,
     settings: &'f SteadySettings,
     march: MarchSettings,
-    memory: Memory,
+    kept: KeptFactors,
     phases: &'f mut Phases,
     interrupt: &'m AtomicBool,
     seen: &'f mut dyn FnMut(Event<'_, 'm>) -> Result<(), Stall>,
@@ -146,8 +146,8 @@ pub fn find<'m>(
     let SearchSettings { steady: settings, marching } = settings;
     let coupling = CouplingSettings { kind: CouplingKind::Newton, ..marching.coupling };
     let march = MarchSettings { coupling, alternate: 1.0, ..*marching };
-    let (memory, tries) = (Memory::default(), Vec::new());
-    let mut finder = Finder { model, settings, march, memory, phases, interrupt, seen, tries };
+    let (kept, tries) = (KeptFactors::default(), Vec::new());
+    let mut finder = Finder { model, settings, march, kept, phases, interrupt, seen, tries };
     let mut last = start;
     let found = match finder.search(&mut last) {
         Err(Stall::Interrupted) => Found::Interrupted,
@@ -258,8 +258,8 @@ impl Finder<'_, '_> {
     fn judge(&mut self, state: State, leaves: bool) -> Result<Steady, Stall> {
         let model = self.model;
         let residuals = model.residuals(&state, 0.0).map_err(StepFailure::from)?;
-        let ask = Ask { wanted: self.settings.eigenvalues, growing_suffices: leaves, fast: true };
-        let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
+        let ask = SpectrumSettings { wanted: self.settings.eigenvalues, growing_suffices: leaves, fast: true };
+        let mut work = Work { kept: &mut self.kept, phases: &mut *self.phases, interrupt: self.interrupt };
         let found = (ask.wanted > 0).then(|| spectrum(model, &state, ask, &mut work)).transpose()?;
         Ok(Steady { state, residuals, spectrum: found })
     }
@@ -268,7 +268,7 @@ impl Finder<'_, '_> {
     fn relax(&mut self, way: Way, p: &mut Vec<f64>, settings: &Pseudo) -> Result<Option<Trial>, Stall> {
         let (mut steps, mut failed) = (0, None);
         let seen = &mut self.seen;
-        let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
+        let mut work = Work { kept: &mut self.kept, phases: &mut *self.phases, interrupt: self.interrupt };
         let outcome = relax(self.model, p, settings, &mut work, &mut |step, trial| {
             steps += 1;
             if failed.is_none() {

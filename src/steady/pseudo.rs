@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::model::Residuals;
 use crate::model::parameters::ElasticForce;
 use crate::time::equations::{Equations, Trial};
-use crate::time::memory::{Memory, correction};
+use crate::time::kept_factors::{KeptFactors, correction};
 use crate::time::{Phases, Sheet, StepFailure, Weights};
 
 /// How pseudo-time is stepped.
@@ -73,7 +73,7 @@ const SHORTEST: f64 = 1e-4;
 /// What is at work: the model, the linear systems, and the clock.
 #[derive(Debug)]
 pub struct Work<'w> {
-    pub memory: &'w mut Memory,
+    pub kept: &'w mut KeptFactors,
     pub phases: &'w mut Phases,
     /// Set from outside to stop.
     pub interrupt: &'w AtomicBool,
@@ -179,7 +179,7 @@ fn attempt(
     } else {
         0.0
     };
-    let (delta, products) = correction(equations, work.memory, (now, Weights::both(weight)), reduction, work.phases)?;
+    let (delta, products) = correction(equations, work.kept, (now, Weights::both(weight)), reduction, work.phases)?;
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, v| if v.is_nan() { f64::NAN } else { m.max(v.abs()) });
     let change = largest(&delta);
     let too_much = StepFailure::Diverged { scheme: "pseudo-transient", iterations: 1, increment: change };

@@ -80,7 +80,7 @@ pub struct Spectrum {
 /// Shifts σ: about slow modes, and about fast ones.
 pub const SHIFTS: [f64; 2] = [0.2, 2.0];
 
-/// Smallest and largest dimension of a Krylov space.
+/// SmallestStep and largest dimension of a Krylov space.
 pub const DIMENSION: [usize; 2] = [60, 160];
 
 /// Vectors that are added before Ritz values are looked at again.
@@ -122,7 +122,7 @@ impl Spectrum {
 
 /// What a search for eigenvalues has to bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ask {
+pub struct SpectrumSettings {
     /// Eigenvalues, a pair counted twice, that must converge about the first shift.
     pub wanted: usize,
     /// Whether a mode that grows is all that is asked for.
@@ -135,7 +135,7 @@ pub struct Ask {
 ///
 /// # Errors
 /// A factorisation that fails; an interrupt.
-pub fn spectrum(model: &dyn Sheet, state: &State, ask: Ask, work: &mut Work) -> Result<Spectrum, Stall> {
+pub fn spectrum(model: &dyn Sheet, state: &State, ask: SpectrumSettings, work: &mut Work) -> Result<Spectrum, Stall> {
     let mut found = Spectrum { modes: Vec::new(), searched: Vec::new() };
     let shifts = if ask.fast { &SHIFTS[..] } else { &SHIFTS[..1] };
     for &shift in shifts {
@@ -168,8 +168,8 @@ fn near(
     let equations = Equations::stationary(model, &state.v, 0.0)?;
     let at = equations.evaluate(model.carried(state), work.phases)?;
     let tangent = work.phases.measure("tangent", || model.tangent(&equations, &at, Weights::both(shift)));
-    work.memory.borrow_for(model, &*tangent, work.phases)?;
-    let lagged = work.memory.factors().expect("just made");
+    work.kept.borrow_for(model, &*tangent, work.phases)?;
+    let lagged = work.kept.factors().expect("just made");
     let krylov = Krylov { model, state, lagged, tangent: &*tangent, shift };
     let (mut modes, disc) = krylov.search(1, wanted, growing_suffices, work.phases, work.interrupt)?;
     // of a multiple eigenvalue a Krylov space shows one mode, that of another start another one

@@ -14,7 +14,7 @@ use crate::model::State;
 use crate::output::lock::{self, Room};
 use crate::output::progress::{Progress, Verbosity};
 use crate::run::measures::Gauges;
-use crate::run::stake::Stake;
+use crate::run::unsaved::UnsavedWork;
 use crate::run::{RunError, Setup, setup};
 use crate::scene::Scene;
 use crate::solve::{dot, root};
@@ -22,7 +22,7 @@ use crate::steady::arclength::{Family, Place};
 use crate::steady::branch::{BranchSettings, Followed, Point, follow};
 use crate::steady::pseudo::Work;
 use crate::steady::{Event, Found, SearchSettings, Stability, Stall, SteadySettings, Want, find};
-use crate::time::memory::Memory;
+use crate::time::kept_factors::KeptFactors;
 use crate::time::{Phases, Sheet, StepFailure};
 
 pub use diagram::Diagram;
@@ -147,8 +147,8 @@ impl Survey<'_> {
         let model = |value: f64| self.model_at(value);
         let logarithmic = self.study.scale == ParameterScale::Log;
         let family = Family { model: &model, range: self.study.range, logarithmic };
-        let work = Work { memory: &mut Memory::default(), phases, interrupt: self.interrupt };
-        let _stake = Stake::new();
+        let work = Work { kept: &mut KeptFactors::default(), phases, interrupt: self.interrupt };
+        let _unsaved = UnsavedWork::new();
         let outcome = follow(&family, starts, &settings, work, &mut |at, point, model| record.take(at, point, model));
         match record.broken.take() {
             Some(error) => Err(error.into()),

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
-use super::source::{self, Kind, check_values, override_of, refuse};
+use super::source::{self, StudyFileKind, check_values, override_of, refuse};
 use crate::measure::list::is_of_a_march;
 use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
@@ -111,7 +111,7 @@ impl BranchStudy {
     /// Whatever is wrong with either, with file, key, value, rule and hint.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
         let sets = &source::sets_now(sets);
-        let source = source::read::<BranchFile>(path, Kind::Branch, sets)?;
+        let source = source::read::<BranchFile>(path, StudyFileKind::Branch, sets)?;
         let file: BranchFile = source.tables().map_err(|found| found.1)?;
         let mut scene = source::read_scene(&source, &file.scene)?;
         let varied = |key: &str| key == file.parameter;
@@ -122,7 +122,7 @@ impl BranchStudy {
             let hint = "set `range` and `start` of the study instead".to_owned();
             varied(key).then(|| ("the branch is followed in it".to_owned(), hint))
         };
-        source::apply(&mut scene, Kind::Branch, sets, &fixed)?;
+        source::apply(&mut scene, StudyFileKind::Branch, sets, &fixed)?;
         check(&source, &file)?;
         let settings = BranchSettings {
             step: file.step,

@@ -18,7 +18,7 @@ use crate::scene::SceneSource;
 /// What a file is a study of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum StudyKind {
     Study,
     Order,
     Tradeoff,
@@ -26,26 +26,26 @@ pub enum Kind {
     Compare,
 }
 
-impl Kind {
+impl StudyKind {
     fn shown(self) -> &'static str {
         match self {
-            Kind::Study => "a sweep",
-            Kind::Order => "a study of orders",
-            Kind::Tradeoff => "a study of what accuracy costs",
-            Kind::Branch => "a study of branches",
-            Kind::Compare => "a comparison with measured velocities",
+            StudyKind::Study => "a sweep",
+            StudyKind::Order => "a study of orders",
+            StudyKind::Tradeoff => "a study of what accuracy costs",
+            StudyKind::Branch => "a study of branches",
+            StudyKind::Compare => "a comparison with measured velocities",
         }
     }
 }
 
 /// The kind of study that a file holds; `None` of a scene and of what cannot be read.
-pub fn kind(file: &Path) -> Option<Kind> {
+pub fn kind(file: &Path) -> Option<StudyKind> {
     Some(match SceneSource::read(file).ok()?.study_command()? {
-        "order" => Kind::Order,
-        "branch" => Kind::Branch,
-        "tradeoff" => Kind::Tradeoff,
-        "compare" => Kind::Compare,
-        _ => Kind::Study,
+        "order" => StudyKind::Order,
+        "branch" => StudyKind::Branch,
+        "tradeoff" => StudyKind::Tradeoff,
+        "compare" => StudyKind::Compare,
+        _ => StudyKind::Study,
     })
 }
 
@@ -53,7 +53,7 @@ pub fn kind(file: &Path) -> Option<Kind> {
 #[derive(Debug, Clone, Serialize)]
 pub struct StudyReport {
     pub title: Option<String>,
-    pub kind: Kind,
+    pub kind: StudyKind,
     /// How many there are; of branches at most.
     pub runs: usize,
     /// Fewest and most of a run.
@@ -86,9 +86,9 @@ type Run = (String, Result<AnyScene, StudyError>);
 ///
 /// # Errors
 /// A study that cannot be read; a run that is refused is a row of the report.
-pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<StudyReport, StudyError> {
+pub fn check(kind: StudyKind, file: &Path, sets: &[(String, String)]) -> Result<StudyReport, StudyError> {
     Ok(match kind {
-        Kind::Study => {
+        StudyKind::Study => {
             let study = SweepStudy::read(file, sets)?;
             let runs =
                 study.cases.iter().enumerate().map(|(at, case)| (format!("run {}", case.folder), study.scene_of(at)));
@@ -96,7 +96,7 @@ pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<Study
             report.duration.clone_from(&study.duration);
             report
         }
-        Kind::Order => {
+        StudyKind::Order => {
             let study = OrderStudy::read(file, sets)?;
             let all = study.variants.iter().flat_map(|variant| study.levels.iter().map(move |n| (variant, *n)));
             let runs = all.map(|(variant, n)| {
@@ -105,7 +105,7 @@ pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<Study
             });
             gather(kind, study.title.clone(), runs)?
         }
-        Kind::Tradeoff => {
+        StudyKind::Tradeoff => {
             let study = TradeoffStudy::read(file, sets)?;
             let runs = study.settings.iter().map(|setting| {
                 let scene = study.scene_of(setting, None).map(|scene| AnyScene::new(scene));
@@ -113,7 +113,7 @@ pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<Study
             });
             gather(kind, study.title.clone(), runs)?
         }
-        Kind::Branch => {
+        StudyKind::Branch => {
             let study = BranchStudy::read(file, sets)?;
             let scene = study.scene_at(study.start).map(|scene| AnyScene::new(scene));
             let name = format!("{} = {}", study.parameter, study.start);
@@ -121,7 +121,7 @@ pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<Study
             report.runs = study.settings.max_points.saturating_mul(study.settings.max_branches);
             report
         }
-        Kind::Compare => {
+        StudyKind::Compare => {
             let study = CompareStudy::read(file, sets)?;
             gather(kind, study.title.clone(), std::iter::empty())?
         }
@@ -129,7 +129,7 @@ pub fn check(kind: Kind, file: &Path, sets: &[(String, String)]) -> Result<Study
 }
 
 /// Looks at every run.
-fn gather(kind: Kind, title: Option<String>, runs: impl Iterator<Item = Run>) -> Result<StudyReport, StudyError> {
+fn gather(kind: StudyKind, title: Option<String>, runs: impl Iterator<Item = Run>) -> Result<StudyReport, StudyError> {
     let available = available()?.map(|bytes| bytes / MIB);
     let mut report = StudyReport {
         title,
@@ -197,9 +197,9 @@ impl fmt::Display for StudyReport {
         }
         writeln!(out, "{}", self.kind.shown())?;
         let runs = match self.kind {
-            Kind::Branch => format!("at most {} points", self.runs),
-            Kind::Compare => return write!(out, "it reads a table and a run; nothing is solved"),
-            Kind::Study | Kind::Order | Kind::Tradeoff => self.runs.to_string(),
+            StudyKind::Branch => format!("at most {} points", self.runs),
+            StudyKind::Compare => return write!(out, "it reads a table and a run; nothing is solved"),
+            StudyKind::Study | StudyKind::Order | StudyKind::Tradeoff => self.runs.to_string(),
         };
         writeln!(out, "  runs     {runs}")?;
         let [least, most] = self.cells;

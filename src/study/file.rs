@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
-use super::source::{self, Kind, below, check_name, check_values, override_of, refuse};
+use super::source::{self, StudyFileKind, below, check_name, check_values, override_of, refuse};
 use crate::expression::{ExpressionError, Formula};
 use crate::measure::errors::ErrorField;
 use crate::mesh::Point;
@@ -80,7 +80,7 @@ impl OrderStudy {
     /// Whatever is wrong with either, with file, key, value, rule and hint.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
         let sets = &source::sets_now(sets);
-        let source = source::read::<OrderFile>(path, Kind::Order, sets)?;
+        let source = source::read::<OrderFile>(path, StudyFileKind::Order, sets)?;
         let file: OrderFile = source.tables().map_err(|found| found.1)?;
         check_levels(&source, &file.levels)?;
         let fixed = |key: &str| {
@@ -88,7 +88,7 @@ impl OrderStudy {
             file.vary.contains_key(key).then(|| ("`vary` of the study sets it at every level".to_owned(), hint))
         };
         let mut scene = source::read_scene(&source, &file.scene)?;
-        source::apply(&mut scene, Kind::Order, sets, &fixed)?;
+        source::apply(&mut scene, StudyFileKind::Order, sets, &fixed)?;
         let variants = check_variants(&source, &file)?;
         let (title, vary) = (file.title, file.vary.into_iter().collect());
         let study = Self { title, scene, levels: file.levels, vary, variants, source };

@@ -8,10 +8,10 @@ use super::expected::Promise;
 use super::file::{OrderStudy, Variant};
 use super::{StudyError, table};
 use crate::measure::errors::{ErrorField, History, Norm, errors};
+use crate::output::console;
 use crate::output::lock::{self, Room};
 use crate::output::progress::{Progress, Status, Verbosity};
-use crate::output::say;
-use crate::run::stake::Stake;
+use crate::run::unsaved::UnsavedWork;
 use crate::run::{RunError, Setup};
 use crate::scene::Scene;
 use crate::time::{Counts, March, MarchError};
@@ -119,7 +119,7 @@ fn run_all(
 ) -> Result<Vec<Outcome>, StudyError> {
     table::refuse_occupied(out)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
-    let mut stake = None;
+    let mut unsaved = None;
     for variant in &study.variants {
         outcomes.push(Outcome { variant: variant.name.clone(), levels: Vec::new(), interrupted: false });
         for &n in &study.levels {
@@ -127,14 +127,14 @@ fn run_all(
             let ready = || if first { table::prepare(study, out) } else { Ok(()) };
             let level = run_level(study, variant, n, verbosity, interrupt, &ready)?;
             if verbosity > Verbosity::Quiet {
-                say::note(&told(&variant.name, &level));
+                console::note(&told(&variant.name, &level));
             }
             let stopped = interrupt.load(Ordering::Relaxed);
             let last = outcomes.last_mut().expect("just pushed");
             last.interrupted = stopped;
             last.levels.push(level);
             table::write(study, out, &outcomes)?;
-            stake.get_or_insert_with(Stake::new);
+            unsaved.get_or_insert_with(UnsavedWork::new);
             if stopped {
                 return Ok(outcomes);
             }
@@ -159,7 +159,7 @@ fn run_level(
     let setup = Setup::new(&scene).map_err(in_level)?;
     let mut steps = setup.start(&scene).map_err(in_level)?;
     ready()?;
-    let _stake = Stake::new();
+    let _unsaved = UnsavedWork::new();
     steps.interrupt = interrupt;
     let (errors, failure) = march(&scene, &mut steps, verbosity);
     let model = &setup.model;

@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::source::refuse;
 use super::sweep_file::SweepStudy;
-use super::{StudyError, pool};
+use super::{StudyError, memory_gate};
 use crate::output::{OutputError, write_whole};
 use crate::run::memory::MIB;
 use crate::scene::SceneSource;
@@ -87,7 +87,7 @@ pub fn write(study: &SweepStudy, out: &Path, array: &Array) -> Result<Scripts, S
     let logs = out.join("slurm");
     std::fs::create_dir_all(&logs).map_err(|e| OutputError::io(&logs, &e))?;
     let tasks = array.shards.unwrap_or(usize::MAX).min(study.units().len());
-    let needs = (0..study.cases.len()).filter_map(|at| pool::need(&study.scene_of(at).ok()?));
+    let needs = (0..study.cases.len()).filter_map(|at| memory_gate::need(&study.scene_of(at).ok()?));
     let memory = (needs.fold(0.0, f64::max) / MIB * MARGIN + OWN).ceil();
     let (program, folder) = (quoted(&program), quoted(&out));
     let head = |name: &str, log: &str, cores: usize, memory: f64| {

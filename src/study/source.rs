@@ -15,19 +15,19 @@ pub type Values = Vec<(String, String)>;
 
 /// A kind of study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum StudyFileKind {
     Order,
     Sweep,
     Branch,
     Tradeoff,
 }
 
-impl Kind {
+impl StudyFileKind {
     /// Keys of the study itself; all others are the scene's.
     pub fn own(self) -> &'static [&'static str] {
         match self {
-            Kind::Order => &["title", "scene", "levels", "vary", "variant", "expect"],
-            Kind::Sweep => &[
+            StudyFileKind::Order => &["title", "scene", "levels", "vary", "variant", "expect"],
+            StudyFileKind::Sweep => &[
                 "title",
                 "scene",
                 "set",
@@ -42,8 +42,8 @@ impl Kind {
                 "plot",
                 "slurm",
             ],
-            Kind::Tradeoff => &["title", "scene", "set", "measures", "reference", "setting"],
-            Kind::Branch => &[
+            StudyFileKind::Tradeoff => &["title", "scene", "set", "measures", "reference", "setting"],
+            StudyFileKind::Branch => &[
                 "title",
                 "scene",
                 "set",
@@ -66,10 +66,12 @@ impl Kind {
 
     fn example(self) -> &'static str {
         match self {
-            Kind::Order => "give the path of a study, a TOML text such as studies/mms/incompressible.toml",
-            Kind::Sweep => "give the path of a study, a TOML text such as studies/extremes/01-friction.toml",
-            Kind::Tradeoff => "give the path of a study, a TOML text such as studies/tradeoff/mms.toml",
-            Kind::Branch => "give the path of a study, a TOML text such as studies/strip/branches-by-peclet.toml",
+            StudyFileKind::Order => "give the path of a study, a TOML text such as studies/mms/incompressible.toml",
+            StudyFileKind::Sweep => "give the path of a study, a TOML text such as studies/extremes/01-friction.toml",
+            StudyFileKind::Tradeoff => "give the path of a study, a TOML text such as studies/tradeoff/mms.toml",
+            StudyFileKind::Branch => {
+                "give the path of a study, a TOML text such as studies/strip/branches-by-peclet.toml"
+            }
         }
     }
 }
@@ -80,7 +82,7 @@ impl Kind {
 /// A file that cannot be read, that is a scene or another kind of study; a value that does not fit.
 pub(super) fn read<T: DeserializeOwned>(
     path: &Path,
-    kind: Kind,
+    kind: StudyFileKind,
     sets: &[(String, String)],
 ) -> Result<SceneSource, StudyError> {
     let mut source = SceneSource::read(path).map_err(|error| match error {
@@ -90,44 +92,48 @@ pub(super) fn read<T: DeserializeOwned>(
     let has = |key: &str| source.value(key).is_some();
     let file = source.origin().to_owned();
     match kind {
-        Kind::Order | Kind::Sweep | Kind::Branch | Kind::Tradeoff if has("data") && !has("scene") => {
+        StudyFileKind::Order | StudyFileKind::Sweep | StudyFileKind::Branch | StudyFileKind::Tradeoff
+            if has("data") && !has("scene") =>
+        {
             return Err(StudyError::OtherKind {
                 file,
                 is: "a comparison with measured velocities",
                 command: "compare",
             });
         }
-        Kind::Order | Kind::Sweep | Kind::Branch | Kind::Tradeoff if has("model") && !has("scene") => {
+        StudyFileKind::Order | StudyFileKind::Sweep | StudyFileKind::Branch | StudyFileKind::Tradeoff
+            if has("model") && !has("scene") =>
+        {
             return Err(StudyError::NoStudy { file });
         }
-        Kind::Order | Kind::Sweep | Kind::Branch if has("setting") => {
+        StudyFileKind::Order | StudyFileKind::Sweep | StudyFileKind::Branch if has("setting") => {
             return Err(StudyError::OtherKind { file, is: "a study of a trade-off", command: "tradeoff" });
         }
-        Kind::Tradeoff if has("levels") => {
+        StudyFileKind::Tradeoff if has("levels") => {
             return Err(StudyError::OtherKind { file, is: "a study of orders, not of a trade-off", command: "order" });
         }
-        Kind::Tradeoff if has("parameter") => {
+        StudyFileKind::Tradeoff if has("parameter") => {
             return Err(StudyError::OtherKind { file, is: "a study of branches", command: "branch" });
         }
-        Kind::Tradeoff if has("vary") || has("case") => {
+        StudyFileKind::Tradeoff if has("vary") || has("case") => {
             return Err(StudyError::OtherKind { file, is: "a sweep, not a study of a trade-off", command: "study" });
         }
-        Kind::Order if has("scene") && !has("levels") && (has("case") || has("set")) => {
+        StudyFileKind::Order if has("scene") && !has("levels") && (has("case") || has("set")) => {
             return Err(StudyError::OtherKind { file, is: "a sweep, not a study of orders", command: "study" });
         }
-        Kind::Order | Kind::Sweep if has("parameter") => {
+        StudyFileKind::Order | StudyFileKind::Sweep if has("parameter") => {
             return Err(StudyError::OtherKind { file, is: "a study of branches", command: "branch" });
         }
-        Kind::Branch if has("levels") => {
+        StudyFileKind::Branch if has("levels") => {
             return Err(StudyError::OtherKind { file, is: "a study of orders, not of branches", command: "order" });
         }
-        Kind::Branch if has("vary") || has("case") => {
+        StudyFileKind::Branch if has("vary") || has("case") => {
             return Err(StudyError::OtherKind { file, is: "a sweep, not a study of branches", command: "study" });
         }
-        Kind::Sweep if has("levels") => {
+        StudyFileKind::Sweep if has("levels") => {
             return Err(StudyError::OtherKind { file, is: "a study of orders, not a sweep", command: "order" });
         }
-        Kind::Order | Kind::Sweep | Kind::Branch | Kind::Tradeoff => {}
+        StudyFileKind::Order | StudyFileKind::Sweep | StudyFileKind::Branch | StudyFileKind::Tradeoff => {}
     }
     for (key, value) in sets.iter().filter(|(key, _)| kind.owns(key)) {
         source.set_in::<T>(key, value)?;
@@ -167,7 +173,7 @@ pub(super) fn read_scene(source: &SceneSource, name: &str) -> Result<SceneSource
 /// A key that no scene has or that the study sets itself, a value of the wrong type.
 pub(super) fn apply(
     scene: &mut SceneSource,
-    kind: Kind,
+    kind: StudyFileKind,
     sets: &[(String, String)],
     fixed: &dyn Fn(&str) -> Option<(String, String)>,
 ) -> Result<(), StudyError> {

@@ -9,9 +9,9 @@ use std::str::FromStr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::one::{Workshop, clear};
-use super::pool::Gate;
+use super::memory_gate::MemoryGate;
 use super::results::Row;
+use super::run_launcher::{RunLauncher, clear};
 use super::sweep_file::SweepStudy;
 use super::work::{Work, held};
 use super::{StudyError, figures, results, richardson, table};
@@ -20,7 +20,7 @@ use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
 use crate::run::available::available;
 use crate::run::setup::differing;
-use crate::run::stake::Stake;
+use crate::run::unsaved::UnsavedWork;
 use crate::scene::renamed;
 
 /// What a caller decides about a sweep.
@@ -89,7 +89,7 @@ pub struct Sweep {
 /// A folder that holds something else, a table that cannot be written.
 pub fn run(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<Sweep, StudyError> {
     prepare(study, out, settings)?;
-    let _stake = Stake::new();
+    let _unsaved = UnsavedWork::new();
     let units = shard_of(study.units(), settings.shard);
     let mine: Vec<usize> = units.iter().flatten().copied().collect();
     let mut rows: Vec<Option<Row>> = vec![None; study.cases.len()];
@@ -103,14 +103,14 @@ pub fn run(study: &SweepStudy, out: &Path, settings: &Settings) -> Result<Sweep,
         None => 1,
         Some(_) => settings.jobs.unwrap_or(settings.cores).min(open.len()).max(1),
     };
-    let gate = if jobs > 1 { Some(Gate::new(available()?)) } else { None };
+    let gate = if jobs > 1 { Some(MemoryGate::new(available()?)) } else { None };
     let (threads, program) = ((settings.cores / jobs).max(1), settings.program);
-    let workshop = Workshop { program, threads, gate, verbosity: settings.verbosity, interrupt: settings.interrupt };
+    let launcher = RunLauncher { program, threads, gate, verbosity: settings.verbosity, interrupt: settings.interrupt };
     let work = Work {
         study,
         out,
         settings,
-        workshop,
+        launcher,
         mine,
         rows: Mutex::new(rows),
         queue: Mutex::new(open),

@@ -7,9 +7,9 @@ use serde::Deserialize;
 
 use super::axes::{self, Axis, AxisValues, SEED, Seeds};
 use super::figures::PlotSpec;
-use super::forms::{Plots, WarmStart};
+use super::key_forms::{Plots, WarmStart};
 use super::slurm::SlurmTable;
-use super::source::{self, Kind, Values, check_name, check_values, override_of, refuse};
+use super::source::{self, StudyFileKind, Values, check_name, check_values, override_of, refuse};
 use super::{StudyError, results};
 use crate::run::AnyScene;
 use crate::scene::{SceneError, SceneSource};
@@ -106,7 +106,7 @@ impl SweepStudy {
     /// the runs is found only by [`SweepStudy::scene_of`]; one that it refuses in all of them is an error.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
         let sets = &source::sets_now(sets);
-        let source = source::read::<SweepFile>(path, Kind::Sweep, sets)?;
+        let source = source::read::<SweepFile>(path, StudyFileKind::Sweep, sets)?;
         let file: SweepFile = source.tables().map_err(|found| found.1)?;
         let mut scene = source::read_scene(&source, &file.scene)?;
         let axes = axes::axes(&source, &file.vary, &file.together, file.seeds.as_ref())?;
@@ -129,8 +129,8 @@ impl SweepStudy {
                 "set `vary` or `case` as a whole, as in --set 'vary={ \"model.beta\" = [0.1, 0.9] }'".to_owned(),
             ))
         };
-        source::apply(&mut scene, Kind::Sweep, sets, &fixed)?;
-        let scene_sets = sets.iter().filter(|(key, _)| !Kind::Sweep.owns(key)).cloned().collect();
+        source::apply(&mut scene, StudyFileKind::Sweep, sets, &fixed)?;
+        let scene_sets = sets.iter().filter(|(key, _)| !StudyFileKind::Sweep.owns(key)).cloned().collect();
         let warm = check_warm(&source, &file.warm_start, &axes)?;
         let cases = check_cases(&source, &file, &axes, warm)?;
         let richardson = file.richardson.as_ref().map(|table| check_richardson(&source, table, &cases)).transpose()?;

@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Deserialize, Serialize};
 
 use super::child::{self, Job, RunSummary};
-use super::one::clear;
+use super::run_launcher::clear;
 use super::tradeoff_file::{Reference, Setting, TradeoffStudy};
 use super::{StudyError, table, tradeoff_table};
 use crate::measure::errors::Norm;
 use crate::output::lock::{self, Room};
 use crate::output::progress::Verbosity;
-use crate::output::{OutputError, say, write_whole};
-use crate::run::stake::Stake;
+use crate::output::{OutputError, console, write_whole};
+use crate::run::unsaved::UnsavedWork;
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -103,7 +103,7 @@ pub fn error_against(value: f64, reference: f64, uncertainty: f64) -> Error {
 /// # Errors
 /// A folder with other results, a reference that fails, files that cannot be written.
 pub fn run(study: &TradeoffStudy, options: &TradeoffOptions, interrupt: &AtomicBool) -> Result<Tradeoff, StudyError> {
-    let _stake = Stake::new();
+    let _unsaved = UnsavedWork::new();
     let runs = names_of_runs(study);
     let names: Vec<&str> = NAMES.into_iter().chain(runs.iter().map(String::as_str)).collect();
     lock::alone(&options.out, Room::Without(&names), || Runner { study, options, interrupt }.all())
@@ -158,7 +158,7 @@ impl Runner<'_> {
             found.points.push(point);
             mark_front(study, &mut found.points);
             if options.verbosity > Verbosity::Quiet {
-                say::note(&tradeoff_table::told(study, found.points.last().expect("just pushed")));
+                console::note(&tradeoff_table::told(study, found.points.last().expect("just pushed")));
             }
             tradeoff_table::write(study, &found, out)?;
         }
@@ -223,7 +223,7 @@ impl Runner<'_> {
             let job = Job { program, scene: &scene, out, threads, resume: false, memory: None, verbose, lock };
             let ended = child::run(job, self.interrupt, &|line| {
                 if verbose {
-                    say::note(line);
+                    console::note(line);
                 }
             })?;
             match &ended.summary {

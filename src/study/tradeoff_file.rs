@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::StudyError;
-use super::source::{self, Kind, Values, below, check_name, check_values, refuse, value_text, within};
+use super::source::{self, StudyFileKind, Values, below, check_name, check_values, refuse, value_text, within};
 use crate::measure::Measure;
 use crate::measure::errors::{ErrorField, Norm};
 use crate::measure::list::ALL;
@@ -115,13 +115,13 @@ impl TradeoffStudy {
     /// Whatever is wrong with either, with file, key, value, rule and hint; every setting's scene is checked.
     pub fn read(path: &Path, sets: &[(String, String)]) -> Result<Self, StudyError> {
         let sets = &source::sets_now(sets);
-        let source = source::read::<TradeoffFile>(path, Kind::Tradeoff, sets)?;
+        let source = source::read::<TradeoffFile>(path, StudyFileKind::Tradeoff, sets)?;
         let file: TradeoffFile = source.tables().map_err(|found| found.1)?;
         let mut scene = source::read_scene(&source, &file.scene)?;
         for (key, value) in check_values(&source, "set", &file.set, &|_| false, "")? {
             scene.set(&key, &value).map_err(|error| within(&source, &below("set", &key), error))?;
         }
-        source::apply(&mut scene, Kind::Tradeoff, sets, &|_| None)?;
+        source::apply(&mut scene, StudyFileKind::Tradeoff, sets, &|_| None)?;
         let reference = check_reference(&source, &file.reference)?;
         let settings = settings(&source, &file.setting)?;
         let study = Self { title: file.title, scene, measures: file.measures, reference, settings, source };

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::StudyError;
-use super::one::Workshop;
 use super::results::{Branch, Found, Start};
+use super::run_launcher::RunLauncher;
 use super::source::Values;
 use super::sweep_file::SweepStudy;
 use crate::form::Integrator;
@@ -31,7 +31,7 @@ struct Stop {
 /// What the study does on the way from one run to the next.
 struct Way<'a> {
     study: &'a SweepStudy,
-    workshop: &'a Workshop<'a>,
+    launcher: &'a RunLauncher<'a>,
     at: usize,
     neighbour: usize,
     /// Folder of the steps in between.
@@ -85,7 +85,7 @@ pub fn distance(a: &Path, b: &Path) -> Result<f64, RunError> {
 /// Folders that cannot be written.
 pub(super) fn judge(
     study: &SweepStudy,
-    workshop: &Workshop,
+    launcher: &RunLauncher,
     out: &Path,
     at: usize,
     neighbour: usize,
@@ -100,7 +100,7 @@ pub(super) fn judge(
     if far <= FAR {
         return told(Branch::Same, None);
     }
-    let mut way = Way { study, workshop, at, neighbour, steps: here.join("steps"), lock, taken: 0, jump: 0.0 };
+    let mut way = Way { study, launcher, at, neighbour, steps: here.join("steps"), lock, taken: 0, jump: 0.0 };
     let name = &study.cases[neighbour].folder;
     let (start, end) = (Stop { folder: there, place: 0.0 }, Stop { folder: here.clone(), place: 1.0 });
     let reached = way.reach(&start, 0.5, 1).and_then(|middle| way.reach(&middle, end.place, 1));
@@ -168,7 +168,7 @@ impl Way<'_> {
         set.extend(start_from(&from.folder, plain).map_err(broken)?);
         let scene = self.study.scene_with(self.at, &set).map_err(failed)?;
         std::fs::create_dir_all(&folder).map_err(|e| broken(OutputError::io(&folder, &e)))?;
-        match self.workshop.ensure(&folder, &scene, self.lock).map_err(broken)? {
+        match self.launcher.ensure(&folder, &scene, self.lock).map_err(broken)? {
             None => Err(Halt::Interrupted),
             Some((found, _)) if !found.is_complete() => Err(Halt::Interrupted),
             Some((found, _)) if found.is_good() => Ok(Stop { folder, place: to }),

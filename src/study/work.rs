@@ -6,14 +6,14 @@ use std::sync::atomic::Ordering;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::one::{Workshop, clear};
 use super::results::{self, Branch, Found, Row, Start};
+use super::run_launcher::{RunLauncher, clear};
 use super::sweep::{Settings, Shard, is_bad, missing, write_tables};
 use super::sweep_file::SweepStudy;
 use super::{StudyError, warm};
+use crate::output::console;
 use crate::output::lock::{self, Lock, Room};
 use crate::output::progress::Verbosity;
-use crate::output::say;
 use crate::run::AnyScene;
 
 pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -25,7 +25,7 @@ pub(super) struct Work<'a> {
     pub study: &'a SweepStudy,
     pub out: &'a Path,
     pub settings: &'a Settings<'a>,
-    pub workshop: Workshop<'a>,
+    pub launcher: RunLauncher<'a>,
     /// Runs of this shard.
     pub mine: Vec<usize>,
     pub rows: Mutex<Vec<Option<Row>>>,
@@ -98,11 +98,11 @@ impl Work<'_> {
                 return Ok(Row::read(case, self.out));
             }
         };
-        let Some((found, seconds)) = self.workshop.ensure(&folder, &scene, lock)? else { return Ok(None) };
+        let Some((found, seconds)) = self.launcher.ensure(&folder, &scene, lock)? else { return Ok(None) };
         let seconds = seconds + before.map_or(0.0, |row| row.seconds);
         let mut start = (!self.study.warm.is_empty()).then_some(Start { branch: Branch::Start, distance: None });
         if let Some(neighbour) = neighbour.filter(|_| found.is_good() && found.is_complete()) {
-            match warm::judge(self.study, &self.workshop, self.out, at, neighbour, lock)? {
+            match warm::judge(self.study, &self.launcher, self.out, at, neighbour, lock)? {
                 None => return Ok(None),
                 Some((judged, notes)) => {
                     start = Some(judged);
@@ -141,7 +141,7 @@ impl Work<'_> {
         self.write(&rows, false)?;
         if self.settings.verbosity > Verbosity::Quiet {
             let open = missing(self.study, &self.mine, &rows).len();
-            say::note(&format!("{line} ({} of {})", self.mine.len() - open, self.mine.len()));
+            console::note(&format!("{line} ({} of {})", self.mine.len() - open, self.mine.len()));
             // what many runs say is said once
             let others: Vec<&String> = rows
                 .iter()
@@ -151,7 +151,7 @@ impl Work<'_> {
                 .flat_map(|row| &row.said)
                 .collect();
             for note in rows[at].iter().flat_map(|row| &row.said).filter(|note| !others.contains(note)) {
-                say::note(&format!("    note: {}", note.strip_prefix("note: ").unwrap_or(note)));
+                console::note(&format!("    note: {}", note.strip_prefix("note: ").unwrap_or(note)));
             }
         }
         Ok(())

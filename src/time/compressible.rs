@@ -6,10 +6,10 @@ use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
 use super::incompressible::{LINEAR_REDUCTION, scaled};
-use super::sheet::{Kind, OwnedSheet, Passes, Settled, Sheet, Tangent, Weights};
+use super::sheet::{OwnedSheet, Passes, Settled, Sheet, SheetKind, Tangent, Weights};
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
-use crate::model::compressible::{self, Compressible, Squeezed};
+use crate::model::compressible::{self, Compressible, Evaluated};
 use crate::model::incompressible::Inputs;
 use crate::model::lagged::{Elements, Layout, Structure};
 use crate::model::momentum::MomentumError;
@@ -22,8 +22,8 @@ use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::{Field, Space};
 
 impl Sheet for Compressible {
-    fn kind(&self) -> Kind<'_> {
-        Kind::Compressible(self)
+    fn kind(&self) -> SheetKind<'_> {
+        SheetKind::Compressible(self)
     }
 
     fn owned(self: Box<Self>) -> OwnedSheet {
@@ -139,14 +139,14 @@ impl Sheet for Compressible {
         });
         let state = State::compressible(v, rho.clone(), p);
         let trial = equations.trial(y, state, residual)?;
-        Ok(Trial { squeezed: Some(Arc::new(Squeezed { u, limited, viscous, molecular })), ..trial })
+        Ok(Trial { evaluated: Some(Arc::new(Evaluated { u, limited, viscous, molecular })), ..trial })
     }
 
     fn tangent<'t>(&'t self, equations: &'t Equations, at: &'t Trial, weights: Weights) -> Box<dyn Tangent + 't> {
-        let squeezed = at.squeezed.as_ref().expect("its own evaluation made the trial");
-        let (_, rate) = self.rates(equations, &squeezed.u, &at.state.p);
+        let evaluated = at.evaluated.as_ref().expect("its own evaluation made the trial");
+        let (_, rate) = self.rates(equations, &evaluated.u, &at.state.p);
         let w = [weights.density, weights.polarity];
-        Box::new(compressible::Tangent::new(self, squeezed, &at.state, &rate, w, &equations.inputs))
+        Box::new(compressible::Tangent::new(self, evaluated, &at.state, &rate, w, &equations.inputs))
     }
 
     fn passes<'e>(&'e self, equations: &'e Equations) -> Result<Box<dyn Passes + 'e>, StepFailure> {

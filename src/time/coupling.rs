@@ -201,20 +201,20 @@ impl<'a> Step<'a> {
     }
 }
 
-/// Solves a step by the coupling that the settings name; `memory` is what Newton's method keeps from one step to the
+/// Solves a step by the coupling that the settings name; `kept` is what Newton's method keeps from one step to the
 /// next.
 ///
 /// # Errors
 /// Too slow, diverged, a linear solve that failed, or a formula of the scene that is not finite at `t`.
 pub fn solve_step(
     step: &Step,
-    memory: &mut super::memory::Memory,
+    kept: &mut super::kept_factors::KeptFactors,
     phases: &mut Phases,
 ) -> Result<StepOutcome, StepFailure> {
     let solved = match step.settings.kind {
         CouplingKind::FixedPoint => fixed_point(step, 0, phases),
         CouplingKind::Anderson { depth } => fixed_point(step, depth, phases),
-        CouplingKind::Newton => newton::iterate(step, memory, phases),
+        CouplingKind::Newton => newton::iterate(step, kept, phases),
     };
     solved.map_err(|failure| match step.model.check_formulas(step.t) {
         // a formula that is not finite shows first as a system that cannot be solved

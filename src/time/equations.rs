@@ -6,7 +6,7 @@ use super::Phases;
 use super::coupling::StepFailure;
 use super::sheet::{Sheet, Weights};
 use crate::model::State;
-use crate::model::compressible::Squeezed;
+use crate::model::compressible::Evaluated;
 use crate::model::incompressible::Inputs;
 use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::Field;
@@ -22,7 +22,7 @@ pub struct Trial {
     /// `(R|M⁻¹R)^½`
     pub size: f64,
     /// What the derivative of a compressible sheet needs of the evaluation.
-    pub squeezed: Option<Arc<Squeezed>>,
+    pub evaluated: Option<Arc<Evaluated>>,
 }
 
 /// `R(y)`: `Pe (w p + h) + Pe [a_upw − ω − a δ](p; v(p)) + (1/B) L_h(p) − inputs` in the incompressible sheet   [7.11c]
@@ -73,6 +73,6 @@ impl<'m> Equations<'m> {
             return Err(SolveError::NotFiniteInput { system: "polarity".to_owned(), index }.into());
         }
         let size = root(dot(&residual, &self.model.mass_solve(&residual)));
-        Ok(Trial { y, state, residual, size, squeezed: None })
+        Ok(Trial { y, state, residual, size, evaluated: None })
     }
 }

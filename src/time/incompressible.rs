@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
-use super::sheet::{Kind, OwnedSheet, Passes, Settled, Sheet, Tangent, Weights};
+use super::sheet::{OwnedSheet, Passes, Settled, Sheet, SheetKind, Tangent, Weights};
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::model::incompressible::{Incompressible, Inputs};
@@ -25,8 +25,8 @@ use crate::space::{Field, Space};
 pub(super) const LINEAR_REDUCTION: f64 = 1e-2;
 
 impl Sheet for Incompressible {
-    fn kind(&self) -> Kind<'_> {
-        Kind::Incompressible(self)
+    fn kind(&self) -> SheetKind<'_> {
+        SheetKind::Incompressible(self)
     }
 
     fn owned(self: Box<Self>) -> OwnedSheet {

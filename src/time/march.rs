@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Phases;
 use super::coupling::{CouplingSettings, DensityStep, Step, StepFailure, StepOutcome, solve_step};
-use super::memory::{Memory, Origin};
+use super::kept_factors::{KeptFactors, Origin};
 use super::sheet::Sheet;
 use crate::expression::ExpressionError;
 use crate::model::momentum::MomentumError;
@@ -102,7 +102,7 @@ pub struct March<'m> {
     gain: f64,
     /// Cells whose density was limited in the last step.
     limited: usize,
-    memory: Memory,
+    kept: KeptFactors,
 }
 
 impl<'m> March<'m> {
@@ -154,7 +154,7 @@ impl<'m> March<'m> {
             limited: 0,
             past,
             rate_of_p,
-            memory: Memory::default(),
+            kept: KeptFactors::default(),
         })
     }
 
@@ -194,7 +194,7 @@ impl<'m> March<'m> {
 
     /// What an interrupted step goes back to.
     pub(super) fn entry(&self) -> Entry {
-        (self.counts, self.control.clone(), self.memory.origin().cloned())
+        (self.counts, self.control.clone(), self.kept.origin().cloned())
     }
 
     /// Where the next step leads, and its Δt, of at most `cap` and trimmed to land on `landing`.
@@ -222,7 +222,7 @@ impl<'m> March<'m> {
             settings: &self.settings.coupling,
             interrupt: self.interrupt,
         };
-        let outcome = solve_step(&attempt, &mut self.memory, &mut self.phases)?;
+        let outcome = solve_step(&attempt, &mut self.kept, &mut self.phases)?;
         Ok(self.accept(outcome, t, order, rejected, density.as_ref()))
     }
 
@@ -240,7 +240,7 @@ impl<'m> March<'m> {
         if matches!(cause, StepFailure::Interrupted) {
             // a resumed run begins this step anew, with what it began with
             (self.counts, self.control) = (entry.0, entry.1.clone());
-            self.memory.rewind(entry.2.clone());
+            self.kept.rewind(entry.2.clone());
             return Err(MarchError::Interrupted { step, t: self.t });
         }
         if !cause.may_be_cured_by_a_smaller_step() {

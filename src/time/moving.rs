@@ -22,14 +22,14 @@ use crate::model::State;
 use crate::model::incompressible::Incompressible;
 use crate::model::mobility::Mobility;
 use crate::model::momentum::MomentumError;
-use crate::scheme::pace::Refusal;
+use crate::scheme::adaptive::Refusal;
 use crate::shape::{Pose, Twist};
 
 /// What forces that vary with a body's place may change of its way in a step, relative to its size.
 const TOLERANCE: f64 = 1e-3;
 
 /// What may change the predicted twists before the bodies move: contact.
-pub trait Referee {
+pub trait TwistCorrection {
     /// Twists that the bodies may have for a step `dt` from their poses, in place of those that the flow gives them.
     ///
     /// # Errors
@@ -40,11 +40,11 @@ pub trait Referee {
     fn accept(&mut self) {}
 }
 
-/// Nobody objects.
+/// The twists stay what the flow gives.
 #[derive(Debug, Clone, Copy)]
-pub struct NoReferee;
+pub struct NoCorrection;
 
-impl Referee for NoReferee {
+impl TwistCorrection for NoCorrection {
     fn correct(&mut self, _: &[Pose], predicted: Vec<Twist>, _: f64) -> Result<Vec<Twist>, Refusal> {
         Ok(predicted)
     }
@@ -159,13 +159,13 @@ impl MovingMarch {
     /// Takes one step, trimmed to land on `landing`: moves the bodies, then solves.
     ///
     /// # Errors
-    /// Δt below its minimum, a failure that no smaller step can cure, or twists that `referee` cannot give. The state
-    /// is then the last good one.
+    /// Δt below its minimum, a failure that no smaller step can cure, or twists that `correction` cannot give. The
+    /// state is then the last good one.
     pub fn advance(
         &mut self,
         landing: f64,
         interrupt: &AtomicBool,
-        referee: &mut dyn Referee,
+        correction: &mut dyn TwistCorrection,
     ) -> Result<StepReport, MovingError> {
         let (mut rejected, mut cap) = (0, f64::INFINITY);
         let entry = self.with(|march| march.entry());
@@ -175,7 +175,7 @@ impl MovingMarch {
             let stop = |reason: String| MovingError::Contact { t: now, reason };
             let predicted = guide.predicted(&self.motion, now, dt, &self.twists).map_err(|e| stop(e.to_string()))?;
             let by = self.followed(now, dt, &predicted);
-            let by = by.and_then(|()| referee.correct(&self.motion.poses, predicted, dt));
+            let by = by.and_then(|()| correction.correct(&self.motion.poses, predicted, dt));
             let moved = match by {
                 Ok(by) => {
                     let mut motion = self.motion.clone();
@@ -187,7 +187,7 @@ impl MovingMarch {
             };
             match moved {
                 Ok((motion, report)) => {
-                    referee.accept();
+                    correction.accept();
                     let state = &self.parked.as_ref().expect("a march is parked between steps").state;
                     self.twists = self.model.twists(&state.v);
                     self.motion = motion;

@@ -9,7 +9,7 @@
 use super::Phases;
 use super::coupling::{Step, StepFailure, StepOutcome, rate};
 use super::equations::{Equations, Trial};
-use super::memory::{Memory, correction};
+use super::kept_factors::{KeptFactors, correction};
 use crate::solve::{axpy, dot, root};
 
 /// Corrections by the lagged factors alone are tried below so many tolerances.
@@ -35,10 +35,10 @@ fn predict(step: &Step) -> Vec<f64> {
 ///
 /// # Errors
 /// Too slow, diverged, a linear solve that failed, or a flow that cannot be solved for.
-pub(super) fn iterate(step: &Step, memory: &mut Memory, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
-    match iterate_from(step, predict(step), memory, phases) {
+pub(super) fn iterate(step: &Step, kept: &mut KeptFactors, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
+    match iterate_from(step, predict(step), kept, phases) {
         Err(failure) if step.known.len() > 1 && failure.may_be_cured_by_a_smaller_step() => {
-            iterate_from(step, step.model.carried(step.guess), memory, phases)
+            iterate_from(step, step.model.carried(step.guess), kept, phases)
         }
         other => other,
     }
@@ -47,7 +47,7 @@ pub(super) fn iterate(step: &Step, memory: &mut Memory, phases: &mut Phases) -> 
 fn iterate_from(
     step: &Step,
     start: Vec<f64>,
-    memory: &mut Memory,
+    kept: &mut KeptFactors,
     phases: &mut Phases,
 ) -> Result<StepOutcome, StepFailure> {
     let (model, settings) = (step.model, step.settings);
@@ -62,11 +62,11 @@ fn iterate_from(
         if !now.size.is_finite() {
             return Err(StepFailure::Diverged { scheme, iterations: k, increment: now.size });
         }
-        let found = match quick_correction(&equations, memory, &now, settings.tolerance, phases)? {
+        let found = match quick_correction(&equations, kept, &now, settings.tolerance, phases)? {
             Some((next, change)) => Search::Found(Box::new(next), change),
             None => {
                 let reduction = forcing(now.size, last_size);
-                let (delta, products) = correction(&equations, memory, (&now, weights), reduction, phases)?;
+                let (delta, products) = correction(&equations, kept, (&now, weights), reduction, phases)?;
                 linear_iterations += products;
                 search(&equations, &now, &delta, settings.tolerance, phases)?
             }
@@ -116,12 +116,12 @@ fn forcing(size: f64, last: f64) -> f64 {
 /// its price, which is below that of a correction by GMRES.
 fn quick_correction(
     equations: &Equations,
-    memory: &Memory,
+    kept: &KeptFactors,
     now: &Trial,
     tolerance: f64,
     phases: &mut Phases,
 ) -> Result<Option<(Trial, f64)>, StepFailure> {
-    let Some(lagged) = memory.near(equations.weights.polarity) else { return Ok(None) };
+    let Some(lagged) = kept.near(equations.weights.polarity) else { return Ok(None) };
     let model = equations.model;
     let mut delta: Vec<f64> = now.residual.iter().map(|r| -r).collect();
     phases.measure("factored solve", || lagged.solve(&mut delta));

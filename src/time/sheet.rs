@@ -51,7 +51,7 @@ pub struct Settled {
 
 /// A model, by its kind.
 #[derive(Debug, Clone, Copy)]
-pub enum Kind<'m> {
+pub enum SheetKind<'m> {
     Incompressible(&'m Incompressible),
     Compressible(&'m Compressible),
 }
@@ -90,7 +90,7 @@ pub trait Passes {
 /// A model of a thin sheet.
 pub trait Sheet: Debug + Sync {
     /// Which one it is.
-    fn kind(&self) -> Kind<'_>;
+    fn kind(&self) -> SheetKind<'_>;
     /// The model itself, by its kind.
     fn owned(self: Box<Self>) -> OwnedSheet;
     fn parameters(&self) -> &Parameters;

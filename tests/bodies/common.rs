@@ -7,7 +7,7 @@ use monolayer::expression::Expression;
 use monolayer::form::Linear;
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
-use monolayer::model::immersed::Carried;
+use monolayer::model::immersed::FlowWithBodies;
 use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
 use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
@@ -59,7 +59,7 @@ pub fn flow_of(
     Flow::new(mesh, (2, 1), conditions, (0.0, SlipTreatment::Rotated), bodies, settings, 0.0)
 }
 
-pub fn solved(mesh: &Arc<Mesh>, velocity: [&str; 2], bodies: Vec<Body>, epsilon: f64) -> (Flow, Carried) {
+pub fn solved(mesh: &Arc<Mesh>, velocity: [&str; 2], bodies: Vec<Body>, epsilon: f64) -> (Flow, FlowWithBodies) {
     let flow = flow_of(mesh, &walls(velocity), bodies, epsilon).expect("a flow");
     let carried = flow.solve(&Linear::zero()).expect("a solution");
     (flow, carried)

@@ -29,7 +29,7 @@ fn carried_by(n: usize, k: usize, flow: [&str; 2], condition: fn(&str) -> Condit
 }
 
 const TURNING: [&str; 2] = ["sin(pi*x)*cos(pi*y)", "-cos(pi*x)*sin(pi*y)"];
-/// Squeezed towards the middle, and torn from it.
+/// Evaluated towards the middle, and torn from it.
 const SQUEEZED: [&str; 2] = ["sin(2*pi*x)*cos(9*t)", "0.5*sin(2*pi*y)*cos(9*t)"];
 
 fn through(tag: &str) -> Conditions {

@@ -79,7 +79,7 @@ fn the_derivative_is_that_of_the_equations() {
         let equations = equations(&model);
         for (y, limits) in [(disturbed(&model), false), (limited(&model), true)] {
             let trial = evaluate(&equations, y.clone());
-            let cells = trial.squeezed.as_ref().unwrap().limited.cells;
+            let cells = trial.evaluated.as_ref().unwrap().limited.cells;
             assert_eq!(cells > 0, limits, "{name}: {cells} cells are limited");
             let (low, high) = (least(&model, trial.state.volume()), largest(&trial.state.volume().values));
             assert!(limits || low > 0.3 && high < 2.0, "{name}: {low} to {high}");

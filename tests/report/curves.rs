@@ -1,6 +1,6 @@
 //! Curves: which pictures there are, what they show, and what is said of wishes that cannot be met.
 
-use monolayer::results::curves::{What, Wish, curves};
+use monolayer::results::curves::{CurveSettings, What, curves};
 use monolayer::results::{Results, labels};
 
 use crate::common::{copy_of, fails, files, results, succeeds};
@@ -36,7 +36,7 @@ fn a_run_without_measures_and_cuts_draws_nothing() {
 #[test]
 fn sections_stop_at_the_disc() {
     let one = read("one");
-    let wish = |what| Wish { what: vec![what], ..Wish::default() };
+    let wish = |what| CurveSettings { what: vec![what], ..CurveSettings::default() };
     let drawn = curves(&[&one], &wish(What::Sections)).unwrap();
     let plot = &drawn.pictures.iter().find(|p| p.name == "sections-along-x1-velocity-1").unwrap().plot;
     // axis 1 goes through the disc, axis 2a passes it
@@ -56,7 +56,8 @@ fn legends_say_what_differs() {
     let both = [&one, &two];
     assert_eq!(labels(&both, &[]), ["Pe = 2", "Pe = 0.5"]);
     assert_eq!(labels(&both, &["mine".to_owned()]), ["mine", "Pe = 0.5"]);
-    let drawn = curves(&both, &Wish { quantities: vec!["speed".to_owned()], ..Wish::default() }).unwrap();
+    let drawn =
+        curves(&both, &CurveSettings { quantities: vec!["speed".to_owned()], ..CurveSettings::default() }).unwrap();
     let section = drawn.pictures.iter().find(|p| p.name == "section-axis-3-speed").unwrap();
     assert_eq!(section.plot.title, "|v| on axis 3 (x₁ = 0)");
     assert!(section.plot.subtitle.contains("β = 0.75") && !section.plot.subtitle.contains("Pe"));
@@ -68,7 +69,7 @@ fn legends_say_what_differs() {
 #[test]
 fn the_table_of_a_study_is_drawn_over_what_it_varies() {
     let sweep = read("sweep");
-    let drawn = curves(&[&sweep], &Wish { what: vec![What::Study], ..Wish::default() }).unwrap();
+    let drawn = curves(&[&sweep], &CurveSettings { what: vec![What::Study], ..CurveSettings::default() }).unwrap();
     let energy = &drawn.pictures.iter().find(|p| p.name == "study-free-energy").unwrap().plot;
     assert_eq!(energy.x.label, "Pe");
     assert_eq!(energy.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["κ = 0.5", "κ = 1"]);
@@ -95,7 +96,8 @@ fn a_folder_of_sections_alone_is_drawn_with_a_run() {
     let measured = Results::read(&folder).unwrap();
     assert!(measured.problems.is_empty(), "{:?}", measured.problems);
     let one = read("one");
-    let drawn = curves(&[&one, &measured], &Wish { what: vec![What::Sections], ..Wish::default() }).unwrap();
+    let drawn =
+        curves(&[&one, &measured], &CurveSettings { what: vec![What::Sections], ..CurveSettings::default() }).unwrap();
     let section = drawn.pictures.iter().find(|p| p.name == "section-axis-3-velocity-1").unwrap();
     let last = section.plot.series.last().unwrap();
     assert_eq!((last.name.as_str(), last.points.len()), ("measured", 3));
@@ -113,7 +115,7 @@ fn a_run_that_was_cut_off_is_drawn_as_far_as_it_came() {
     let told = run.problems.join("\n");
     assert!(told.contains("the run has not ended") && told.contains("so far 5 steps, up to t = 1.25"), "{told}");
     assert!(told.contains("--resume") && told.contains("the last row of history.csv was cut off"), "{told}");
-    let drawn = curves(&[&run], &Wish::default()).unwrap();
+    let drawn = curves(&[&run], &CurveSettings::default()).unwrap();
     assert!(drawn.pictures.iter().any(|p| p.name == "energy"));
     assert!(drawn.notes.iter().any(|n| n.contains("axis-1 is that of step 3")), "{:?}", drawn.notes);
 }

@@ -8,10 +8,10 @@ use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::space::Field;
 use monolayer::steady::pseudo::Work;
-use monolayer::steady::spectrum::{Ask, Mode, Spectrum, spectrum};
+use monolayer::steady::spectrum::{Mode, Spectrum, SpectrumSettings, spectrum};
 use monolayer::time::Phases;
-use monolayer::time::memory::Memory;
-use monolayer::time::sheet::Kind;
+use monolayer::time::kept_factors::KeptFactors;
+use monolayer::time::sheet::SheetKind;
 
 /// A closed square of tissue that nothing drives.
 pub const CLOSED: &str = r#"
@@ -87,8 +87,8 @@ impl Square {
 /// The incompressible sheet that a scene describes.
 pub fn model_of(setup: &Setup) -> &Incompressible {
     match setup.model.kind() {
-        Kind::Incompressible(model) => model,
-        Kind::Compressible(_) => panic!("the scene is incompressible"),
+        SheetKind::Incompressible(model) => model,
+        SheetKind::Compressible(_) => panic!("the scene is incompressible"),
     }
 }
 
@@ -100,9 +100,9 @@ pub fn state(model: &Incompressible, p: Field) -> State {
 
 /// The spectrum about a state.
 pub fn spectrum_of(model: &Incompressible, state: &State, wanted: usize) -> Spectrum {
-    let (mut memory, mut phases, interrupt) = (Memory::default(), Phases::default(), AtomicBool::new(false));
-    let mut work = Work { memory: &mut memory, phases: &mut phases, interrupt: &interrupt };
-    spectrum(model, state, Ask { wanted, growing_suffices: false, fast: true }, &mut work).unwrap()
+    let (mut kept, mut phases, interrupt) = (KeptFactors::default(), Phases::default(), AtomicBool::new(false));
+    let mut work = Work { kept: &mut kept, phases: &mut phases, interrupt: &interrupt };
+    spectrum(model, state, SpectrumSettings { wanted, growing_suffices: false, fast: true }, &mut work).unwrap()
 }
 
 /// `‖x‖` in the space of polarities.

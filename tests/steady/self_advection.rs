@@ -10,7 +10,7 @@ use monolayer::scene::Scene;
 use monolayer::space::Field;
 use monolayer::steady::{Found, SteadySettings, Want, find};
 use monolayer::time::Phases;
-use monolayer::time::sheet::Kind;
+use monolayer::time::sheet::SheetKind;
 
 const KAPPA: f64 = 0.1;
 
@@ -51,8 +51,8 @@ fn found(scene: &Scene, setup: &Setup) -> State {
 /// `‖p − p_exact‖` and `‖v‖`
 fn errors(setup: &Setup, state: &State, factor: f64) -> [f64; 2] {
     let loops = match setup.model.kind() {
-        Kind::Incompressible(model) => &model.loops,
-        Kind::Compressible(model) => &model.loops,
+        SheetKind::Incompressible(model) => &model.loops,
+        SheetKind::Compressible(model) => &model.loops,
     };
     let of = |field: &Field, exact: &(dyn Fn(Point) -> Point + Sync)| {
         loops.sum(12, |x| (field.vector(&x.site) - exact(x.site.x)).norm_squared()).sqrt()

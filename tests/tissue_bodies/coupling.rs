@@ -14,7 +14,7 @@ use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, 
 use monolayer::scheme::ControlSettings;
 use monolayer::shape::{Disc, Pose, Shape, Twist};
 use monolayer::space::{Field, project};
-use monolayer::time::moving::{MovingMarch, NoReferee};
+use monolayer::time::moving::{MovingMarch, NoCorrection};
 use monolayer::time::{CouplingKind, CouplingSettings, March, MarchSettings};
 
 const ACTIVE: Parameters = Parameters {
@@ -109,7 +109,7 @@ fn the_tissue_carries_a_disc_without_friction_at_its_own_speed() {
     let p = project::interpolate_vector(&model.polarity.space, |_| Point::new(1.0, 0.0));
     let mut march = MovingMarch::start(model, settings(0.05, 2, ANDERSON), p.values, 2).unwrap();
     for step in 1..=5 {
-        march.advance(10.0, &AtomicBool::new(false), &mut NoReferee).unwrap();
+        march.advance(10.0, &AtomicBool::new(false), &mut NoCorrection).unwrap();
         let (twist, pose) = (march.twists()[0], march.poses()[0]);
         assert!((twist.velocity - Point::new(1.0, 0.0)).norm() < 1e-7 && twist.spin.abs() < 1e-6, "{twist:?}");
         assert!((pose.position.x - 0.3 - 0.05 * f64::from(step)).abs() < 1e-7, "{pose:?}");
@@ -209,7 +209,7 @@ fn dragged(steps: usize, resume_after: Option<usize>) -> (MovingMarch, f64) {
     let mut march = MovingMarch::start(model, settings, p, 2).unwrap();
     let mut largest = 0.0_f64;
     for step in 1..=steps {
-        march.advance(10.0, &AtomicBool::new(false), &mut NoReferee).unwrap();
+        march.advance(10.0, &AtomicBool::new(false), &mut NoCorrection).unwrap();
         if resume_after == Some(step) {
             march = MovingMarch::resume(build(), settings, march.checkpoint()).unwrap();
         }

@@ -41,41 +41,41 @@ impl fmt::Display for Value {
 
 /// Which values a key takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ValueKind {
     Flag,
     Whole,
     Number,
     Pair,
 }
 
-impl Kind {
+impl ValueKind {
     /// Reads a value; a deserializer's own error tells its place.
     pub(super) fn read<'de, D: Deserializer<'de>>(self, from: D) -> Result<Value, D::Error> {
         match self {
-            Kind::Flag => bool::deserialize(from).map(Value::Flag),
-            Kind::Whole => u64::deserialize(from).map(Value::Whole),
-            Kind::Number => f64::deserialize(from).map(Value::Number),
-            Kind::Pair => <[f64; 2]>::deserialize(from).map(Value::Pair),
+            ValueKind::Flag => bool::deserialize(from).map(Value::Flag),
+            ValueKind::Whole => u64::deserialize(from).map(Value::Whole),
+            ValueKind::Number => f64::deserialize(from).map(Value::Number),
+            ValueKind::Pair => <[f64; 2]>::deserialize(from).map(Value::Pair),
         }
     }
 
     /// Whether it takes this value.
     pub(super) fn takes(self, value: Value) -> bool {
         match value {
-            Value::Flag(_) => self == Kind::Flag,
-            Value::Whole(_) => matches!(self, Kind::Whole | Kind::Number),
-            Value::Number(_) => self == Kind::Number,
-            Value::Pair(_) => self == Kind::Pair,
+            Value::Flag(_) => self == ValueKind::Flag,
+            Value::Whole(_) => matches!(self, ValueKind::Whole | ValueKind::Number),
+            Value::Number(_) => self == ValueKind::Number,
+            Value::Pair(_) => self == ValueKind::Pair,
         }
     }
 
     /// What it takes, in the words of a rule.
     pub(super) fn shown(self) -> &'static str {
         match self {
-            Kind::Flag => "it must be true or false",
-            Kind::Whole => "it must be a whole number, not negative",
-            Kind::Number => "it must be a number",
-            Kind::Pair => "it must be two numbers",
+            ValueKind::Flag => "it must be true or false",
+            ValueKind::Whole => "it must be a whole number, not negative",
+            ValueKind::Number => "it must be a number",
+            ValueKind::Pair => "it must be two numbers",
         }
     }
 }
@@ -135,7 +135,7 @@ pub struct Key {
     pub name: &'static str,
     /// What it is, as its field says.
     pub about: &'static str,
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// Whether it must be given.
     pub must: bool,
     pub meaning: Meaning,
@@ -146,7 +146,7 @@ pub(super) type Values = BTreeMap<String, Value>;
 
 /// A field that a key fills.
 pub trait Filled: Sized {
-    const KIND: Kind;
+    const KIND: ValueKind;
 
     /// From what is given; `None` where that is of another kind.
     fn from_value(value: Value) -> Option<Self>;
@@ -156,7 +156,7 @@ pub trait Filled: Sized {
 }
 
 impl Filled for bool {
-    const KIND: Kind = Kind::Flag;
+    const KIND: ValueKind = ValueKind::Flag;
 
     fn from_value(value: Value) -> Option<Self> {
         if let Value::Flag(value) = value { Some(value) } else { None }
@@ -168,7 +168,7 @@ impl Filled for bool {
 }
 
 impl Filled for u64 {
-    const KIND: Kind = Kind::Whole;
+    const KIND: ValueKind = ValueKind::Whole;
 
     fn from_value(value: Value) -> Option<Self> {
         if let Value::Whole(value) = value { Some(value) } else { None }
@@ -180,7 +180,7 @@ impl Filled for u64 {
 }
 
 impl Filled for usize {
-    const KIND: Kind = Kind::Whole;
+    const KIND: ValueKind = ValueKind::Whole;
 
     fn from_value(value: Value) -> Option<Self> {
         u64::from_value(value).and_then(|value| usize::try_from(value).ok())
@@ -192,7 +192,7 @@ impl Filled for usize {
 }
 
 impl Filled for f64 {
-    const KIND: Kind = Kind::Number;
+    const KIND: ValueKind = ValueKind::Number;
 
     fn from_value(value: Value) -> Option<Self> {
         match value {
@@ -208,7 +208,7 @@ impl Filled for f64 {
 }
 
 impl Filled for [f64; 2] {
-    const KIND: Kind = Kind::Pair;
+    const KIND: ValueKind = ValueKind::Pair;
 
     fn from_value(value: Value) -> Option<Self> {
         if let Value::Pair(value) = value { Some(value) } else { None }
@@ -220,7 +220,7 @@ impl Filled for [f64; 2] {
 }
 
 impl<T: Filled> Filled for Option<T> {
-    const KIND: Kind = T::KIND;
+    const KIND: ValueKind = T::KIND;
 
     fn from_value(value: Value) -> Option<Self> {
         T::from_value(value).map(Some)

@@ -28,7 +28,7 @@ use rules::Check;
 
 use super::{Mesh, MeshError};
 
-pub use keys::{Filled, Key, Kind, Meaning, Value};
+pub use keys::{Filled, Key, Meaning, Value, ValueKind};
 pub use table::{MeshScene, lengths};
 pub use track::Track;
 

@@ -9,7 +9,7 @@ use serde::de::{self, DeserializeSeed, Deserializer, EnumAccess, MapAccess, Vari
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
-use super::keys::{Filled, Key, Kind, Value, Values};
+use super::keys::{Filled, Key, Value, ValueKind, Values};
 use super::rules::{self, Check, bad};
 use super::{Domain, GENERATORS, Generator, Meaning, Scale, Track};
 use crate::mesh::{Mesh, MeshError};
@@ -348,7 +348,7 @@ impl Visitor<'_> for Name {
 }
 
 /// Reads the value of a key.
-struct Typed(Kind);
+struct Typed(ValueKind);
 
 impl<'de> DeserializeSeed<'de> for Typed {
     type Value = Value;

@@ -73,7 +73,7 @@ pub fn lines(
     for (ends, edge) in edges.iter().filter(|(ends, edge)| edge.cells == 1 && !line_of.contains_key(*ends)) {
         lines.push(bare(*ends, edge, places, shapes));
     }
-    say(content, places, &lines, &left, notes);
+    note_decisions(content, places, &lines, &left, notes);
     Ok(lines)
 }
 
@@ -110,7 +110,7 @@ fn name(content: &Content, element: &Element) -> String {
 }
 
 /// Notes on what was left out or had to be decided.
-fn say(content: &Content, places: &Places, lines: &[BoundaryLine], left: &Left, notes: &mut Vec<String>) {
+fn note_decisions(content: &Content, places: &Places, lines: &[BoundaryLine], left: &Left, notes: &mut Vec<String>) {
     let listed = |map: &BTreeMap<String, usize>| {
         let count: usize = map.values().sum();
         (count, map.keys().cloned().collect::<Vec<_>>().join(", "))

@@ -9,8 +9,8 @@
 mod assemble;
 mod boundary;
 mod circle;
+mod element_kind;
 mod foreign;
-mod kinds;
 mod parse;
 mod scan;
 mod version2;

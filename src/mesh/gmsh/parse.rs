@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::kinds::Kind;
+use super::element_kind::ElementKind;
 use super::scan::Scanner;
 use super::{Fault, version2, version4};
 
@@ -49,14 +49,14 @@ pub enum Version {
 
 impl Content {
     /// Keeps an element of a kind, once for each of its groups.
-    pub fn keep(&mut self, kind: Kind, number: usize, entity: i32, groups: &[i32], nodes: Vec<usize>) {
+    pub fn keep(&mut self, kind: ElementKind, number: usize, entity: i32, groups: &[i32], nodes: Vec<usize>) {
         let (list, degree) = match kind {
-            Kind::Point => {
+            ElementKind::Point => {
                 self.points += 1;
                 return;
             }
-            Kind::Line(degree) => (&mut self.lines, degree),
-            Kind::Triangle(degree) => {
+            ElementKind::Line(degree) => (&mut self.lines, degree),
+            ElementKind::Triangle(degree) => {
                 let group = groups.first().copied();
                 self.triangles.push(Element { number, entity, group, degree, nodes });
                 return;

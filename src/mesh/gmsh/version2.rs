@@ -1,7 +1,7 @@
 //! Nodes and elements in the formats 2.0 to 2.2.
 
 use super::Fault;
-use super::kinds::Kind;
+use super::element_kind::ElementKind;
 use super::parse::Content;
 use super::scan::Scanner;
 
@@ -33,7 +33,7 @@ pub fn elements(scanner: &mut Scanner, content: &mut Content) -> Result<(), Faul
         for _ in 0..count {
             let number = scanner.number()?;
             let (kind, tags) = if scanner.binary { (kind, tags) } else { (scanner.int()?, scanner.number()?) };
-            let kind = Kind::of(kind)?;
+            let kind = ElementKind::of(kind)?;
             let tags = (0..tags).map(|_| scanner.int()).collect::<Result<Vec<_>, _>>()?;
             let nodes = (0..kind.nodes()).map(|_| scanner.number()).collect::<Result<_, _>>()?;
             let group = tags.first().copied().filter(|&g| g != 0).map(i32::abs);

@@ -1,7 +1,7 @@
 //! Entities, nodes and elements in the formats 4.0 and 4.1.
 
 use super::Fault;
-use super::kinds::Kind;
+use super::element_kind::ElementKind;
 use super::parse::{Content, Version};
 use super::scan::Scanner;
 
@@ -97,7 +97,7 @@ pub fn elements(scanner: &mut Scanner, content: &mut Content, version: Version) 
     }
     for _ in 0..blocks {
         let [dimension, entity] = place(scanner, version)?;
-        let kind = Kind::of(scanner.int()?)?;
+        let kind = ElementKind::of(scanner.int()?)?;
         let groups = content.groups.get(&(dimension, entity)).cloned().unwrap_or_default();
         for _ in 0..scanner.size()? {
             let mut next = || if version == Version::FourOne { scanner.size() } else { scanner.number() };

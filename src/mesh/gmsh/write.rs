@@ -11,7 +11,7 @@ const TRIANGLES: [i32; 3] = [2, 9, 21];
 const SURFACE: i32 = 1;
 
 /// Faces that are one curve in the file.
-struct Part {
+struct FileCurve {
     tag: usize,
     faces: Vec<usize>,
 }
@@ -31,7 +31,7 @@ pub fn encode(mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
 
 /// The curves of the file: a connected arc of a circle, or a straight run. A run ends at a corner, so that a reader can
 /// tell a polygon whose corners lie on a circle from the circle.
-fn parts(mesh: &Mesh) -> Vec<Part> {
+fn parts(mesh: &Mesh) -> Vec<FileCurve> {
     let boundary: Vec<(usize, &Face, usize)> =
         mesh.faces.iter().enumerate().filter_map(|(index, face)| face.tag.map(|tag| (index, face, tag))).collect();
     let ends: Vec<[usize; 2]> = boundary.iter().map(|(_, face, _)| mesh.face_vertices(face)).collect();
@@ -40,10 +40,10 @@ fn parts(mesh: &Mesh) -> Vec<Part> {
         let ((_, f, s), (_, g, t)) = (boundary[i], boundary[j]);
         s == t && f.curve == g.curve && (f.curve.is_some() || along(i).perp(&along(j)).abs() < 1e-6)
     });
-    let mut parts = Vec::<Part>::new();
+    let mut parts = Vec::<FileCurve>::new();
     for (label, (index, _, tag)) in labels.into_iter().zip(boundary) {
         if label == parts.len() {
-            parts.push(Part { tag, faces: Vec::new() });
+            parts.push(FileCurve { tag, faces: Vec::new() });
         }
         parts[label].faces.push(index);
     }
@@ -119,7 +119,7 @@ fn names(sink: &mut Sink, mesh: &Mesh) {
     sink.text(&(text + "2 1 \"cells\"\n$EndPhysicalNames\n"));
 }
 
-fn entities(sink: &mut Sink, mesh: &Mesh, parts: &[Part]) {
+fn entities(sink: &mut Sink, mesh: &Mesh, parts: &[FileCurve]) {
     sink.text("$Entities\n");
     [0, parts.len(), 1, 0].into_iter().for_each(|count| sink.size(count));
     sink.end_line();
@@ -160,7 +160,7 @@ fn nodes(sink: &mut Sink, positions: &[Point]) {
     sink.text(if sink.binary { "\n$EndNodes\n" } else { "$EndNodes\n" });
 }
 
-fn elements(sink: &mut Sink, mesh: &Mesh, parts: &[Part], numbering: &Numbering) {
+fn elements(sink: &mut Sink, mesh: &Mesh, parts: &[FileCurve], numbering: &Numbering) {
     let degree = numbering.degree;
     let lines: usize = parts.iter().map(|part| part.faces.len()).sum();
     let total = lines + mesh.cells.len();

@@ -16,7 +16,7 @@ mod viscous;
 use std::sync::Arc;
 
 pub use density::Density;
-pub use tangent::{Squeezed, Tangent};
+pub use tangent::{Evaluated, Tangent};
 pub use viscous::Viscous;
 
 use super::closed::ClosedParts;

@@ -28,7 +28,7 @@ use crate::space::Field;
 
 /// What an evaluation of the equations found on its way.
 #[derive(Debug)]
-pub struct Squeezed {
+pub struct Evaluated {
     /// The density before the limiter, and what the limiter did.
     pub u: Field,
     pub limited: Limited,
@@ -41,7 +41,7 @@ pub struct Squeezed {
 #[derive(Debug)]
 pub struct Tangent<'m> {
     pub model: &'m Compressible,
-    at: Arc<Squeezed>,
+    at: Arc<Evaluated>,
     /// By the density, all with `∂ρ/∂u` of the limiter: `∂R_ρ/∂u`; `∂R_ρ/∂v`
     density: Rows,
     density_drag: Rows,
@@ -63,7 +63,7 @@ impl<'m> Tangent<'m> {
     /// equations have.
     pub fn new(
         model: &'m Compressible,
-        at: &Arc<Squeezed>,
+        at: &Arc<Evaluated>,
         state: &State,
         rate: &Field,
         w: [f64; 2],

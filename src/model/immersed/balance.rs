@@ -12,7 +12,7 @@ pub(super) struct Source<'s> {
     pub(super) immersion: &'s Immersion,
     pub(super) rigidity: &'s Rigidity,
     pub(super) friction: f64,
-    pub(super) hosts: &'s [usize],
+    pub(super) exchanged: &'s [usize],
 }
 
 /// All that elements are made of.
@@ -72,7 +72,7 @@ impl Filled<'_> {
         size.iter().map(scale).collect()
     }
 
-    /// Element `e` of A: with the penalty, hosts apart.
+    /// Element `e` of A: with the penalty, exchanged dofs apart.
     pub(super) fn fill(&self, e: usize, out: &mut Element) {
         let cells = self.source.layout.velocity.mesh.cells.len();
         if e >= cells {
@@ -81,7 +81,7 @@ impl Filled<'_> {
         self.fill_cell(e, out, true);
         let n = out.rows.len();
         for k in 0..n {
-            if self.source.hosts.binary_search(&(out.rows[k] as usize)).is_ok() {
+            if self.source.exchanged.binary_search(&(out.rows[k] as usize)).is_ok() {
                 for l in 0..n {
                     out.values[k * n + l] = 0.0;
                     out.values[l * n + k] = 0.0;

@@ -24,7 +24,7 @@ impl<'s> Bordering<'s> {
         for row in &constraints.rows {
             let mut column = vec![0.0; size];
             column.iter_mut().zip(row).for_each(|(c, r)| *c = -r);
-            immersed.kernel.hosts.iter().for_each(|&host| column[host] = 0.0);
+            immersed.kernel.exchanged.iter().for_each(|&dof| column[dof] = 0.0);
             reach.push(immersed.inverse(&column));
             columns.push(column);
         }

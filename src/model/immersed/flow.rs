@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::penalty::Immersion;
-use super::{Carried, Rigidity};
+use super::{FlowWithBodies, Rigidity};
 use crate::body::Body;
 use crate::body::guide::{Guide, Rule};
 use crate::body::motion::Motion;
@@ -71,7 +71,7 @@ impl Flow {
     ///
     /// # Errors
     /// As [`Momentum::carry`]; formulas that are not finite.
-    pub fn solve(&self, force: &Linear<Vector>) -> Result<Carried, MomentumError> {
+    pub fn solve(&self, force: &Linear<Vector>) -> Result<FlowWithBodies, MomentumError> {
         let f = self.loops.vector(force, &self.momentum.velocity);
         let prescribed = self.momentum.frames.prescribed(&self.conditions, self.t)?;
         let (loads, rules) = (self.loads()?, self.rules()?);

@@ -4,8 +4,8 @@
 //! does no harm. Cells that a body fills and that hang together by edges are a patch: the penalty vanishes for nodal
 //! fields that are rigid on it. A body without such cells has no patch; one whose cells meet in a vertex alone has
 //! several, which that vertex joins like a hinge. Where patches share nodes the motions agree there; where conditions
-//! prescribe a velocity, they follow it. With these fields as unknowns in exchange for as many nodal ones (the hosts),
-//! 1/ε multiplies what is small of order ε alone, and rounding of 1/ε never meets the balance of forces.
+//! prescribe a velocity, they follow it. With these fields as unknowns in exchange for as many nodal ones (the
+//! exchanged dofs), 1/ε multiplies what is small of order ε alone, and rounding of 1/ε never meets the balance of forces.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,7 +20,7 @@ use crate::shape::rigid_motion;
 const RANK: f64 = 1e-9;
 /// Largest misfit of prescribed velocities, relative to the largest one, that counts as rounding.
 const MISFIT: f64 = 1e-7;
-/// Cells with this share of the area of a body's best cell can have hosts.
+/// Cells with this share of the area of a body's best cell can have exchanged dofs.
 const STRONG: f64 = 0.3;
 
 /// A nodal field in terms of free unknowns.
@@ -54,7 +54,7 @@ pub struct Kernel {
     /// Fields of the free motions, by free unknown, ascending.
     pub fields: Vec<Sparse>,
     /// As many free unknowns, ascending, whose nodal functions the fields replace.
-    pub hosts: Vec<usize>,
+    pub exchanged: Vec<usize>,
     patches: Vec<Patch>,
     clusters: Vec<Cluster>,
 }
@@ -66,18 +66,18 @@ impl Kernel {
     /// Nodes that have no components of their own.
     pub fn new(immersion: &Immersion, frames: &Frames) -> Result<Self, BodyError> {
         let patches = (0..immersion.parts.len()).flat_map(|body| patches(immersion, body)).collect();
-        let mut kernel = Self { fields: Vec::new(), hosts: Vec::new(), patches, clusters: Vec::new() };
+        let mut kernel = Self { fields: Vec::new(), exchanged: Vec::new(), patches, clusters: Vec::new() };
         let owners = kernel.owners();
         for patches in clusters(kernel.patches.len(), &owners) {
             let cluster = kernel.cluster(immersion, frames, patches, &owners)?;
             let fields: Vec<Sparse> =
                 cluster.free_motions().iter().map(|c| kernel.field(immersion, frames, &cluster.patches, c)).collect();
-            let hosts = kernel.hosts_of(immersion, frames, &cluster.patches, &fields);
+            let exchanged = kernel.exchanged_by(immersion, frames, &cluster.patches, &fields);
             kernel.fields.extend(fields);
-            kernel.hosts.extend(hosts);
+            kernel.exchanged.extend(exchanged);
             kernel.clusters.push(cluster);
         }
-        kernel.hosts.sort_unstable();
+        kernel.exchanged.sort_unstable();
         Ok(kernel)
     }
 
@@ -161,7 +161,7 @@ impl Kernel {
 
     /// Free unknowns on which the fields are independent, by elimination with the largest pivots, from cells that the
     /// bodies fill well.
-    fn hosts_of(&self, immersion: &Immersion, frames: &Frames, patches: &[usize], fields: &[Sparse]) -> Vec<usize> {
+    fn exchanged_by(&self, immersion: &Immersion, frames: &Frames, patches: &[usize], fields: &[Sparse]) -> Vec<usize> {
         let mut candidates = BTreeSet::new();
         for patch in patches.iter().map(|&patch| &self.patches[patch]) {
             let area = |cell: &usize| immersion.parts[patch.body][cell].area;

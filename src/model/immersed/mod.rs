@@ -1,16 +1,16 @@
 //! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of [`penalty`] and the bodies'
 //! own friction on top of a generalised Stokes problem [L1.13].
 //!
-//! With the [`Kernel`] of the penalty as unknowns c in exchange for the nodal unknowns of its hosts, and constraints on
-//! twists with multipliers λ,
+//! With the [`Kernel`] of the penalty as unknowns c in exchange for as many nodal ones, the exchanged dofs, and
+//! constraints on twists with multipliers λ,
 //!
 //! ```text
 //! A    KQ     −ℓᵀ     x     f
 //! QᵀK  QᵀKQ   −QᵀLᵀ   c  =  Qᵀf        v = v_D + lift + x + Qc
 //! ℓ    LQ      0      λ     target
 //! ```
-//! K is the matrix without the penalty where the kernel is rigid, and A with all of it and without the hosts. A is
-//! sparse and factorised along an elimination tree of the mesh, so that a move changes few fronts; the rest is
+//! K is the matrix without the penalty where the kernel is rigid, and A with all of it and without the exchanged dofs.
+//! A is sparse and factorised along an elimination tree of the mesh, so that a move changes few fronts; the rest is
 //! eliminated block by block. λ are the forces and torques that hold the bodies.
 
 mod balance;
@@ -56,7 +56,7 @@ pub struct Rigidity {
 
 /// A flow that carries bodies.
 #[derive(Debug, Clone)]
-pub struct Carried {
+pub struct FlowWithBodies {
     pub v: Vec<f64>,
     pub pi: Vec<f64>,
     /// Velocity and spin of every body.
@@ -129,7 +129,8 @@ impl Immersed {
         let layout = ground.layout(&neighbours);
         let structure = Structure::new("Stokes", &layout)?;
         let (stiffness, divergence) = blocks;
-        let source = Source { layout, immersion: &immersion, rigidity: &rigidity, friction, hosts: &kernel.hosts };
+        let source =
+            Source { layout, immersion: &immersion, rigidity: &rigidity, friction, exchanged: &kernel.exchanged };
         let source = Filled { source, stiffness: &stiffness, divergence: &divergence, means: &means };
         let scales = source.scales();
         let factors = Multifrontal::keeping(structure.symbolic.clone(), |e, out| source.fill_scaled(e, &scales, out))?;
@@ -160,7 +161,7 @@ impl Immersed {
         let kernel = Kernel::new(&immersion, ground.frames)?;
         let mut cells: BTreeSet<usize> = changed.into_iter().collect();
         let (old, new): (BTreeSet<_>, BTreeSet<_>) =
-            (self.kernel.hosts.iter().copied().collect(), kernel.hosts.iter().copied().collect());
+            (self.kernel.exchanged.iter().copied().collect(), kernel.exchanged.iter().copied().collect());
         let mut renewed: BTreeSet<usize> = old.symmetric_difference(&new).copied().collect();
         (self.immersion, self.kernel) = (immersion, kernel);
         let scales = self.filled(ground).scales();
@@ -183,7 +184,7 @@ impl Immersed {
         let cells: Vec<usize> = cells.iter().copied().chain(means).collect();
         let layout = ground.layout(&self.neighbours);
         let (immersion, rigidity) = (&self.immersion, &self.rigidity);
-        let source = Source { layout, immersion, rigidity, friction: self.friction, hosts: &self.kernel.hosts };
+        let source = Source { layout, immersion, rigidity, friction: self.friction, exchanged: &self.kernel.exchanged };
         let filled = Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means };
         let scales = &self.scales;
         self.share = self.factors.refactor_changed(|e, out| filled.fill_scaled(e, scales, out), &cells)?;
@@ -198,7 +199,7 @@ impl Immersed {
             immersion: &self.immersion,
             rigidity: &self.rigidity,
             friction: self.friction,
-            hosts: &self.kernel.hosts,
+            exchanged: &self.kernel.exchanged,
         };
         Filled { source, stiffness: &self.stiffness, divergence: &self.divergence, means: &self.means }
     }
@@ -215,7 +216,7 @@ impl Immersed {
         // rounding must not tell rows from columns
         let corner = (&corner + corner.transpose()) * 0.5;
         for column in &mut columns {
-            self.kernel.hosts.iter().for_each(|&host| column[host] = 0.0);
+            self.kernel.exchanged.iter().for_each(|&dof| column[dof] = 0.0);
         }
         let reach = columns.par_iter().map(|column| self.inverse(column)).collect();
         (self.columns, self.reach, self.corner) = (columns, reach, corner);
@@ -246,7 +247,7 @@ impl Immersed {
         (f, prescribed): (&[f64], &[f64]),
         loads: &[Wrench],
         rules: &[Rule],
-    ) -> Result<Carried, MomentumError> {
+    ) -> Result<FlowWithBodies, MomentumError> {
         let filled = self.filled(ground);
         let (frames, free) = (ground.frames, ground.frames.free);
         let size = filled.source.layout.first();
@@ -262,7 +263,7 @@ impl Immersed {
         let constraints = Constraints::new(self, frames, rules, &start)?;
         let mut border: Vec<f64> = self.kernel.fields.iter().map(|field| sparse_dot(field, &right)).collect();
         border.extend(&constraints.targets);
-        self.kernel.hosts.iter().for_each(|&host| right[host] = 0.0);
+        self.kernel.exchanged.iter().for_each(|&dof| right[dof] = 0.0);
         let system = Bordering::new(self, &constraints)?;
         let (x, y) = system.solve(&filled, &right, &border)?;
         let mut total = lifted;
@@ -274,7 +275,7 @@ impl Immersed {
         let pi = x[free..free + ground.pressure.dof_count()].to_vec();
         let twists = self.immersion.means.iter().map(|means| means.twist(&v)).collect();
         let holding = constraints.holding(&y[self.kernel.fields.len()..]);
-        Ok(Carried { v, pi, twists, holding })
+        Ok(FlowWithBodies { v, pi, twists, holding })
     }
 
     /// Adds to the blocks of the balance, cell after cell, the bodies' own friction in place of the fluid's and a

@@ -60,9 +60,9 @@ pub enum BodyError {
 
 /// What a body and a cell have in common.
 #[derive(Debug, Clone)]
-pub struct Part {
-    /// `∫ 2 D(v):D(w)` over the part, to be multiplied by [`Part::strength`]; `None` where the part is too small to
-    /// count.
+pub struct CoveredPart {
+    /// `∫ 2 D(v):D(w)` over the part, to be multiplied by [`CoveredPart::strength`]; `None` where the part is too
+    /// small to count.
     pub viscosity: Option<Vec<f64>>,
     /// `∫ v·w` over the part.
     pub mass: Vec<f64>,
@@ -73,7 +73,7 @@ pub struct Part {
     pub rigid: bool,
 }
 
-impl Part {
+impl CoveredPart {
     /// `1/ε_K = 1/(ε + 1 − θ)`
     pub fn strength(&self, epsilon: f64) -> f64 {
         1.0 / (epsilon + 1.0 - self.share)
@@ -114,7 +114,7 @@ pub struct Immersion {
     pub cover: Arc<Cover>,
     pub poses: Vec<Pose>,
     /// The cells of every body.
-    pub parts: Vec<BTreeMap<usize, Part>>,
+    pub parts: Vec<BTreeMap<usize, CoveredPart>>,
     pub means: Vec<Means>,
     positions: Arc<[Point]>,
 }
@@ -178,7 +178,7 @@ impl Immersion {
                     Class::Inside(_) => 1.0,
                     Class::Outside | Class::Cut(_) => f64::min(area / loops.mesh.cell_area(cell), 1.0),
                 };
-                let part = Part { viscosity: Some(viscosity), mass, area, share, rigid: false };
+                let part = CoveredPart { viscosity: Some(viscosity), mass, area, share, rigid: false };
                 self.parts[body].insert(cell, part);
             }
         }

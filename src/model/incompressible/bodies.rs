@@ -7,7 +7,7 @@ use crate::body::guide::Guide;
 use crate::form::Integrator;
 use crate::mesh::Mesh;
 use crate::model::floating::{Floating, immerse};
-use crate::model::immersed::{Carried, Rigidity};
+use crate::model::immersed::{FlowWithBodies, Rigidity};
 use crate::model::momentum::{Momentum, MomentumError};
 use crate::model::polarity::Polarity;
 use crate::shape::{Pose, Twist, Wrench};
@@ -99,7 +99,7 @@ impl Incompressible {
     ///
     /// # Panics
     /// Without bodies.
-    pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<Carried, MomentumError> {
+    pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<FlowWithBodies, MomentumError> {
         let floating = self.bodies.as_ref().expect("a tissue with bodies");
         let (guide, poses) = (&floating.guide, &floating.poses);
         let (loads, rules) = (guide.loads(poses, inputs.t)?, guide.rules(poses, inputs.t)?);

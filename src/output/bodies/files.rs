@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{CAST_FILE, Cast, Moment, write_bodies, write_contacts, write_walls};
+use super::{Moment, SOLIDS_FILE, Solids, write_bodies, write_contacts, write_walls};
 use crate::output::OutputError;
 use crate::output::frames::Frames;
 use crate::output::pvd::Series;
@@ -15,7 +15,7 @@ const CONTACT_COLUMNS: [&str; 7] = ["body", "partner", "gap", "force", "gamma", 
 
 /// What a run writes of its bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Asked {
+pub struct BodyOutputs {
     /// `bodies.pvd`, `contacts.pvd`, `bodies/*.vtp` and `bodies.csv`.
     pub bodies: bool,
     /// `contacts.csv`.
@@ -24,13 +24,13 @@ pub struct Asked {
     pub pictures: bool,
 }
 
-/// Writes what a run asks for: `bodies.json` where there are bodies, the rest as [`Asked`].
+/// Writes what a run asks for: `bodies.json` where there are bodies, the rest as [`BodyOutputs`].
 ///
 /// A moment is written once: a second call for the same step and time does nothing.
 #[derive(Debug)]
 pub struct BodyFiles {
     out: PathBuf,
-    cast: Cast,
+    solids: Solids,
     /// Of the bodies and of the contacts.
     series: Option<[Series; 2]>,
     bodies: Option<TimedTable>,
@@ -45,7 +45,7 @@ impl BodyFiles {
     ///
     /// # Errors
     /// Folders or files that cannot be written, results that cannot be continued.
-    pub fn new(out: &Path, cast: Cast, asked: Asked, resume: Option<f64>) -> Result<Self, OutputError> {
+    pub fn new(out: &Path, solids: Solids, asked: BodyOutputs, resume: Option<f64>) -> Result<Self, OutputError> {
         let folder = out.join("bodies");
         if asked.bodies {
             make_folder(&folder)?;
@@ -53,8 +53,8 @@ impl BodyFiles {
         if asked.pictures {
             make_folder(&out.join("plots"))?;
         }
-        if !cast.bodies.is_empty() {
-            cast.write(&out.join(CAST_FILE))?;
+        if !solids.bodies.is_empty() {
+            solids.write(&out.join(SOLIDS_FILE))?;
         }
         let index = |name: &str| match resume {
             Some(t) => Series::resume(&out.join(name), t),
@@ -75,14 +75,14 @@ impl BodyFiles {
                 (true, None) => Some(Frames::create(out)?),
             },
             out: out.into(),
-            cast,
+            solids,
             last: [None; 2],
         })
     }
 
     /// The bodies and walls.
-    pub fn cast(&self) -> &Cast {
-        &self.cast
+    pub fn solids(&self) -> &Solids {
+        &self.solids
     }
 
     /// Writes the polydata, their place in `bodies.pvd` and `contacts.pvd`, and the rows of the tables.
@@ -124,13 +124,13 @@ impl BodyFiles {
     /// written.
     pub fn parts(&mut self, step: usize, moment: &Moment) -> Result<Vec<(usize, String)>, OutputError> {
         let names = [format!("bodies/step-{step:06}.vtp"), format!("bodies/contacts-{step:06}.vtp")];
-        let walls = (!self.cast.walls.is_empty()).then(|| "bodies/walls.vtp".to_owned());
+        let walls = (!self.solids.walls.is_empty()).then(|| "bodies/walls.vtp".to_owned());
         if self.last[0] != Some(step) {
             make_folder(&self.out.join("bodies"))?;
             write_bodies(&self.out.join(&names[0]), moment)?;
             write_contacts(&self.out.join(&names[1]), moment)?;
             if let Some(name) = &walls {
-                write_walls(&self.out.join(name), &self.cast.walls)?;
+                write_walls(&self.out.join(name), &self.solids.walls)?;
             }
             self.last[0] = Some(step);
         }
@@ -155,7 +155,7 @@ impl BodyFiles {
 
     fn append_rows(&mut self, moment: &Moment) -> Result<(), OutputError> {
         if let Some(table) = &mut self.bodies {
-            let rows = moment.cast.bodies.iter().enumerate().map(|(k, member)| {
+            let rows = moment.solids.bodies.iter().enumerate().map(|(k, member)| {
                 let (pose, twist, load) = (&moment.poses[k], &moment.twists[k], &moment.loads[k]);
                 let (x, v, f) = (pose.position, twist.velocity, load.force);
                 let numbers = vec![x.x, x.y, pose.angle, v.x, v.y, twist.spin, f.x, f.y, load.torque];
@@ -167,7 +167,7 @@ impl BodyFiles {
             let partners: Vec<String> = moment.contacts.iter().map(|contact| moment.partner(contact)).collect();
             let rows = moment.contacts.iter().zip(&partners).map(|(contact, partner)| {
                 let numbers = vec![contact.gap, contact.force, contact.gamma, contact.point.x, contact.point.y];
-                (vec![moment.cast.bodies[contact.body].name.as_str(), partner.as_str()], numbers)
+                (vec![moment.solids.bodies[contact.body].name.as_str(), partner.as_str()], numbers)
             });
             table.append(moment.time, rows)?;
         }

@@ -1,6 +1,6 @@
 //! Rigid bodies and their contacts in files: polydata for ParaView, tables, and what a picture of them needs.
 //!
-//! A [`Cast`] is what never changes about the bodies of a run, a [`Moment`] what is known of them at one time.
+//! A [`Solids`] is what never changes about the bodies of a run, a [`Moment`] what is known of them at one time.
 //! [`BodyFiles`] writes moments on the way.
 
 mod files;
@@ -9,7 +9,7 @@ mod vtp;
 
 use std::path::Path;
 
-pub use files::{Asked, BodyFiles};
+pub use files::{BodyFiles, BodyOutputs};
 pub use picture::{Colour, Look, overlay, picture, view};
 pub use vtp::{write_bodies, write_contacts, write_walls};
 
@@ -20,8 +20,8 @@ use crate::measure::bodies::Load;
 use crate::mesh::Point;
 use crate::shape::{Pose, Shape, Twist};
 
-/// Name of the file in which a run keeps its [`Cast`].
-pub const CAST_FILE: &str = "bodies.json";
+/// Name of the file in which a run keeps its [`Solids`].
+pub const SOLIDS_FILE: &str = "bodies.json";
 
 /// A body as files and pictures know it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -34,12 +34,12 @@ pub struct Member {
 
 /// The bodies and walls of a run, without what changes in time.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-pub struct Cast {
+pub struct Solids {
     pub bodies: Vec<Member>,
     pub walls: Vec<Wall>,
 }
 
-impl Cast {
+impl Solids {
     /// Of these bodies and walls, in this order.
     pub fn new(bodies: &[Body], walls: &[Wall]) -> Self {
         let member = |body: &Body| Member {
@@ -61,7 +61,7 @@ impl Cast {
         write_whole(path, |out| serde_json::to_writer_pretty(out, self).map_err(std::io::Error::other))
     }
 
-    /// Reads a file that [`Cast::write`] wrote.
+    /// Reads a file that [`Solids::write`] wrote.
     ///
     /// # Errors
     /// [`OutputError::Io`] if the file cannot be read; [`OutputError::Malformed`] for a file of another form.
@@ -78,7 +78,7 @@ impl Cast {
 /// The bodies at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
-    pub cast: &'a Cast,
+    pub solids: &'a Solids,
     pub time: f64,
     /// One for each body, as of all lists below.
     pub poses: &'a [Pose],
@@ -97,7 +97,7 @@ impl Moment<'_> {
     /// # Panics
     /// When the lists differ in length, or a contact names a body or wall that there is not.
     pub fn check(&self, path: &Path) -> Result<(), OutputError> {
-        let count = self.cast.bodies.len();
+        let count = self.solids.bodies.len();
         assert!([self.poses.len(), self.twists.len(), self.loads.len()] == [count; 3], "lists of {count} bodies");
         let refuse = |which: String, numbers: &[(&'static str, f64)]| {
             let wrong = numbers.iter().find(|(_, value)| !value.is_finite());
@@ -107,7 +107,7 @@ impl Moment<'_> {
                 Err(OutputError::NonFiniteBody { path: path.display().to_string(), which, quantity, value, hint })
             })
         };
-        for (k, member) in self.cast.bodies.iter().enumerate() {
+        for (k, member) in self.solids.bodies.iter().enumerate() {
             let (pose, twist, load) = (&self.poses[k], &self.twists[k], &self.loads[k]);
             let numbers = [
                 ("the position", pose.position.sum()),
@@ -121,7 +121,7 @@ impl Moment<'_> {
         }
         for contact in self.contacts {
             let which =
-                format!("the contact of `{}` and `{}`", self.cast.bodies[contact.body].name, self.partner(contact));
+                format!("the contact of `{}` and `{}`", self.solids.bodies[contact.body].name, self.partner(contact));
             let place = contact.point.sum() + contact.normal.sum();
             let numbers = [
                 ("the gap", contact.gap),
@@ -137,9 +137,9 @@ impl Moment<'_> {
     /// What a contact's partner is called: the body's name, or `wall-1`, ….
     pub fn partner(&self, contact: &Contact) -> String {
         match contact.partner {
-            Partner::Body(other) => self.cast.bodies[other].name.clone(),
+            Partner::Body(other) => self.solids.bodies[other].name.clone(),
             Partner::Wall(wall) => {
-                assert!(wall < self.cast.walls.len(), "contact with wall {wall}");
+                assert!(wall < self.solids.walls.len(), "contact with wall {wall}");
                 format!("wall-{}", wall + 1)
             }
         }
@@ -156,7 +156,7 @@ impl Moment<'_> {
 
     /// The outline of a body in space; see [`Shape::outline`].
     pub fn outline(&self, body: usize, points: usize) -> Vec<Point> {
-        self.cast.bodies[body].shape.at(self.poses[body]).outline(points)
+        self.solids.bodies[body].shape.at(self.poses[body]).outline(points)
     }
 
     /// The body in which a point lies.
@@ -164,6 +164,6 @@ impl Moment<'_> {
         let inside = |(member, pose): (&Member, &Pose)| {
             (x - pose.position).norm() <= member.shape.circumradius() && member.shape.contains(pose.to_body(x))
         };
-        self.cast.bodies.iter().zip(self.poses).position(inside)
+        self.solids.bodies.iter().zip(self.poses).position(inside)
     }
 }

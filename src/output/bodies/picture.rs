@@ -52,12 +52,12 @@ impl Default for Look {
 /// # Errors
 /// [`PlotError::Window`] for positions that are not finite.
 pub fn view(moment: &Moment) -> Result<Window, PlotError> {
-    let placed = moment.cast.bodies.iter().zip(moment.poses);
+    let placed = moment.solids.bodies.iter().zip(moment.poses);
     let corners = placed.flat_map(|(member, pose)| {
         let half = Point::repeat(member.shape.circumradius());
         [pose.position - half, pose.position + half]
     });
-    let walls = moment.cast.walls.iter().flat_map(|wall| wall_line(wall, POINTS));
+    let walls = moment.solids.walls.iter().flat_map(|wall| wall_line(wall, POINTS));
     let all: Vec<Point> = corners.chain(walls).collect();
     if all.is_empty() {
         return Window::new([0.0, 0.0], [1.0, 1.0]);
@@ -78,7 +78,7 @@ pub fn picture(moment: &Moment, look: &Look) -> Result<Picture, PlotError> {
         Colour::Force => ("|f|", "bodies, contact force |f|"),
         Colour::Name => ("", "bodies"),
     };
-    let what = if moment.cast.bodies.is_empty() { "no bodies" } else { what };
+    let what = if moment.solids.bodies.is_empty() { "no bodies" } else { what };
     let largest = moving(moment).map(|k| value(moment, look.colour, k)).fold(0.0, f64::max);
     let range = look.range.unwrap_or([0.0, if largest > 0.0 { largest } else { 1.0 }]);
     let title = look.title.clone().unwrap_or_else(|| format!("{what} at t\u{a0}=\u{a0}{}", short(moment.time)));
@@ -104,7 +104,7 @@ pub fn overlay(moment: &Moment, contacts: bool) -> Vec<Layer<'static>> {
 
 fn walls(moment: &Moment) -> Vec<Layer<'static>> {
     let (mut lines, mut discs) = (Vec::new(), Vec::new());
-    for wall in &moment.cast.walls {
+    for wall in &moment.solids.walls {
         match *wall {
             Wall::Segment(_) | Wall::Hollow { .. } => lines.push(wall_line(wall, POINTS)),
             Wall::Disc { centre, radius } => discs.push((centre, radius)),
@@ -115,7 +115,7 @@ fn walls(moment: &Moment) -> Vec<Layer<'static>> {
 
 /// Those that are not fixed.
 fn moving(moment: &Moment) -> impl Iterator<Item = usize> {
-    moment.cast.bodies.iter().enumerate().filter(|(_, member)| !member.fixed).map(|(k, _)| k)
+    moment.solids.bodies.iter().enumerate().filter(|(_, member)| !member.fixed).map(|(k, _)| k)
 }
 
 /// What the colour of a body tells.
@@ -138,7 +138,7 @@ fn placed(moment: &Moment, colour: Option<Colour>) -> Vec<Placed> {
         let name = if named { member.name.clone() } else { String::new() };
         Placed { shape: member.shape.clone(), pose: moment.poses[k], fill, mark: !member.fixed, name }
     };
-    moment.cast.bodies.iter().enumerate().map(one).collect()
+    moment.solids.bodies.iter().enumerate().map(one).collect()
 }
 
 fn links(moment: &Moment) -> Layer<'static> {

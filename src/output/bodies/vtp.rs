@@ -66,7 +66,7 @@ pub fn write_contacts(path: &Path, moment: &Moment) -> Result<(), OutputError> {
     let numbers = |of: fn(&Contact) -> f64| contacts.iter().map(of).collect::<Vec<f64>>();
     let partner = |contact: &Contact| match contact.partner {
         Partner::Body(other) => other,
-        Partner::Wall(wall) => moment.cast.bodies.len() + wall,
+        Partner::Wall(wall) => moment.solids.bodies.len() + wall,
     };
     let whole = vec![
         ("body", contacts.iter().map(|contact| contact.body).collect()),

@@ -215,7 +215,7 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// Smallest and largest value that the map would show.
+    /// SmallestStep and largest value that the map would show.
     ///
     /// # Errors
     /// [`PlotError::Font`] if the embedded font cannot be read; [`PlotError::Blank`] where the scalar has no value in
@@ -251,7 +251,7 @@ impl<'a> Map<'a> {
 }
 
 impl Picture {
-    /// Smallest and largest value that is shown; NaN where a picture without a scalar shows none.
+    /// SmallestStep and largest value that is shown; NaN where a picture without a scalar shows none.
     pub fn extent(&self) -> [f64; 2] {
         self.extent
     }

@@ -28,7 +28,7 @@ use crate::run::{RunError, disk, domain, maps};
 use crate::scene::kinds::advection::AdvectionScene;
 use crate::scene::{Field as Name, Output, SceneSource, measured};
 use crate::scheme::abdf::Formula;
-use crate::scheme::pace::{Pace, Paced, Refusal};
+use crate::scheme::adaptive::{AdaptedStep, AdaptiveStep, Refusal};
 use crate::solve::axpy;
 use crate::solve::blocks::{Neighbours, neighbours};
 use crate::solve::rows::Rows;
@@ -76,7 +76,7 @@ impl Kind for AdvectionScene {
             disk::check(self.source(), written(self, mesh.cells.len() as f64), &options.out)?;
         }
         wanted.check_mesh(&mesh)?;
-        let stepper = Carried::new(self, &mesh)?;
+        let stepper = CarriedDensity::new(self, &mesh)?;
         let mut stepper = match wanted.unpack::<State>()? {
             Some(state) if state.past.iter().all(|(_, y)| y.len() == stepper.rho.values.len()) => {
                 stepper.resumed(state)
@@ -145,7 +145,7 @@ fn written(scene: &AdvectionScene, cells: f64) -> f64 {
         bodies: 0,
         checkpoint: (scene.order + 1) as f64 * n * cells,
         columns: measured(&scene.outputs).len(),
-        steps: disk::steps(scene.pace.step, scene.end, scene.max_steps),
+        steps: disk::steps(scene.bounds.step, scene.end, scene.max_steps),
         end: scene.end,
     };
     disk::bytes(&scene.outputs, &sizes)
@@ -174,14 +174,14 @@ impl AdvectionReport {
         maps::check_all_windows(&scene.outputs, scene.source(), &mesh)?;
         let disk_bytes = written(scene, cells);
         let density_unknowns = match &lacking {
-            Ok(()) => Carried::new(scene, &mesh)?.rho.values.len(),
+            Ok(()) => CarriedDensity::new(scene, &mesh)?.rho.values.len(),
             Err(_) => Space::new(&mesh, Continuity::Discontinuous, scene.degree, 1).dof_count(),
         };
         Ok(Self {
             title: scene.title.clone(),
             terms: terms(scene),
             density_unknowns,
-            steps: disk::steps(scene.pace.step, scene.end, scene.max_steps),
+            steps: disk::steps(scene.bounds.step, scene.end, scene.max_steps),
             memory_mib: bytes(scene, cells) / MIB,
             disk_mib: disk_bytes / MIB,
             remarks: remarks(scene, &mesh),
@@ -217,15 +217,15 @@ impl kinds::Report for AdvectionReport {
     }
 }
 
-/// What a checkpoint holds: times and densities, newest first, and the pace of the steps.
+/// What a checkpoint holds: times and densities, newest first, and the control of the steps.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct State {
     past: Vec<(f64, Vec<f64>)>,
-    pace: Pace,
+    step_control: AdaptiveStep,
 }
 
 /// A density on its way.
-struct Carried<'s> {
+struct CarriedDensity<'s> {
     scene: &'s AdvectionScene,
     loops: Integrator,
     neighbours: Neighbours,
@@ -248,7 +248,7 @@ fn velocity_at(scene: &AdvectionScene, space: &Arc<Space>, t: f64) -> Result<Fie
     Ok(interpolate_vector(space, |x| Point::new(v1.eval(x, t), v2.eval(x, t))))
 }
 
-impl<'s> Carried<'s> {
+impl<'s> CarriedDensity<'s> {
     fn new(scene: &'s AdvectionScene, mesh: &Arc<Mesh>) -> Result<Self, RunError> {
         let inflow = scene.inflow(&mesh.tags)?;
         let formula = |error| RunError::Formula { origin: scene.source().origin().into(), error: Box::new(error) };
@@ -259,7 +259,7 @@ impl<'s> Carried<'s> {
         let rho = start::density(&density.limiter, &scene.initial, 0.0).map_err(formula)?;
         let flow = Arc::new(Space::new(mesh, Continuity::Continuous, scene.degree + 1, 2));
         let v = velocity_at(scene, &flow, 0.0).map_err(formula)?;
-        let state = State { past: vec![(0.0, rho.values.clone())], pace: Pace::default() };
+        let state = State { past: vec![(0.0, rho.values.clone())], step_control: AdaptiveStep::default() };
         Ok(Self { scene, neighbours: neighbours(mesh), loops, density, inflow, rho, v, state })
     }
 
@@ -329,12 +329,12 @@ impl<'s> Carried<'s> {
     }
 }
 
-impl Stepper for Carried<'_> {
+impl Stepper for CarriedDensity<'_> {
     fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, Halt> {
-        let mut pace = self.state.pace.clone();
-        let paced = pace.advance((t, landing), &self.scene.pace, |t, dt| Ok((self.step(t, dt)?, true)))?;
-        let Paced { t, dt, rejected, why, done: (rho, v, iterations) } = paced;
-        self.state.pace = pace;
+        let mut control = self.state.step_control.clone();
+        let made = control.advance((t, landing), &self.scene.bounds, |t, dt| Ok((self.step(t, dt)?, true)))?;
+        let AdaptedStep { t, dt, rejected, why, done: (rho, v, iterations) } = made;
+        self.state.step_control = control;
         self.state.past.insert(0, (t, rho.values.clone()));
         self.state.past.truncate(self.scene.order);
         (self.rho, self.v) = (rho, v);

@@ -29,7 +29,7 @@ use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::given_overlap;
 use crate::scene::kinds::particles::Dynamics;
 use crate::scene::{Output, ParticlesScene, SceneSource, measured};
-use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
+use crate::scheme::adaptive::{AdaptedStep, AdaptiveStep, EASY, Refusal};
 use crate::shape::{Pose, Twist};
 
 /// What will be computed, and with how much.
@@ -40,7 +40,7 @@ pub struct ParticlesReport {
     pub bodies: usize,
     /// Bodies that forces and contact move.
     pub moving: usize,
-    /// Smallest and largest distance of a body's points from its centre.
+    /// SmallestStep and largest distance of a body's points from its centre.
     pub size: [f64; 2],
     pub area: f64,
     pub mass: f64,
@@ -78,7 +78,7 @@ pub fn report(scene: &ParticlesScene) -> Result<ParticlesReport, RunError> {
         area: bodies.iter().map(|body| body.shape.area()).sum(),
         mass: bodies.iter().map(|body| body.mass()).sum(),
         walls: scene.bodies.walls.len(),
-        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        steps: disk::steps(scene.time.bounds.step, scene.time.end, scene.time.max_steps),
         disk_mib: bytes / MIB,
         body: BodiesReport::new(&scene.bodies),
         remarks: remarks(scene),
@@ -95,7 +95,7 @@ fn written(scene: &ParticlesScene) -> f64 {
         bodies,
         checkpoint: 12.0 * bodies as f64,
         columns: measured(&scene.outputs).len(),
-        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        steps: disk::steps(scene.time.bounds.step, scene.time.end, scene.time.max_steps),
         end: scene.time.end,
     };
     disk::bytes(&scene.outputs, &sizes)
@@ -104,9 +104,9 @@ fn written(scene: &ParticlesScene) -> f64 {
 /// What is worth knowing before the run and no error.
 fn remarks(scene: &ParticlesScene) -> Vec<String> {
     let mut remarks = scene.source().notes().to_vec();
-    let steps = scene.time.end / scene.time.pace.step;
+    let steps = scene.time.end / scene.time.bounds.step;
     if steps > 1e6 && scene.time.max_steps.is_none() {
-        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.pace.step, scene.time.end));
+        remarks.push(format!("{steps:.1e} steps of {} lead to the end {}", scene.time.bounds.step, scene.time.end));
     }
     remarks.extend(given_overlap(&scene.bodies.bodies, &scene.bodies.walls));
     remarks
@@ -233,7 +233,7 @@ struct Swarm<'s> {
     scene: &'s ParticlesScene,
     t: f64,
     particles: Particles,
-    pace: Pace,
+    step_control: AdaptiveStep,
     stiffness: Stiffness,
     poses: Vec<Pose>,
     twists: Vec<Twist>,
@@ -241,7 +241,7 @@ struct Swarm<'s> {
 }
 
 /// What a checkpoint holds.
-type State = (f64, ParticleState, Vec<Contact>, Pace);
+type State = (f64, ParticleState, Vec<Contact>, AdaptiveStep);
 
 impl<'s> Swarm<'s> {
     fn new(scene: &'s ParticlesScene) -> Result<Self, RunError> {
@@ -276,7 +276,7 @@ impl<'s> Swarm<'s> {
             scene,
             t: 0.0,
             particles,
-            pace: Pace::default(),
+            step_control: AdaptiveStep::default(),
             stiffness,
             poses: Vec::new(),
             twists: Vec::new(),
@@ -291,12 +291,12 @@ impl<'s> Swarm<'s> {
         self.twists = self.particles.bodies().iter().map(|body| body.twist).collect();
     }
 
-    fn restore(&mut self, (t, state, contacts, pace): State, wanted: &Wanted) -> Result<(), RunError> {
+    fn restore(&mut self, (t, state, contacts, control): State, wanted: &Wanted) -> Result<(), RunError> {
         if state.poses.len() != self.poses.len() {
             return Err(wanted.unfit("body"));
         }
         self.particles.restore(state);
-        (self.t, self.contacts, self.pace) = (t, contacts, pace);
+        (self.t, self.contacts, self.step_control) = (t, contacts, control);
         self.take_state();
         Ok(())
     }
@@ -364,8 +364,8 @@ impl Drive for Acting<'_> {
 
 impl Stepper for Swarm<'_> {
     fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, Halt> {
-        let Self { scene, particles, pace, stiffness, .. } = self;
-        let paced = pace.advance((t, landing), &scene.time.pace, |t, dt| {
+        let Self { scene, particles, step_control: control, stiffness, .. } = self;
+        let made = control.advance((t, landing), &scene.time.bounds, |t, dt| {
             let acting = Acting { scene, t, end: t + dt };
             let failure = |error: ContactError| match error.is_cured_by_a_smaller_step() {
                 true => Refusal::Contact(error.to_string()),
@@ -379,7 +379,7 @@ impl Stepper for Swarm<'_> {
             };
             Ok((particles.step_along(stiffness, dt, &acting).map_err(failure)?, easy))
         })?;
-        let Paced { t, dt, rejected, why, done: report } = paced;
+        let AdaptedStep { t, dt, rejected, why, done: report } = made;
         (self.t, self.contacts) = (t, report.contacts);
         self.take_state();
         let notes = why.iter().map(|why| shortened(t, dt, why)).collect();
@@ -387,7 +387,7 @@ impl Stepper for Swarm<'_> {
     }
 
     fn state(&self) -> Vec<u8> {
-        let state = (self.t, self.particles.state(), &self.contacts, &self.pace);
+        let state = (self.t, self.particles.state(), &self.contacts, &self.step_control);
         postcard::to_stdvec(&state).expect("numbers are always written")
     }
 

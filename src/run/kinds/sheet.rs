@@ -11,7 +11,7 @@ use crate::run::{RunError, Setup, extremes};
 use crate::scene::Scene;
 use crate::shape::Twist;
 use crate::time::march::Counts;
-use crate::time::{Kind, March, MarchError, Sheet, StepFailure};
+use crate::time::{March, MarchError, Sheet, SheetKind, StepFailure};
 
 /// The march of a tissue.
 pub(super) struct SheetStepper<'m> {
@@ -79,7 +79,7 @@ pub(in crate::run) fn show_bodies_at_rest(
     t: f64,
     then: &mut dyn FnMut(Option<Bodies>) -> Result<(), RunError>,
 ) -> Result<(), RunError> {
-    let Kind::Incompressible(model) = model.kind() else { return then(None) };
+    let SheetKind::Incompressible(model) = model.kind() else { return then(None) };
     let Some(floating) = &model.bodies else { return then(None) };
     let twists = vec![Twist::ZERO; floating.bodies().len()];
     let holding = || Ok(model.holding(state, t)?.first().copied());

@@ -22,10 +22,10 @@ use crate::run::{RunError, Setup, extremes, report, setup};
 use crate::scene::bodies::Bodies;
 use crate::scene::maps::MapOptions;
 use crate::scene::{MapRule, Output, Scene, SceneError, SceneSource, What};
-use crate::scheme::pace::Refusal;
+use crate::scheme::adaptive::Refusal;
 use crate::shape::{Pose, Twist};
 use crate::time::march::Counts;
-use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoReferee, Referee};
+use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoCorrection, TwistCorrection};
 use crate::time::{self, March, OwnedSheet};
 
 /// Whether a scene has bodies that move.
@@ -255,7 +255,7 @@ struct Pushed {
     friction: f64,
 }
 
-impl Referee for Pushed {
+impl TwistCorrection for Pushed {
     fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, Refusal> {
         let both = self.bodies.iter().zip(poses).zip(&predicted);
         let movers: Vec<Moved> =
@@ -280,9 +280,9 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl Stepper for MovingTissue {
     fn advance(&mut self, _: f64, landing: f64) -> Result<Stride, Halt> {
-        let referee: &mut dyn Referee = match &mut self.contact {
+        let referee: &mut dyn TwistCorrection = match &mut self.contact {
             Some(pushed) => pushed,
-            None => &mut NoReferee,
+            None => &mut NoCorrection,
         };
         let report = self.march.advance(landing, &NEVER, referee);
         let report = report.map_err(|error: MovingError| Halt::from(error.to_string()))?;
@@ -312,7 +312,7 @@ impl Stepper for MovingTissue {
         let (poses, twists) = (moving.poses().to_vec(), moving.twists().to_vec());
         moving.with(|march| {
             let (state, t) = (&march.state, march.t);
-            let time::Kind::Incompressible(model) = march.model.kind() else {
+            let time::SheetKind::Incompressible(model) = march.model.kind() else {
                 unreachable!("bodies move in an incompressible sheet")
             };
             let floating = model.bodies.as_ref().expect("a tissue with bodies");

@@ -17,7 +17,7 @@ use crate::scene::kinds::stokes::{StokesFile, StokesScene};
 use crate::scene::kinds::{self, SceneKind};
 use crate::scene::path::quoted;
 use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
-use crate::scheme::pace::{PaceSettings, Smallest};
+use crate::scheme::adaptive::{SmallestStep, StepBounds};
 
 /// What forces that vary with a body's place may change of its way in a step, relative to its size.
 const TOLERANCE: f64 = 1e-3;
@@ -54,17 +54,17 @@ impl Checker<'_> {
     }
 
     /// The smallest step, given or not.
-    pub(in crate::scene) fn step_min(&self, step: f64, given: Option<f64>) -> Result<Smallest, SceneError> {
+    pub(in crate::scene) fn step_min(&self, step: f64, given: Option<f64>) -> Result<SmallestStep, SceneError> {
         let Some(step_min) = given else {
             let step_min = 1e-6 * step;
             let rule = "is so small that a millionth of it, the smallest step, is 0";
             self.require(step_min > 0.0, "time.step", shown(step), rule, "such as 0.01")?;
-            return Ok(Smallest::Default(step_min));
+            return Ok(SmallestStep::Default(step_min));
         };
         self.positive("time.step_min", step_min, "without it, a millionth of `step` is taken")?;
         let rule = format!("must not be below time.step_min = {}", shown(step_min));
         self.require(step >= step_min, "time.step", shown(step), &rule, "raise `step` or lower `step_min`")?;
-        Ok(Smallest::Given(step_min))
+        Ok(SmallestStep::Given(step_min))
     }
 
     fn motion_time(&self, table: &mut MotionTimeTable) -> Result<MotionTime, SceneError> {
@@ -80,7 +80,7 @@ impl Checker<'_> {
         self.require(holds, "time.tolerance", tolerance, "must be greater than 0 and at most 1", hint)?;
         let none = "leave it out for no limit";
         self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
-        Ok(MotionTime { pace: PaceSettings { step, step_min }, end, tolerance, max_steps: table.max_steps })
+        Ok(MotionTime { bounds: StepBounds { step, step_min }, end, tolerance, max_steps: table.max_steps })
     }
 }
 
@@ -119,7 +119,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
         tables;
     let time = checker.motion_time(&mut file.time)?;
     let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: &kinds::particles::KIND, bodies: true })?;
-    let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
+    let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let title = file.title.clone();
     Ok(ParticlesScene { title, dynamics, gravity, drag, bodies, time, outputs, resolved: file, source })
@@ -160,7 +160,7 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let time = checker.motion_time(&mut file.time)?;
     let outputs =
         checker.outputs(&file.output, Scope { tissue: None, kind: &kinds::stokes::KIND, bodies: bodies.is_some() })?;
-    let course = Course { step: time.pace.step, end: time.end, max_steps: time.max_steps };
+    let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
     Ok(StokesScene {

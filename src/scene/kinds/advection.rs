@@ -14,7 +14,7 @@ use crate::scene::path::quoted;
 use crate::scene::resolve;
 use crate::scene::source::SceneSource;
 use crate::scheme::abdf::MAX_ORDER;
-use crate::scheme::pace::PaceSettings;
+use crate::scheme::adaptive::StepBounds;
 
 /// Its row.
 pub static KIND: SceneKind = SceneKind {
@@ -43,7 +43,7 @@ pub struct AdvectionScene {
     pub boundary: BTreeMap<String, Expression>,
     /// At t = 0.
     pub initial: Expression,
-    pub pace: PaceSettings,
+    pub bounds: StepBounds,
     pub end: f64,
     /// Highest order of the A-BDF.
     pub order: usize,
@@ -161,7 +161,7 @@ impl AdvectionScene {
         checker.positive("time.end", end, "runs start at t = 0")?;
         checker.step_before_end(step, end)?;
         checker.step_counts(step, end)?;
-        let pace = PaceSettings { step, step_min: checker.step_min(step, file.time.step_min)? };
+        let bounds = StepBounds { step, step_min: checker.step_min(step, file.time.step_min)? };
         let (order, max_steps) = (file.time.order, file.time.max_steps);
         let holds = (1..=MAX_ORDER).contains(&order);
         let rule = format!("must lie between 1 and {MAX_ORDER}");
@@ -178,7 +178,7 @@ impl AdvectionScene {
             degree,
             boundary,
             initial,
-            pace,
+            bounds,
             end,
             order,
             max_steps,

@@ -13,7 +13,7 @@ use crate::scene::error::SceneError;
 use crate::scene::output::{Output, OutputTable};
 use crate::scene::resolve;
 use crate::scene::source::SceneSource;
-use crate::scheme::pace::PaceSettings;
+use crate::scheme::adaptive::StepBounds;
 
 /// Keys of `[time]` of what moves by forces and contact.
 pub const MOTION_TIME_KEYS: &[&str] = &["step", "end", "step_min", "tolerance", "max_steps"];
@@ -63,7 +63,7 @@ pub enum Dynamics {
 /// Equal steps, but for those that land on an output and those that would be too long.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionTime {
-    pub pace: PaceSettings,
+    pub bounds: StepBounds,
     pub end: f64,
     /// What forces that vary with a body's place may change of its way in a step, relative to its size.
     pub tolerance: f64,

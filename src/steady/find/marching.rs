@@ -1,12 +1,12 @@
 //! The way of time marching, the last resort: until the state is steady or repeats itself.
 
 use super::{Event, Finder, Try, Way};
-use crate::scheme::pace::Smallest;
+use crate::scheme::adaptive::SmallestStep;
 use crate::steady::oscillation::{Oscillation, Watch};
 use crate::steady::pseudo::{Pseudo, Stall, Work, relax};
 use crate::steady::spectrum::Mode;
 use crate::time::equations::Trial;
-use crate::time::memory::Memory;
+use crate::time::kept_factors::KeptFactors;
 use crate::time::{March, MarchError, MarchSettings, StepFailure};
 
 /// Residual at which time marching hands over to Newton's method.
@@ -28,7 +28,7 @@ pub(super) enum Marched {
 impl<'m> Finder<'_, 'm> {
     /// Marches in time until the state is steady or repeats itself; `mode` is one whose period has to be resolved.
     pub(super) fn by_marching(&mut self, p: &mut Vec<f64>, mode: Option<&Mode>) -> Result<Marched, Stall> {
-        self.memory = Memory::default();
+        self.kept = KeptFactors::default();
         let end = self.settings.march;
         if end <= 0.0 {
             return Ok(Marched::Neither);
@@ -91,7 +91,7 @@ impl<'m> Finder<'_, 'm> {
             growth: 1.5,
             max_steps: 30,
         };
-        let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
+        let mut work = Work { kept: &mut self.kept, phases: &mut *self.phases, interrupt: self.interrupt };
         match relax(self.model, &mut near, &settings, &mut work, &mut |_, _| {}) {
             Ok(trial) => Ok(Some(trial)),
             Err(stall @ (Stall::Interrupted | Stall::Failed(_))) => Err(stall),
@@ -106,7 +106,7 @@ fn resolving(mut settings: MarchSettings, mode: Option<&Mode>) -> MarchSettings 
         let step = std::f64::consts::TAU / omega / STEPS_PER_PERIOD;
         settings.control.step = settings.control.step.min(step);
         let step_min = settings.control.step_min.value().min(1e-6 * step);
-        settings.control.step_min = Smallest::Given(step_min);
+        settings.control.step_min = SmallestStep::Given(step_min);
     }
     settings
 }

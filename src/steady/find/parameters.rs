@@ -21,7 +21,7 @@ impl Finder<'_, '_> {
                 .map_err(StepFailure::from)?;
             let bound = if at == 1.0 { settings.residual } else { settings.residual.max(1e-6) };
             let mut guess = p.clone();
-            let mut work = Work { memory: &mut self.memory, phases: &mut *self.phases, interrupt: self.interrupt };
+            let mut work = Work { kept: &mut self.kept, phases: &mut *self.phases, interrupt: self.interrupt };
             let quick = Pseudo { residual: bound, max_steps: settings.max_steps.min(60), ..*settings };
             let found = relax(&*here, &mut guess, &quick, &mut work, &mut |_, _| steps += 1);
             match found {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::format::{Direction, Format};
-use super::how::How;
 use super::reader::{self, Column, FrameFile, Separator};
+use super::table_reading::TableReading;
 use crate::measure::measured::Bins;
 use crate::mesh::Point;
 use crate::scene::{SceneError, SceneSource};
@@ -85,7 +85,7 @@ pub struct CompareStudy {
     pub data: PathBuf,
     /// The tables, in the order of their frames.
     pub(super) files: Vec<FrameFile>,
-    pub(super) how: How,
+    pub(super) reading: TableReading,
     /// Units of length in one disc radius.
     pub length: f64,
     /// Units of velocity of the data in one of the run.
@@ -182,7 +182,7 @@ fn check(source: SceneSource, file: CompareFile) -> Result<CompareStudy, StudyEr
     if !is_pattern && !path.is_file() {
         return Err(refuse_data("there is no such file", &starts));
     }
-    let how = How::new(&source, &file, is_pattern)?;
+    let reading = TableReading::new(&source, &file, is_pattern)?;
     let files = reader::list(&path)
         .map_err(|reason| refuse_data(&format!("is no pattern: {reason}"), "such as \"piv/*.txt\""))?;
     if files.is_empty() {
@@ -193,7 +193,7 @@ fn check(source: SceneSource, file: CompareFile) -> Result<CompareStudy, StudyEr
         title: file.title,
         data: path,
         files,
-        how,
+        reading,
         length: file.length,
         speed: file.speed,
         centre: file.centre.into(),

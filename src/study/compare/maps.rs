@@ -59,7 +59,7 @@ pub(super) fn write(study: &CompareStudy, found: &Comparison, folder: &Path) -> 
     draw("difference", map)
 }
 
-/// Smallest and largest speed in the bins, of data and run.
+/// SmallestStep and largest speed in the bins, of data and run.
 fn range(found: &Comparison) -> Option<[f64; 2]> {
     let fields = std::iter::once(&found.measured).chain(found.computed.iter().map(|computed| &computed.field));
     let speeds = fields.flat_map(|field| {

@@ -3,10 +3,10 @@
 mod derive;
 mod file;
 mod format;
-mod how;
 mod maps;
 mod reader;
 mod synthesize;
+mod table_reading;
 mod tracks;
 mod velocity;
 mod write;

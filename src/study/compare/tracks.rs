@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use super::CompareStudy;
 use super::derive::{Spot, velocities};
-use super::how::{How, Told, X, Y};
-use super::reader::{self, Numbered, Rows};
+use super::reader::{self, NameNumbers, Rows};
+use super::table_reading::{TableReading, VelocitySource, X, Y};
 use crate::measure::measured::Sample;
 use crate::mesh::Point;
 use crate::study::StudyError;
@@ -40,10 +40,10 @@ impl Tracks {
     /// that is needed; fewer than two frames; no row in the box.
     pub fn read(study: &CompareStudy) -> Result<Self, StudyError> {
         let mut found = Found::default();
-        let mut names = Numbered::default();
+        let mut names = NameNumbers::default();
         for (file, number) in study.files.iter().zip(0..) {
-            let rows = reader::read(&file.path, study.how.cut, &study.how.wanted, &mut names)?;
-            found.take(&study.how, &rows, file.frame, number);
+            let rows = reader::read(&file.path, study.reading.cut, &study.reading.wanted, &mut names)?;
+            found.take(&study.reading, &rows, file.frame, number);
         }
         let (rows, notes) = found.rows(study)?;
         let samples = place(study, &rows)?;
@@ -130,16 +130,17 @@ struct Found {
 
 impl Found {
     /// Takes the rows of the file of this number.
-    fn take(&mut self, how: &How, rows: &Rows, frame: f64, file: usize) {
+    fn take(&mut self, reading: &TableReading, rows: &Rows, frame: f64, file: usize) {
         for row in &rows.values {
             self.all += 1;
-            let t = how.t.map_or(frame, |at| row[at]);
-            let v = match how.told {
-                Told::Velocity { vx, vy } => how.velocity(row[vx], row[vy]),
-                Told::Track(_) => Point::zeros(),
+            let t = reading.t.map_or(frame, |at| row[at]);
+            let v = match reading.told {
+                VelocitySource::Velocity { vx, vy } => reading.velocity(row[vx], row[vy]),
+                VelocitySource::Track(_) => Point::zeros(),
             };
-            let x = how.length(row[X], row[Y]);
-            let refused = how.keep.iter().find(|keep| !row[keep.at].is_nan() && !keep.accepted.contains(&row[keep.at]));
+            let x = reading.length(row[X], row[Y]);
+            let refused =
+                reading.keep.iter().find(|keep| !row[keep.at].is_nan() && !keep.accepted.contains(&row[keep.at]));
             if let Some(keep) = refused {
                 self.reject(&keep.name);
                 continue;
@@ -148,16 +149,16 @@ impl Found {
                 self.missing += 1;
                 continue;
             }
-            if let Told::Track(at) = how.told {
+            if let VelocitySource::Track(at) = reading.told {
                 if row[at].is_nan() {
                     self.trackless += 1;
                     continue;
                 }
                 // a track runs through files that are frames, and ends with one that has frames of its own
-                let record = if how.t.is_some() { file } else { 0 };
+                let record = if reading.t.is_some() { file } else { 0 };
                 self.tracks.push((record, row[at].to_bits()));
             }
-            self.rows.push(Row { x, t: how.time(t), v });
+            self.rows.push(Row { x, t: reading.time(t), v });
         }
     }
 
@@ -186,7 +187,7 @@ impl Found {
         if all == 0 {
             return Err(wrong(study, "has no rows".to_owned(), "one row for each cell and time".to_owned()));
         }
-        if matches!(study.how.told, Told::Track(_)) {
+        if matches!(study.reading.told, VelocitySource::Track(_)) {
             self.follow(&mut notes);
         }
         if self.rows.is_empty() {
@@ -244,8 +245,8 @@ fn place(study: &CompareStudy, rows: &[Row]) -> Result<Vec<Sample>, StudyError> 
     let sample = |row: &Row| {
         let t = frame(row.t);
         let frame = times.partition_point(|other| *other < t);
-        let x = study.how.upright(row.x - study.centre) / study.length;
-        Sample { frame, x, v: study.how.upright(row.v) / study.speed }
+        let x = study.reading.upright(row.x - study.centre) / study.length;
+        Sample { frame, x, v: study.reading.upright(row.v) / study.speed }
     };
     Ok(rows.iter().map(sample).collect())
 }

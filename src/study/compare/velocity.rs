@@ -9,7 +9,7 @@ use crate::measure::measured::{Binned, Bins, Sample};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
 use crate::run::domain::build_mesh;
-use crate::run::finished::Left;
+use crate::run::finished::FinishedRun;
 use crate::scene::Scene;
 use crate::space::{Continuity, Field, Space};
 use crate::study::StudyError;
@@ -38,7 +38,7 @@ impl RunVelocity {
     /// A folder without scene or checkpoint, files that cannot be read or do not belong together, a mesh file that has
     /// changed since.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
-        let left = Left::read(folder)?;
+        let left = FinishedRun::read(folder)?;
         let mesh = Arc::new(build_mesh(&left.scene)?);
         let space = Arc::new(Space::new(&mesh, Continuity::Continuous, left.scene.space.velocity, 2));
         let (scene, saved) = left.on(&mesh, |saved| saved.velocity.len() == space.dof_count())?;

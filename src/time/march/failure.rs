@@ -1,7 +1,7 @@
 //! Why a march ends, and what to do about it.
 
 use crate::model::momentum::MomentumError;
-use crate::scheme::pace::Smallest;
+use crate::scheme::adaptive::SmallestStep;
 use crate::solve::SolveError;
 use crate::time::coupling::{CouplingKind, StepFailure};
 
@@ -12,7 +12,7 @@ pub enum MarchError {
         "step {step} from t = {t} failed and Δt would fall below {step_min}: {}; hint: {hint}",
         without_hint(cause)
     )]
-    StepTooSmall { step: usize, t: f64, step_min: Smallest, cause: Box<StepFailure>, hint: String },
+    StepTooSmall { step: usize, t: f64, step_min: SmallestStep, cause: Box<StepFailure>, hint: String },
     #[error("stopped from outside during step {step} from t = {t}")]
     Interrupted { step: usize, t: f64 },
     #[error("step {step} from t = {t} failed: {cause}")]

@@ -6,8 +6,8 @@ use super::{Counts, March, MarchSettings, NEVER};
 use crate::model::{State, Volume};
 use crate::scheme::control::Control;
 use crate::space::Field;
-use crate::time::memory::{Memory, Origin};
-use crate::time::{CouplingKind, Kind, Phases, Sheet};
+use crate::time::kept_factors::{KeptFactors, Origin};
+use crate::time::{CouplingKind, Phases, Sheet, SheetKind};
 
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ pub struct Parked {
     saved: Checkpoint,
     pub state: State,
     phases: Phases,
-    memory: Memory,
+    kept: KeptFactors,
 }
 
 impl Parked {
@@ -64,8 +64,8 @@ impl<'m> March<'m> {
         let state = State {
             v: Field::new(model.velocity(), from.velocity),
             volume: match model.kind() {
-                Kind::Incompressible(_) => Volume::Pressure(volume),
-                Kind::Compressible(_) => Volume::Density(volume),
+                SheetKind::Incompressible(_) => Volume::Pressure(volume),
+                SheetKind::Compressible(_) => Volume::Density(volume),
             },
             p: Field::new(space, newest[newest.len() - space.dof_count()..].to_vec()),
         };
@@ -84,10 +84,10 @@ impl<'m> March<'m> {
             gain: from.gain,
             limited: from.limited,
             rate_of_p: from.rate_of_p,
-            memory: from
+            kept: from
                 .origin
                 .filter(|_| settings.coupling.kind == CouplingKind::Newton)
-                .map(|origin| Memory::restore(model, origin))
+                .map(|origin| KeptFactors::restore(model, origin))
                 .unwrap_or_default(),
         }
     }
@@ -106,22 +106,22 @@ impl<'m> March<'m> {
             gain: self.gain,
             limited: self.limited,
             quiet: self.quiet,
-            origin: self.memory.origin().cloned(),
+            origin: self.kept.origin().cloned(),
         }
     }
 
     /// Puts the march down, to be taken up with another model of the same unknowns.
     pub fn park(self) -> Parked {
         let saved = self.checkpoint();
-        Parked { settings: self.settings, saved, state: self.state, phases: self.phases, memory: self.memory }
+        Parked { settings: self.settings, saved, state: self.state, phases: self.phases, kept: self.kept }
     }
 
     /// Takes up a march with a model of the same unknowns; `forget` what was factorised for the other one.
     pub fn unpark(model: &'m dyn Sheet, parked: Parked, forget: bool) -> Self {
-        let Parked { settings, saved, state, phases, memory } = parked;
-        let memory = if forget { Memory::default() } else { memory };
+        let Parked { settings, saved, state, phases, kept } = parked;
+        let kept = if forget { KeptFactors::default() } else { kept };
         // what was factorised is here, and need not be made again from where it came from
         let march = Self::resume(model, settings, Checkpoint { origin: None, ..saved });
-        Self { state, phases, memory, ..march }
+        Self { state, phases, kept, ..march }
     }
 }

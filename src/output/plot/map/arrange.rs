@@ -40,7 +40,7 @@ pub(super) struct Arranged<'m> {
     wide: bool,
     /// None in a picture of layers alone.
     pixels: Option<Pixels>,
-    /// Smallest and largest value that has a colour; none without values, and then there is no colour bar.
+    /// SmallestStep and largest value that has a colour; none without values, and then there is no colour bar.
     extent: Option<[f64; 2]>,
     pub range: [f64; 2],
 }
@@ -94,7 +94,7 @@ impl<'m> Arranged<'m> {
         (Self { map, font, header, frame, ticks, wide, pixels: None, extent: None, range: [0.0, 1.0] }, pixels)
     }
 
-    /// Smallest and largest value that is shown, NaN without one.
+    /// SmallestStep and largest value that is shown, NaN without one.
     pub fn extent(&self) -> [f64; 2] {
         self.extent.unwrap_or([f64::NAN; 2])
     }

@@ -63,7 +63,7 @@ pub struct Link {
     pub value: f64,
 }
 
-/// Smallest and largest value of the bodies in these layers.
+/// SmallestStep and largest value of the bodies in these layers.
 pub(super) fn extent(layers: &[Layer]) -> Option<[f64; 2]> {
     let placed = layers.iter().flat_map(|layer| match layer {
         Layer::Bodies(placed) => placed.as_slice(),

@@ -147,7 +147,7 @@ fn written(scene: &StokesScene, count: &Count) -> f64 {
         bodies: scene.bodies.as_ref().map_or(0, |bodies| bodies.bodies.len()),
         checkpoint: 0.0,
         columns: measured(&scene.outputs).len(),
-        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        steps: disk::steps(scene.time.bounds.step, scene.time.end, scene.time.max_steps),
         end: scene.time.end,
     };
     disk::bytes(&scene.outputs, &sizes)
@@ -190,7 +190,7 @@ pub fn report(scene: &StokesScene) -> Result<StokesReport, RunError> {
         velocity_unknowns: count.unknowns[0] as usize,
         pressure_unknowns: count.unknowns[1] as usize,
         flow_unknowns: count.unknowns[3] as usize,
-        steps: disk::steps(scene.time.pace.step, scene.time.end, scene.time.max_steps),
+        steps: disk::steps(scene.time.bounds.step, scene.time.end, scene.time.max_steps),
         memory_mib: count.bytes / memory::MIB,
         available_mib: available.map(|bytes| bytes / memory::MIB),
         disk_mib: bytes / memory::MIB,

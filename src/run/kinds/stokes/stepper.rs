@@ -9,7 +9,7 @@ use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moving, Settings, Solver, Wall};
 use crate::measure::list::Bodies;
 use crate::mesh::Mesh;
-use crate::model::immersed::Carried;
+use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::{self, Flow};
 use crate::model::mobility::Mobility;
 use crate::model::momentum::{MomentumError, outer_force};
@@ -20,7 +20,7 @@ use crate::run::stepper::{Halt, Stepper, Stride, shortened};
 use crate::run::view::{FlowFields, View};
 use crate::scene::StokesScene;
 use crate::scene::kinds::particles::MotionTime;
-use crate::scheme::pace::{EASY, Pace, Paced, Refusal};
+use crate::scheme::adaptive::{AdaptedStep, AdaptiveStep, EASY, Refusal};
 use crate::shape::Twist;
 
 /// What a restart needs.
@@ -32,7 +32,7 @@ pub struct Checkpoint {
     /// As they are shown.
     twists: Vec<Twist>,
     contacts: Vec<Contact>,
-    pace: Pace,
+    step_control: AdaptiveStep,
 }
 
 /// A flow with its bodies, and the last good state.
@@ -44,7 +44,7 @@ pub struct FlowStepper {
     time: MotionTime,
     stiffness: Stiffness,
     /// The flow at the current time.
-    carried: Carried,
+    carried: FlowWithBodies,
     /// What a checkpoint holds.
     good: Checkpoint,
     resolution: Resolution,
@@ -98,7 +98,7 @@ impl FlowStepper {
             bonds: Bonds::default(),
             twists: carried.twists.clone(),
             contacts: Vec::new(),
-            pace: Pace::default(),
+            step_control: AdaptiveStep::default(),
         });
         let stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| model(error.into()))?;
         let time = scene.time;
@@ -163,14 +163,14 @@ impl FlowStepper {
             }
         }
         self.carried = carried;
-        let pace = self.good.pace.clone();
-        self.good = Checkpoint { t: t + dt, motion: self.flow.motion.clone(), bonds, twists, contacts, pace };
+        let step_control = self.good.step_control.clone();
+        self.good = Checkpoint { t: t + dt, motion: self.flow.motion.clone(), bonds, twists, contacts, step_control };
         Ok((iterations, easy))
     }
 }
 
 /// The flow at the current time and places.
-fn solve(flow: &Flow, parameters: &Parameters, sources: &Sources) -> Result<Carried, MomentumError> {
+fn solve(flow: &Flow, parameters: &Parameters, sources: &Sources) -> Result<FlowWithBodies, MomentumError> {
     flow.solve(&outer_force(&flow.momentum.velocity, parameters, &flow.conditions, sources, flow.t))
 }
 
@@ -181,10 +181,10 @@ fn parameters(friction: f64) -> Parameters {
 
 impl Stepper for FlowStepper {
     fn advance(&mut self, t: f64, landing: f64) -> Result<Stride, Halt> {
-        let (mut pace, settings) = (self.good.pace.clone(), self.time.pace);
-        let paced = pace.advance((t, landing), &settings, |t, dt| self.step(t, dt))?;
-        self.good.pace = pace;
-        let Paced { t, dt, rejected, why, done: iterations } = paced;
+        let (mut control, settings) = (self.good.step_control.clone(), self.time.bounds);
+        let made = control.advance((t, landing), &settings, |t, dt| self.step(t, dt))?;
+        self.good.step_control = control;
+        let AdaptedStep { t, dt, rejected, why, done: iterations } = made;
         let mut notes: Vec<String> = why.iter().map(|why| shortened(t, dt, why)).collect();
         let (mesh, bodies) = (&self.flow.loops.mesh, &self.flow.guide.bodies);
         notes.extend(self.resolution.of_bodies(mesh, bodies, &self.flow.motion.poses));

@@ -111,7 +111,7 @@ impl Wrong {
 /// # Errors
 /// A file that cannot be read or is no table, a separator that does not separate it, columns that it has not, an entry
 /// that is neither a number nor missing; with the line.
-pub fn read(file: &Path, cut: Cut, wanted: &[Wanted], names: &mut Numbered) -> Result<Rows, StudyError> {
+pub fn read(file: &Path, cut: Cut, wanted: &[Wanted], names: &mut NameNumbers) -> Result<Rows, StudyError> {
     let found = bytes::read(file).and_then(|bytes| match parquet::is_parquet(&bytes) {
         true => parquet::read(file, wanted, names),
         false => text::read(&bytes::decode(bytes)?, cut, wanted, names),
@@ -179,9 +179,9 @@ fn without_unit(name: &str) -> &str {
 
 /// Numbers of names, in the order in which they come.
 #[derive(Debug, Default)]
-pub struct Numbered(HashMap<String, usize>);
+pub struct NameNumbers(HashMap<String, usize>);
 
-impl Numbered {
+impl NameNumbers {
     fn number(&mut self, name: &str) -> f64 {
         let next = self.0.len();
         *self.0.entry(name.to_owned()).or_insert(next) as f64

@@ -9,7 +9,7 @@ use parquet::record::Field;
 use parquet::schema::types::Type;
 
 use super::separator::number;
-use super::{Numbered, Rows, Separator, Wanted, Wrong, find, is_missing};
+use super::{NameNumbers, Rows, Separator, Wanted, Wrong, find, is_missing};
 
 /// Whether these are the bytes of a Parquet file.
 pub(super) fn is_parquet(bytes: &[u8]) -> bool {
@@ -21,7 +21,7 @@ pub(super) fn is_parquet(bytes: &[u8]) -> bool {
 /// # Errors
 /// A file that was cut off or uses what this program does not know, columns that it has not, entries that are no
 /// numbers.
-pub(super) fn read(path: &Path, wanted: &[Wanted], names: &mut Numbered) -> Result<Rows, Wrong> {
+pub(super) fn read(path: &Path, wanted: &[Wanted], names: &mut NameNumbers) -> Result<Rows, Wrong> {
     let broken = |error: &ParquetError| {
         let what = format!("is a Parquet file that cannot be read ({error})");
         Wrong::new(None, what, "was it cut off? write it again, or as CSV")
@@ -56,7 +56,7 @@ pub(super) fn read(path: &Path, wanted: &[Wanted], names: &mut Numbered) -> Resu
 }
 
 /// NaN for what is missing, `None` for what is no number.
-fn value(field: &Field, column: &Wanted, names: &mut Numbered) -> Option<f64> {
+fn value(field: &Field, column: &Wanted, names: &mut NameNumbers) -> Option<f64> {
     let value = match field {
         Field::Null => return Some(f64::NAN),
         Field::Bool(value) => f64::from(u8::from(*value)),

@@ -1,7 +1,7 @@
 //! Separated texts: which line names the columns, where the numbers begin, and the numbers.
 
 use super::separator::number;
-use super::{Column, Cut, Numbered, Rows, Separator, Wanted, Wrong, find, is_missing};
+use super::{Column, Cut, NameNumbers, Rows, Separator, Wanted, Wrong, find, is_missing};
 
 /// Lines from the top among which the names of the columns are looked for.
 const HEAD: usize = 200;
@@ -44,7 +44,7 @@ struct Layout {
 /// # Errors
 /// No table, a separator that does not separate it, columns that it has not, an entry that is neither a number nor
 /// missing; with the line.
-pub(super) fn read(text: &str, cut: Cut, wanted: &[Wanted], names: &mut Numbered) -> Result<Rows, Wrong> {
+pub(super) fn read(text: &str, cut: Cut, wanted: &[Wanted], names: &mut NameNumbers) -> Result<Rows, Wrong> {
     let head: Vec<Line> = text.lines().enumerate().take(HEAD).filter_map(Line::new).collect();
     if head.is_empty() {
         return Err(Wrong::new(None, "is empty: it has no column", "name a table of positions and velocities"));
@@ -212,7 +212,7 @@ fn without_names(head: &[Line], separator: Separator, above: Option<u64>, wanted
 }
 
 /// The numbers of all rows below the head.
-fn rows(body: &str, layout: &Layout, wanted: &[Wanted], names: &mut Numbered) -> Result<Rows, Wrong> {
+fn rows(body: &str, layout: &Layout, wanted: &[Wanted], names: &mut NameNumbers) -> Result<Rows, Wrong> {
     let mut table = csv::ReaderBuilder::new()
         .delimiter(layout.separator.byte())
         .has_headers(false)
@@ -249,7 +249,7 @@ fn rows(body: &str, layout: &Layout, wanted: &[Wanted], names: &mut Numbered) ->
 struct Entries<'w> {
     layout: &'w Layout,
     wanted: &'w [Wanted],
-    names: &'w mut Numbered,
+    names: &'w mut NameNumbers,
     /// A line in which a number has a decimal comma, and one in which it has a point.
     marks: [Option<u64>; 2],
 }

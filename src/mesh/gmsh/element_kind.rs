@@ -4,13 +4,13 @@ use super::Fault;
 
 /// The kinds that are read, with their order.
 #[derive(Clone, Copy)]
-pub enum Kind {
+pub enum ElementKind {
     Point,
     Line(usize),
     Triangle(usize),
 }
 
-impl Kind {
+impl ElementKind {
     /// # Errors
     /// Elements that no mesh of triangles up to order 3 has, by name.
     pub fn of(number: i32) -> Result<Self, Fault> {

@@ -5,24 +5,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::child::{self, Ended, Job, RunSummary};
-use super::pool::{self, Gate};
+use super::memory_gate::{self, MemoryGate};
 use super::results::Found;
 use crate::output::checkpoint::Saved;
 use crate::output::lock::{LOCK, Lock};
 use crate::output::progress::Verbosity;
-use crate::output::{OutputError, say};
+use crate::output::{OutputError, console};
 use crate::run::AnyScene;
 use crate::run::{Options, estimate, kinds};
 use crate::scene::renamed;
 
 /// How runs are done.
 #[derive(Debug)]
-pub struct Workshop<'a> {
+pub struct RunLauncher<'a> {
     /// Runs are processes of this program; without one they are done in this process.
     pub program: Option<&'a Path>,
     pub threads: usize,
     /// Where more than one goes on at a time.
-    pub gate: Option<Gate>,
+    pub gate: Option<MemoryGate>,
     pub verbosity: Verbosity,
     pub interrupt: &'a AtomicBool,
 }
@@ -43,9 +43,9 @@ struct Attempt<'r> {
 
 /// A process that was killed may not be the only one: time for the same to happen to this one before it calls that a
 /// failure.
-const MOURNING: Duration = Duration::from_millis(300);
+const SIGNAL_DELAY: Duration = Duration::from_millis(300);
 
-impl Workshop<'_> {
+impl RunLauncher<'_> {
     /// Does a run, continues it, or finds it done; and the seconds that it took. `None` if it was interrupted before it
     /// could say anything. What is half done goes on from its checkpoint, but for searches for steady states, which
     /// have the same bits only when they begin anew.
@@ -63,7 +63,7 @@ impl Workshop<'_> {
         let resumable = same
             && scene.tissue().is_none_or(|scene| scene.steady.is_none())
             && Saved::read(&folder.join("checkpoint.bin")).is_ok_and(|saved| renamed::modern(&saved.scene).0 == text);
-        let pass = self.gate.as_ref().map(|gate| gate.enter(pool::need(scene).unwrap_or(0.0)));
+        let pass = self.gate.as_ref().map(|gate| gate.enter(memory_gate::need(scene).unwrap_or(0.0)));
         if self.interrupt.load(Ordering::Relaxed) {
             return Ok(None);
         }
@@ -108,7 +108,7 @@ impl Workshop<'_> {
         let verbose = self.verbosity == Verbosity::Verbose;
         let said = |line: &str| {
             if verbose {
-                say::note(&format!("{name}: {line}"));
+                console::note(&format!("{name}: {line}"));
             }
         };
         let Attempt { folder, text: scene, resume, memory, lock, .. } = *run;
@@ -124,7 +124,7 @@ impl Workshop<'_> {
     fn judge(&self, folder: &Path, ended: Ended) -> Result<Option<Found>, OutputError> {
         let interrupted = self.interrupt.load(Ordering::Relaxed) || ended.status.code() == Some(130);
         if ended.was_killed() {
-            std::thread::sleep(MOURNING);
+            std::thread::sleep(SIGNAL_DELAY);
         }
         let reason = ended.reason();
         let summary = match ended.summary {

@@ -30,7 +30,7 @@ pub(super) struct Piece {
     pub length: f64,
 }
 
-/// A wall at the joint: its normal, and the velocity along it that it asks for.
+/// A wall at the corner: its normal, and the velocity along it that it asks for.
 struct Wall {
     normal: Point,
     through: f64,

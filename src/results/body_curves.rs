@@ -1,14 +1,19 @@
 //! Curves of rigid bodies from `bodies.csv`.
 
 use super::bodies::{Track, tracks};
-use super::curves::{Drawn, Picture, What, Wish};
+use super::curves::{CurveSettings, Drawn, Picture, What};
 use super::{Results, ResultsError, label};
 use crate::output::plot::{Axis, Line, Markers, Plot, Series, Symbol};
 
 /// Most bodies of a picture.
 const MOST: usize = 12;
 
-pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mut Drawn) -> Result<(), ResultsError> {
+pub(super) fn draw(
+    runs: &[&Results],
+    labels: &[String],
+    wish: &CurveSettings,
+    drawn: &mut Drawn,
+) -> Result<(), ResultsError> {
     let (mut all, mut with) = (Vec::new(), Vec::new());
     let folders: Vec<_> = runs.iter().zip(labels).filter(|(run, _)| run.path.join("bodies.csv").exists()).collect();
     let each = (MOST / folders.len().max(1)).max(1);
@@ -57,7 +62,7 @@ pub(super) fn draw(runs: &[&Results], labels: &[String], wish: &Wish, drawn: &mu
 }
 
 /// Paths, each with a mark at its end.
-fn paths(all: &[Track], wish: &Wish) -> Vec<Series> {
+fn paths(all: &[Track], wish: &CurveSettings) -> Vec<Series> {
     let inside = |t: f64| wish.window.is_none_or(|[lo, hi]| (lo..=hi).contains(&t));
     let path = |track: &Track| {
         let rows = track.rows.iter().filter(|row| inside(row.0));

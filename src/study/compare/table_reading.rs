@@ -12,7 +12,7 @@ use crate::study::source::{below, refuse};
 
 /// What tells the velocity of a row, by the places of its columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum VelocitySource {
     Velocity { vx: usize, vy: usize },
     Track(usize),
 }
@@ -28,11 +28,11 @@ pub(super) struct Keep {
 
 /// How the table is read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct How {
+pub struct TableReading {
     pub(super) wanted: Vec<Wanted>,
     /// Place of the time among the wanted columns; without it each file is a frame.
     pub(super) t: Option<usize>,
-    pub(super) told: Told,
+    pub(super) told: VelocitySource,
     pub(super) keep: Vec<Keep>,
     pub(super) cut: Cut,
     /// Length of a pixel: the table's unit of length becomes it.
@@ -46,7 +46,7 @@ pub struct How {
 pub(super) const X: usize = 0;
 pub(super) const Y: usize = 1;
 
-impl How {
+impl TableReading {
     /// Completes what a study says by what its format means.
     ///
     /// # Errors
@@ -119,7 +119,7 @@ impl List {
         place
     }
 
-    fn motion(&mut self, columns: &Columns) -> Told {
+    fn motion(&mut self, columns: &Columns) -> VelocitySource {
         let velocity = columns.vx.is_some() || columns.vy.is_some();
         match (self.form.motion, &columns.track) {
             (Motion::Velocity(x, y), track) if velocity || track.is_none() => self.velocity(columns, x, y),
@@ -129,16 +129,16 @@ impl List {
         }
     }
 
-    fn velocity(&mut self, columns: &Columns, x: &str, y: &str) -> Told {
+    fn velocity(&mut self, columns: &Columns, x: &str, y: &str) -> VelocitySource {
         let vx = self.push("vx", columns.vx.as_ref(), x);
         let vy = self.push("vy", columns.vy.as_ref(), y);
-        Told::Velocity { vx, vy }
+        VelocitySource::Velocity { vx, vy }
     }
 
-    fn track(&mut self, given: Option<&Column>, usual: &str) -> Told {
+    fn track(&mut self, given: Option<&Column>, usual: &str) -> VelocitySource {
         let at = self.push("track", given, usual);
         self.wanted[at].names = true;
-        Told::Track(at)
+        VelocitySource::Track(at)
     }
 
     fn keep(&mut self, given: Option<&BTreeMap<String, Vec<f64>>>) -> Vec<Keep> {

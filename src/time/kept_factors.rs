@@ -17,7 +17,7 @@ use crate::space::Field;
 
 /// What is kept from step to step: factors of an earlier derivative.
 #[derive(Debug, Default)]
-pub struct Memory {
+pub struct KeptFactors {
     structure: Option<Structure>,
     lagged: Option<Lagged>,
     origin: Option<Origin>,
@@ -47,7 +47,7 @@ impl Origin {
     }
 }
 
-impl Memory {
+impl KeptFactors {
     pub(crate) fn factorise(
         &mut self,
         model: &dyn Sheet,
@@ -117,19 +117,19 @@ impl Memory {
         self.origin.as_ref()
     }
 
-    /// The memory that a checkpoint kept, with the factors made anew; an empty one where that fails.
+    /// The factors that a checkpoint tells of, made anew; none where that fails.
     pub fn restore(model: &dyn Sheet, origin: Origin) -> Self {
-        let (mut memory, mut phases) = (Self::default(), Phases::default());
-        let Ok(inputs) = model.inputs(origin.t) else { return memory };
+        let (mut kept, mut phases) = (Self::default(), Phases::default());
+        let Ok(inputs) = model.inputs(origin.t) else { return kept };
         let before = Field::new(model.velocity(), origin.before.clone());
         let (weights, history) = (origin.weights, origin.history.clone());
         let equations = Equations { model, inputs, before, weights, history };
-        let Ok(trial) = equations.evaluate(origin.y.clone(), &mut phases) else { return memory };
+        let Ok(trial) = equations.evaluate(origin.y.clone(), &mut phases) else { return kept };
         let tangent = model.tangent(&equations, &trial, weights);
-        if memory.factorise(model, &*tangent, &mut phases).is_ok() {
-            memory.origin = Some(origin);
+        if kept.factorise(model, &*tangent, &mut phases).is_ok() {
+            kept.origin = Some(origin);
         }
-        memory
+        kept
     }
 }
 
@@ -143,13 +143,13 @@ const SURPLUS: usize = 40;
 /// `∂_t y`; and the GMRES products that it took.
 pub(crate) fn correction(
     equations: &Equations,
-    memory: &mut Memory,
+    kept: &mut KeptFactors,
     (now, weights): (&Trial, Weights),
     reduction: f64,
     phases: &mut Phases,
 ) -> Result<(Vec<f64>, usize), StepFailure> {
     let right: Vec<f64> = now.residual.iter().map(|r| -r).collect();
-    Linearised::new(equations, now, weights, phases).solve(memory, &right, reduction, phases)
+    Linearised::new(equations, now, weights, phases).solve(kept, &right, reduction, phases)
 }
 
 /// The equations linearised at a trial: their exact derivative `R′ + (w − w₀) N`, with weights w of its own.
@@ -170,7 +170,7 @@ impl<'e> Linearised<'e> {
     /// are none or GMRES has become slow. The solution, and the products that it took.
     pub(crate) fn solve(
         &self,
-        memory: &mut Memory,
+        kept: &mut KeptFactors,
         right: &[f64],
         reduction: f64,
         phases: &mut Phases,
@@ -178,13 +178,13 @@ impl<'e> Linearised<'e> {
         let target = reduction * norm(right);
         let mut products = 0;
         for attempt in 0..2 {
-            if !memory.serves() || attempt == 1 {
-                self.renew(memory, phases)?;
+            if !kept.serves() || attempt == 1 {
+                self.renew(kept, phases)?;
             }
-            let lagged = memory.lagged.as_ref().expect("just made");
+            let lagged = kept.lagged.as_ref().expect("just made");
             let (delta, outcome) = phases.measure("newton solve", || self.gmres(lagged, right, target))?;
             products += outcome.iterations;
-            memory.book(outcome.iterations);
+            kept.book(outcome.iterations);
             if outcome.converged && delta.iter().all(|d| d.is_finite()) {
                 return Ok((delta, products));
             }
@@ -198,10 +198,10 @@ impl<'e> Linearised<'e> {
     }
 
     /// Makes the factors of this derivative.
-    fn renew(&self, memory: &mut Memory, phases: &mut Phases) -> Result<(), StepFailure> {
-        memory.origin = None;
-        memory.factorise(self.equations.model, &*self.tangent, phases)?;
-        memory.origin = Some(Origin {
+    fn renew(&self, kept: &mut KeptFactors, phases: &mut Phases) -> Result<(), StepFailure> {
+        kept.origin = None;
+        kept.factorise(self.equations.model, &*self.tangent, phases)?;
+        kept.origin = Some(Origin {
             y: self.at.y.clone(),
             before: self.equations.before.values.clone(),
             history: self.equations.history.clone(),

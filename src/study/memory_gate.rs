@@ -6,7 +6,7 @@ use crate::run::AnyScene;
 
 /// Lets runs in as long as their estimates fit together; one alone is always let in, and decides by itself.
 #[derive(Debug)]
-pub struct Gate {
+pub struct MemoryGate {
     /// Bytes, where the system tells.
     free: Option<f64>,
     /// Bytes that are promised, and to how many.
@@ -17,13 +17,13 @@ pub struct Gate {
 /// A run that was let in; its bytes are free again when this is dropped.
 #[derive(Debug)]
 pub struct Pass<'g> {
-    gate: &'g Gate,
+    gate: &'g MemoryGate,
     need: f64,
     /// Bytes that it may take, where it is not alone.
     pub limit: Option<f64>,
 }
 
-impl Gate {
+impl MemoryGate {
     /// With so many bytes for all.
     pub fn new(free: Option<f64>) -> Self {
         Self { free, promised: Mutex::new((0.0, 0)), changed: Condvar::new() }
@@ -67,11 +67,11 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::time::Duration;
 
-    use super::Gate;
+    use super::MemoryGate;
 
     #[test]
     fn what_does_not_fit_together_runs_one_after_the_other() {
-        let (gate, inside, most) = (Gate::new(Some(10.0)), AtomicUsize::new(0), AtomicUsize::new(0));
+        let (gate, inside, most) = (MemoryGate::new(Some(10.0)), AtomicUsize::new(0), AtomicUsize::new(0));
         std::thread::scope(|scope| {
             for _ in 0..6 {
                 scope.spawn(|| {
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_at_all_is_let_in_alone() {
-        let gate = Gate::new(Some(10.0));
+        let gate = MemoryGate::new(Some(10.0));
         assert_eq!(gate.enter(50.0).limit, None);
         let first = gate.enter(1.0);
         assert_eq!(gate.enter(2.0).limit, Some(9.0));

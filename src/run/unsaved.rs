@@ -6,28 +6,28 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-static AT_STAKE: AtomicUsize = AtomicUsize::new(0);
+static UNSAVED: AtomicUsize = AtomicUsize::new(0);
 
 /// While it lives, this process has something that only a clean end saves.
 #[derive(Debug)]
-pub struct Stake(());
+pub struct UnsavedWork(());
 
-impl Stake {
+impl UnsavedWork {
     /// From now on.
     #[allow(clippy::new_without_default)]
     pub fn new() -> Self {
-        AT_STAKE.fetch_add(1, Ordering::SeqCst);
+        UNSAVED.fetch_add(1, Ordering::SeqCst);
         Self(())
     }
 }
 
-impl Drop for Stake {
+impl Drop for UnsavedWork {
     fn drop(&mut self) {
-        AT_STAKE.fetch_sub(1, Ordering::SeqCst);
+        UNSAVED.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
 /// Whether a clean end is worth waiting for.
-pub fn is_anything_at_stake() -> bool {
-    AT_STAKE.load(Ordering::SeqCst) > 0
+pub fn has_unsaved_work() -> bool {
+    UNSAVED.load(Ordering::SeqCst) > 0
 }

@@ -6,22 +6,22 @@ use super::schedule::{plain, trim};
 
 /// Bounds of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PaceSettings {
+pub struct StepBounds {
     /// First and largest step.
     pub step: f64,
-    pub step_min: Smallest,
+    pub step_min: SmallestStep,
 }
 
 /// The step below which a run fails; equal where the lengths are, whoever chose them.
 #[derive(Debug, Clone, Copy)]
-pub enum Smallest {
+pub enum SmallestStep {
     /// `time.step_min`
     Given(f64),
     /// A millionth of `time.step`.
     Default(f64),
 }
 
-impl Smallest {
+impl SmallestStep {
     /// Its length.
     pub fn value(self) -> f64 {
         match self {
@@ -30,13 +30,13 @@ impl Smallest {
     }
 }
 
-impl PartialEq for Smallest {
+impl PartialEq for SmallestStep {
     fn eq(&self, other: &Self) -> bool {
         self.value() == other.value()
     }
 }
 
-impl std::fmt::Display for Smallest {
+impl std::fmt::Display for SmallestStep {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Given(step) => write!(f, "`time.step_min` = {step:.1e}"),
@@ -60,7 +60,7 @@ pub enum Refusal {
 
 /// The current step, and the row of easy steps behind it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Pace {
+pub struct AdaptiveStep {
     /// The step where it is shorter than the longest.
     short: Option<f64>,
     easy: usize,
@@ -85,7 +85,7 @@ const HINT: &str =
 
 /// A step that was made.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Paced<T> {
+pub struct AdaptedStep<T> {
     pub t: f64,
     pub dt: f64,
     /// Steps that were too long before it.
@@ -95,14 +95,14 @@ pub struct Paced<T> {
     pub done: T,
 }
 
-impl Default for Pace {
+impl Default for AdaptiveStep {
     /// Starts with the longest step.
     fn default() -> Self {
         Self { short: None, easy: 0, wait: AFTER_CONTACT, after_force: AFTER_FORCE }
     }
 }
 
-impl Pace {
+impl AdaptiveStep {
     /// Makes one step from `t`, trimmed to land on `landing`, halved as long as `attempt` refuses; it tells whether the
     /// step was easy.
     ///
@@ -111,9 +111,9 @@ impl Pace {
     pub fn advance<T>(
         &mut self,
         (t, landing): (f64, f64),
-        settings: &PaceSettings,
+        settings: &StepBounds,
         mut attempt: impl FnMut(f64, f64) -> Result<(T, bool), Refusal>,
-    ) -> Result<Paced<T>, String> {
+    ) -> Result<AdaptedStep<T>, String> {
         let (mut rejected, mut why) = (0, None);
         self.short = self.short.filter(|short| *short < settings.step);
         loop {
@@ -123,7 +123,7 @@ impl Pace {
                     self.accept(easy, settings);
                     // so that no rounding piles up before an output
                     let t = if dt == landing - t { landing } else { plain(t + dt, 0.0) };
-                    return Ok(Paced { t, dt, rejected, why, done });
+                    return Ok(AdaptedStep { t, dt, rejected, why, done });
                 }
                 Err(Refusal::Failure(reason)) => return Err(reason),
                 Err(Refusal::Force(reason)) => {
@@ -148,7 +148,7 @@ impl Pace {
         }
     }
 
-    fn accept(&mut self, easy: bool, settings: &PaceSettings) {
+    fn accept(&mut self, easy: bool, settings: &StepBounds) {
         self.easy = if easy { self.easy + 1 } else { 0 };
         if self.easy >= self.wait {
             (self.short, self.easy) = (self.short.map(|short| 2.0 * short).filter(|step| *step < settings.step), 0);
