@@ -312,7 +312,7 @@ fn shapes_that_are_none() {
     wrong(disc, &regular("sides = 2, radius = 0.1"), &[&at("sides"), "between 3 and 100"]);
     wrong(disc, &regular("sides = 6, radius = 0"), &[&at("radius"), "greater than 0"]);
     wrong(disc, &regular("sides = 6, radius = 0.1, rounding = -0.1"), &[&at("rounding"), "0 keeps sharp corners"]);
-    wrong(disc, &regular("sides = 6, radius = 0.1, rounded = 0.1"), &["rounded", "did you mean `rounding`?"]);
+    wrong(disc, &regular("sides = 6, radius = 0.1, roundin = 0.1"), &["roundin", "did you mean `rounding`?"]);
 }
 
 #[test]
