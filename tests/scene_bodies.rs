@@ -310,12 +310,13 @@ fn shapes_that_are_none() {
     wrong(disc, &polygon("[[0, 0], [1, 0], [2, 0]]"), &["not convex at vertex 0"]);
     wrong(disc, &polygon("[[0, 0], [2, 0], [1, 0.5], [2, 2]]"), &["not convex", "(1, 0.5)"]);
     wrong(disc, &polygon("[[0, 1], [0.6, -0.8], [-0.95, 0.3], [0.95, 0.3], [-0.6, -0.8]]"), &["winds round"]);
+    wrong(disc, "{ hexagon = { radius = 0.1 } }", &["`body.0.shape.hexagon`", "did you mean `regular-polygon`?"]);
     let regular = |keys: &str| format!("{{ regular-polygon = {{ {keys} }} }}");
     let at = |key: &str| format!("`body.0.shape.regular-polygon.{key}`");
     wrong(disc, &regular("sides = 2, radius = 0.1"), &[&at("sides"), "between 3 and 100"]);
     wrong(disc, &regular("sides = 6, radius = 0"), &[&at("radius"), "greater than 0"]);
     wrong(disc, &regular("sides = 6, radius = 0.1, rounding = -0.1"), &[&at("rounding"), "0 keeps sharp corners"]);
-    wrong(disc, &regular("sides = 6, radius = 0.1, rounded = 0.1"), &["rounded", "did you mean `rounding`?"]);
+    wrong(disc, &regular("sides = 6, radius = 0.1, roundin = 0.1"), &["roundin", "did you mean `rounding`?"]);
 }
 
 #[test]

@@ -245,7 +245,8 @@ fn walls_that_resist_hold_tissue_without_a_substrate() {
 #[test]
 fn the_energy_law_closes_with_what_walls_take() {
     let parameters = Parameters { elastic_force: ElasticForce::Energy, ..ACTIVE };
-    for mesh in [square(3), mesh("shape = \"disc\"\nh = 0.5")] {
+    // straight cells: on others the budget is as exact as its quadrature
+    for mesh in [square(3), mesh("shape = \"disc\"\nh = 0.5\ncurved = 1")] {
         let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| friction("2 + x"))).unwrap();
         let p = Field::new(&model.polarity.space, random(model.polarity.space.dof_count(), 3));
         let inputs = model.inputs(0.0).unwrap();
@@ -285,7 +286,7 @@ fn the_work_on_a_sheet_that_can_be_squeezed_goes_where_the_budget_says() {
         let state = State::compressible(v, rho, p);
         let budget = Budget::at(&sheet, &state, &vec![0.0; sheet.polarity.space.dof_count()], 0.0);
         let taken = budget.line("budget_friction") + budget.line("budget_viscosity") + budget.wall_friction;
-        let tolerance = if slip == SlipTreatment::Rotated { 1e-12 } else { 1e-5 };
+        let tolerance = if slip == SlipTreatment::Rotated { 1e-10 } else { 1e-5 };
         assert!(budget.wall_friction > 1e-3 * work, "walls take too little to tell: {budget:?}");
         assert!((taken - work).abs() < tolerance * work, "{slip:?}: {taken} of {work}");
     }

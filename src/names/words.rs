@@ -230,7 +230,8 @@ pub(super) const WORDS: &[Row] = &[
     // bodies
     ("disc capsule", "circle sphere disk round", "disc"),
     ("disc capsule", "rod spherocylinder stadium pill", "capsule"),
-    ("disc capsule", "box rectangle square triangle hexagon", "polygon"),
+    ("disc capsule", "hexagon pentagon octagon ngon equilateral", "regular-polygon"),
+    ("disc capsule", "box rectangle square triangle", "polygon"),
     ("disc capsule", "oval", "ellipse"),
     ("shape position", "x centre center location pos at", "position"),
     ("shape position", "theta rotation orientation phi", "angle"),

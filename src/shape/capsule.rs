@@ -28,7 +28,7 @@ pub struct CapsuleTable {
 }
 
 impl Described for CapsuleTable {
-    const EXAMPLES: &'static [&'static str] = &["length = 0.5\nradius = 0.1", "length = 0.7\nradius = 0.01"];
+    const EXAMPLES: &'static [&'static str] = &["length = 0.5\nradius = 0.1", "length = 0.6\nradius = 0.03"];
 
     fn make<R: Rules>(&self, rules: &R) -> Result<(Shape, Option<Point>), R::Error> {
         let half_length = 0.5 * rules.length("length", self.length, LENGTH)?;

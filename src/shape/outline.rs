@@ -151,7 +151,7 @@ impl Placed<'_> {
         self.shape.outline(n).into_iter().map(|x| self.pose.to_space(x)).collect()
     }
 
-    /// As [`Shape::boundary`], in space.
+    /// As [`Form::boundary`](super::Form::boundary), in space.
     pub fn boundary(&self) -> Vec<Piece> {
         let (pose, angle) = (self.pose, self.pose.angle);
         let placed = |piece: &Piece| piece.mapped(|x| pose.to_space(x), |y| turned(y, angle));
