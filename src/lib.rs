@@ -26,6 +26,7 @@ pub mod mesh;
 pub mod model;
 pub mod names;
 pub mod output;
+#[cfg(feature = "html")]
 pub mod report;
 pub mod results;
 pub mod run;

@@ -9,7 +9,7 @@ use super::StudyError;
 use super::branch_file::{BranchStudy, ParameterScale};
 use super::table::{refuse_occupied, write_rows, write_study};
 use crate::output::lock::{self, Room};
-use crate::output::plot::{Line, Markers, Plot, Scale, Series, Symbol};
+use crate::output::plot::{Line, Markers, Plot, Scale, Series, Symbol, if_drawn};
 use crate::output::progress::{Progress, Verbosity};
 use crate::output::{OutputError, number as number_of};
 use crate::results::names;
@@ -225,7 +225,7 @@ impl Diagram {
     fn write(&self, study: &BranchStudy, out: &Path) -> Result<(), StudyError> {
         write_rows(&out.join("branches.csv"), &self.rows())?;
         let plot = self.plot(study);
-        plot.write(&out.join("branches")).map_err(|error| OutputError::Malformed {
+        if_drawn(plot.write(&out.join("branches"))).map_err(|error| OutputError::Malformed {
             path: out.join("branches.svg").display().to_string(),
             what: error.to_string(),
             hint: "the table beside it is complete",

@@ -6,7 +6,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::child::RunSummary;
-use super::columns::{Column, write_csv, write_parquet};
+#[cfg(feature = "parquet")]
+use super::columns::write_parquet;
+use super::columns::{Column, write_csv};
 use super::sweep_file::{Case, SweepStudy};
 use crate::measure::Measure;
 use crate::measure::errors::{ErrorField, Norm};
@@ -322,6 +324,7 @@ pub fn write(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), Output
 ///
 /// # Errors
 /// A file that cannot be written.
+#[cfg(feature = "parquet")]
 pub fn write_typed(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), OutputError> {
     write_parquet(path, &table(study, rows))
 }

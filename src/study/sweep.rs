@@ -179,6 +179,7 @@ pub(super) fn write_tables(study: &SweepStudy, out: &Path, rows: &[Row], last: b
     results::write(study, rows, &out.join("results.csv"))?;
     richardson::write(study, rows, &out.join("richardson.csv"))?;
     if last {
+        #[cfg(feature = "parquet")]
         results::write_typed(study, rows, &out.join("results.parquet"))?;
         figures::write(study, rows, out)?;
     }

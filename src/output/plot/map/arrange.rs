@@ -31,7 +31,7 @@ const SIMPLER: f64 = 0.08;
 const EDGE_GREY: Rgb = [0x88, 0x88, 0x88];
 
 /// A map whose scalar was sampled.
-pub(super) struct Arranged<'m> {
+pub(in crate::output::plot) struct Arranged<'m> {
     map: &'m Map<'m>,
     font: &'m Font,
     header: Header,
