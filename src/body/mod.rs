@@ -51,6 +51,22 @@ pub struct Body {
 }
 
 impl Body {
+    /// A free body of density 1, at rest, on which nothing acts.
+    pub fn new(name: impl Into<String>, shape: Shape, start: Pose) -> Self {
+        Self {
+            name: name.into(),
+            key: String::new(),
+            shape,
+            hold: Hold::Free,
+            density: 1.0,
+            force: [0.0, 0.0].map(Expression::constant),
+            torque: Expression::constant(0.0),
+            friction: 0.0,
+            start,
+            start_twist: Twist::ZERO,
+        }
+    }
+
     /// Mass `m`.
     pub fn mass(&self) -> f64 {
         self.density * self.shape.area()

@@ -218,6 +218,15 @@ impl Expression {
     }
 }
 
+/// A formula without parameters: `"1 - y^2".parse()?`.
+impl std::str::FromStr for Expression {
+    type Err = ExpressionError;
+
+    fn from_str(text: &str) -> Result<Self, ExpressionError> {
+        Self::parse(text, &[])
+    }
+}
+
 impl fmt::Debug for Expression {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "Expression(`{}`)", self.text)

@@ -53,6 +53,43 @@ pub struct Conditions {
 }
 
 impl Conditions {
+    /// A condition of the velocity, a polarity that is free, and no inflow.
+    pub fn new(velocity: VelocityCondition) -> Self {
+        Self { velocity, polarity: PolarityCondition::Neumann, density: None }
+    }
+
+    /// A wall along which tissue slides: `v·n = 0`, `(n·σ)·t = 0`.
+    pub fn slip() -> Self {
+        Self::new(VelocityCondition::Slip)
+    }
+
+    /// A wall to which tissue sticks: `v = 0`.
+    pub fn no_slip() -> Self {
+        Self::flow([0.0, 0.0].map(Expression::constant))
+    }
+
+    /// A given velocity: `v = v_D`.
+    pub fn flow(velocity: [Expression; 2]) -> Self {
+        Self::new(VelocityCondition::Dirichlet(velocity))
+    }
+
+    /// An end through which tissue passes as it likes: `n·σ = 0`.
+    pub fn open() -> Self {
+        Self::new(VelocityCondition::Traction([0.0, 0.0].map(Expression::constant)))
+    }
+
+    /// The same with a given polarity: `p = p_D`.
+    #[must_use]
+    pub fn with_polarity(self, polarity: [Expression; 2]) -> Self {
+        Self { polarity: PolarityCondition::Dirichlet(polarity), ..self }
+    }
+
+    /// The same with the density of what flows in, `ρ_in`.
+    #[must_use]
+    pub fn with_density(self, density: Expression) -> Self {
+        Self { density: Some(density), ..self }
+    }
+
     /// `ρ_in(x, t)`; 0 where nothing flows in.
     pub fn inflow(&self, x: Point, t: f64) -> f64 {
         self.density.as_ref().map_or(0.0, |density| density.eval(x, t))

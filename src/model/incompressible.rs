@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::boundary::{Conditions, VelocityCondition};
+pub use super::description::{Degrees, Description};
 use super::floating::{Floating, immerse};
 use super::formulas::check_formulas;
 use super::immersed::{Carried, Rigidity};
 use super::lagged::{Found, Layout, Structure};
-use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
+use super::momentum::{Momentum, MomentumError, outer_force};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::scales::{Scales, relative};
@@ -25,15 +26,6 @@ use crate::shape::{Pose, Twist};
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
 
-/// Polynomial degrees of the fields; those of fields that a model does not have do not matter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Degrees {
-    pub velocity: usize,
-    pub pressure: usize,
-    pub density: usize,
-    pub polarity: usize,
-}
-
 /// All that is given from outside at one time.
 #[derive(Debug, Clone)]
 pub struct Inputs {
@@ -46,17 +38,6 @@ pub struct Inputs {
     pub density: Vec<f64>,
     /// `v_D` at the nodes.
     pub prescribed: Vec<f64>,
-}
-
-/// All that defines a problem besides its mesh.
-#[derive(Debug, Clone)]
-pub struct Description {
-    pub parameters: Parameters,
-    pub degrees: Degrees,
-    /// One per mesh tag.
-    pub conditions: Vec<Conditions>,
-    pub sources: Sources,
-    pub slip: SlipTreatment,
 }
 
 /// The semi-discrete incompressible system   [7.11]

@@ -4,6 +4,7 @@ mod beside;
 pub mod boundary;
 pub mod closed;
 pub mod compressible;
+pub mod description;
 pub mod floating;
 pub mod formulas;
 pub mod frames;
@@ -26,6 +27,9 @@ pub mod tangent;
 pub mod terms;
 
 pub use boundary::{Conditions, PolarityCondition, VelocityCondition};
+pub use compressible::Compressible;
+pub use description::{Degrees, Description};
+pub use incompressible::Incompressible;
 pub use manufactured::Exact;
 pub use parameters::{DensityLaw, ElasticForce, ModelKind, ModelScene, Parameters};
 pub use sources::Sources;

@@ -25,12 +25,16 @@ use crate::space::Space;
 use factors::{System, factorise};
 
 /// How `v·n = 0` is imposed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum SlipTreatment {
     /// Nodal unknowns in the frame of the exact normal.
+    #[default]
     Rotated,
-    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3], `ε_r` in units of `√|Ω|`.
-    Penalty { epsilon: f64 },
+    /// `(1/ε_r) ∫ (v·n)(w·n) ds`   [10.3]
+    Penalty {
+        /// `ε_r`, in units of `√|Ω|`.
+        epsilon: f64,
+    },
 }
 
 impl SlipTreatment {

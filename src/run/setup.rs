@@ -371,17 +371,12 @@ fn check_inflow(scene: &Scene, mesh: &Mesh, measure: &'static str, axis: f64) ->
 
 /// The problem in the model's terms.
 pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
+    let crate::scene::Space { velocity, pressure, density, polarity, slip } = scene.space;
     Description {
-        parameters: scene.parameters,
-        degrees: Degrees {
-            velocity: scene.space.velocity,
-            pressure: scene.space.pressure,
-            density: scene.space.density,
-            polarity: scene.space.polarity,
-        },
-        conditions: mesh.tags.iter().map(|tag| scene.boundary[tag].clone()).collect(),
+        degrees: Degrees { velocity, pressure, density, polarity },
         sources: scene.sources.clone(),
-        slip: scene.space.slip,
+        slip,
+        ..Description::new(mesh, scene.parameters, |tag| scene.boundary[tag].clone())
     }
 }
 

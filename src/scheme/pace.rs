@@ -22,6 +22,11 @@ pub enum Smallest {
 }
 
 impl Smallest {
+    /// A millionth of `time.step`, where nothing is said.
+    pub fn of(step: f64) -> Self {
+        Self::Default(1e-6 * step)
+    }
+
     /// Its length.
     pub fn value(self) -> f64 {
         match self {

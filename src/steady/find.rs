@@ -40,6 +40,13 @@ pub struct SteadySettings {
     pub march: f64,
 }
 
+impl Default for SteadySettings {
+    /// A residual of 1e-9, six eigenvalues, and no marching as the last resort.
+    fn default() -> Self {
+        Self { residual: 1e-9, step: 1.0, max_steps: 300, want: Want::Stable, eigenvalues: 6, march: 0.0 }
+    }
+}
+
 /// The ways to a steady state, in the order in which they are tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]

@@ -29,6 +29,15 @@ pub struct CouplingSettings {
     pub kind: CouplingKind,
 }
 
+impl Default for CouplingSettings {
+    /// Newton's method to 1e-8, the thesis' bounds else.
+    fn default() -> Self {
+        let tolerance: f64 = 1e-8;
+        let accept = tolerance.sqrt();
+        Self { tolerance, accept, diverged: 1e4, max_iterations: 100, kind: CouplingKind::Newton }
+    }
+}
+
 /// How the next iterate follows from the last ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CouplingKind {

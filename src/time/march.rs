@@ -32,6 +32,17 @@ pub struct MarchSettings {
 }
 
 impl MarchSettings {
+    /// The BDF of an order with the largest step `Δt_0 = step`; all else as in a scene that does not speak of it.
+    pub fn new(order: usize, step: f64) -> Self {
+        Self {
+            order,
+            control: ControlSettings::new(step),
+            alternate: 1.0,
+            coupling: CouplingSettings::default(),
+            density_implicit: false,
+        }
+    }
+
     /// Δt of step `index` (from 0) where the step control has `step`.
     pub fn length(&self, step: f64, index: usize) -> f64 {
         let r = self.alternate;

@@ -21,9 +21,10 @@ pub use viscous::Viscous;
 
 use super::boundary::VelocityCondition;
 use super::closed::ClosedParts;
+use super::description::Description;
 use super::formulas::{check_formulas, check_inflow};
 use super::frames::Frames;
-use super::incompressible::{Description, Inputs};
+use super::incompressible::Inputs;
 use super::lagged::{Found, Layout, Structure};
 use super::limiter::NegativeMean;
 use super::momentum::{MomentumError, SlipTreatment, check_held, outer_force, tagged};

@@ -28,6 +28,13 @@ pub struct Settings {
     pub order: usize,
 }
 
+impl Default for Settings {
+    /// ε = 1e-8, and the second order.
+    fn default() -> Self {
+        Self { epsilon: 1e-8, order: 2 }
+    }
+}
+
 /// A Stokes flow with bodies, at one time.
 #[derive(Debug)]
 pub struct Flow {
