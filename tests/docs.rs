@@ -51,3 +51,28 @@ fn every_factor_of_a_term_is_on_the_page_of_scenes() {
         assert!(page.contains(&row), "docs/scene.md has no row\n{row}");
     }
 }
+
+/// Lines of a program that is shown, without those that only its test needs.
+fn shown(text: &str) -> usize {
+    text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with("# ")).count()
+}
+
+#[test]
+fn programs_that_are_shown_are_short() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let ring = std::fs::read_to_string(root.join("examples/ring.rs")).unwrap();
+    assert!(ring.lines().count() <= 25, "a ring of tissue takes {} lines", ring.lines().count());
+    let mut longest = 0;
+    for file in sources(&root.join("src")) {
+        let text = std::fs::read_to_string(&file).unwrap();
+        let docs = text.lines().map(|line| line.trim_start()).filter_map(|line| line.strip_prefix("//!"));
+        let docs: Vec<&str> = docs.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect();
+        // what stands between two fences
+        for example in docs.join("\n").split("\n```\n").skip(1).step_by(2) {
+            let count = shown(example);
+            assert!(count <= 30, "{} shows a program of {count} lines", file.display());
+            longest = longest.max(count);
+        }
+    }
+    assert!(longest > 20, "no example was found");
+}

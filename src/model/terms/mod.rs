@@ -6,6 +6,42 @@
 //! `summary.json` say. A term that is off is neither assembled nor stored.
 //!
 //! A new term is a constant in the file of its equation and its name in the list there.
+//!
+//! A term is a value, which can be tried before it is listed; its derivative is that of differences:
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use monolayer::form::{Bilinear, Faces, Integrator, mass, words::Vector};
+//! use monolayer::mesh::{Point, generate::MeshScene};
+//! use monolayer::model::Parameters;
+//! use monolayer::model::terms::{At, Functional, Given, Sum, Term, Weak};
+//! use monolayer::solve::sparse::Matrix;
+//! use monolayer::space::{Continuity, Space, project};
+//!
+//! /// `(|p|²p|q)`, and `(|p|²δp + 2(p·δp)p|q)`
+//! const TERMS: &[Term<Vector>] = &[Term { name: "drag", weak: Weak::Functional(DRAG), ..Term::PLAIN }];
+//! const DRAG: Functional<Vector> = Functional {
+//!     value: |&At { p, .. }| mass::load(&p.space, 9, |x| p.vector(&x.site).norm_squared() * p.vector(&x.site)),
+//!     by_polarity: |&At { p, .. }| {
+//!         let slope = |p: Point, d: Point| p.norm_squared() * d + 2.0 * p.dot(&d) * p;
+//!         Bilinear::cells(12, move |x| move |d: Vector, q: Vector| slope(p.vector(&x.site), d.value).dot(&q.value))
+//!     },
+//!     ..Functional::NOTHING
+//! };
+//! let mesh = Arc::new(MeshScene::of("square").with("n", 2).build()?);
+//! let space = Arc::new(Space::new(&mesh, Continuity::Discontinuous, 3, 2));
+//! let (loops, given) = (Integrator::new(&mesh), Given::new(&mesh, &[], Faces::NONE, None, 0.0));
+//! let p = |s: f64| project::interpolate_vector(&space, |x| Point::new(x.y + s, x.x - s * x.y));
+//! let value = |s| loops.vector(&Sum::of(&[TERMS]).value(&At::new(&Parameters::PLAIN, &p(s), &given)), &space);
+//! let (here, size) = (p(0.0), space.dof_count());
+//! let form = Sum::of(&[TERMS]).by_polarity(&At::new(&Parameters::PLAIN, &here, &given));
+//! let along: Vec<f64> = p(1.0).values.iter().zip(&here.values).map(|(a, b)| a - b).collect();
+//! let slope = Matrix::from_triplets(size, size, &loops.triplets(&form, &space, &space)).times(&along);
+//! let differences = value(1e-3).into_iter().zip(value(-1e-3)).map(|(a, b)| (a - b) / 2e-3);
+//! assert!(differences.zip(slope).all(|(a, b)| (a - b).abs() < 1e-6));
+//! # Ok::<(), monolayer::mesh::MeshError>(())
+//! ```
 
 mod at;
 pub mod factor;
