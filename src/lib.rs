@@ -14,7 +14,7 @@
 //! | measure the order of a form of my own | [`form`] (with an example) |
 //! | add a term to the equations | [`model::terms`] (with an example) |
 //! | put rigid bodies into a Stokes flow | [`model::immersed::flow`] (with an example) |
-//! | move bodies that touch | [`contact::particles`] (with an example) |
+//! | move bodies that touch | [`contact`] (with an example) |
 //! | measure something | [`measure::list`], which has every measure, and [`measure`] |
 //! | draw a field or a curve | [`output::plot::map`], [`output::plot`] |
 //! | write files for ParaView | [`output::vtk`] |

@@ -6,7 +6,7 @@
 
 pub mod guide;
 pub mod motion;
-pub mod stiffness;
+pub(crate) mod stiffness;
 
 use crate::expression::Expression;
 use crate::mesh::Point;

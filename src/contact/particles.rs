@@ -7,33 +7,6 @@
 //! and the same for spin, moment of inertia and torque. A step takes the forces at its beginning, projects the
 //! velocities that they give, and moves with the projected ones. Inertial bodies whose forces vary with their place,
 //! and that nothing touches in a step, follow them within the step instead.
-//!
-//! A row of discs falls to the floor, and the floor carries their weight:
-//!
-//! ```
-//! use monolayer::contact::particles::{Dynamics, Particle, Particles};
-//! use monolayer::contact::{Settings, Solver, Wall};
-//! use monolayer::mesh::Point;
-//! use monolayer::shape::{Pose, Shape, Twist};
-//!
-//! let disc = |k: usize| {
-//!     let position = Point::new(0.01 * k as f64, 0.3 + 0.25 * k as f64);
-//!     Particle::new(format!("disc-{k}"), Shape::Disc { radius: 0.1 }, Pose { position, angle: 0.0 })
-//! };
-//! let floor = Wall::Segment([Point::new(-2.0, 0.0), Point::new(2.0, 0.0)]);
-//! let solver = Solver::new(&[floor], Settings::default())?;
-//! let bodies: Vec<Particle> = (0..3).map(disc).collect();
-//! let mass = bodies[0].mass;
-//! let mut particles = Particles::new(bodies, Dynamics::Inertial { drag: 1.0 }, solver)?;
-//! let weight = move |_: usize, _: f64, _: &Pose, _: &Twist| [0.0, -mass, 0.0];
-//! let mut last = particles.step(0.01, &weight)?;
-//! for _ in 0..2000 {
-//!     last = particles.step(0.01, &weight)?;
-//! }
-//! assert!(last.overlap() < 1e-9 && last.kinetic_energy < 1e-6, "{last:?}");
-//! assert!((last.wall_force.y + 3.0 * mass).abs() < 1e-3 * mass, "{}", last.wall_force);
-//! # Ok::<(), monolayer::contact::ContactError>(())
-//! ```
 
 use serde::{Deserialize, Serialize};
 

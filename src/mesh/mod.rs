@@ -11,7 +11,7 @@ pub mod geometry;
 pub mod gmsh;
 pub mod locate;
 pub mod quality;
-pub mod refine;
+pub(crate) mod refine;
 
 use std::collections::HashMap;
 

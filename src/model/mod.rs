@@ -2,24 +2,24 @@
 
 mod beside;
 pub mod boundary;
-pub mod closed;
+pub(crate) mod closed;
 pub mod compressible;
 pub mod description;
 pub mod floating;
-pub mod formulas;
+pub(crate) mod formulas;
 pub mod frames;
 pub mod immersed;
 pub mod incompressible;
 pub mod lagged;
 pub mod limiter;
 pub mod manufactured;
-pub mod mobility;
+pub(crate) mod mobility;
 pub mod momentum;
 pub mod parameters;
 pub mod passive;
 pub mod polarity;
 pub mod rotation;
-pub mod scales;
+pub(crate) mod scales;
 pub mod sources;
 pub mod start;
 pub mod state;

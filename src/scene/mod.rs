@@ -18,7 +18,7 @@ mod resolve;
 mod source;
 pub mod start;
 pub mod stokes;
-pub mod tables;
+pub(crate) mod tables;
 mod translate;
 
 use std::collections::BTreeMap;

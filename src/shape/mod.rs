@@ -1,6 +1,6 @@
 //! Rigid bodies as geometry: shapes by distance and outline, poses, twists.
 
-pub mod distance;
+pub(crate) mod distance;
 mod kinds;
 pub mod outline;
 mod pose;

@@ -10,7 +10,7 @@ pub mod dissection;
 mod front;
 pub mod krylov;
 pub mod multifrontal;
-pub mod rows;
+pub(crate) mod rows;
 mod separator;
 pub mod sparse;
 pub mod symbolic;

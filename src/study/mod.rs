@@ -1,22 +1,22 @@
 //! Many computations from one file: sequences of meshes and steps for orders of convergence, sweeps over a scene's
 //! values, branches of steady states.
 
-pub mod axes;
+pub(crate) mod axes;
 pub mod branch;
 pub mod branch_file;
 pub mod check;
 pub mod child;
 pub mod columns;
 pub mod compare;
-pub mod expected;
-pub mod figures;
-pub mod file;
+pub(crate) mod expected;
+pub(crate) mod figures;
+pub(crate) mod file;
 mod forms;
 mod one;
 pub mod order;
 mod pool;
 pub mod results;
-pub mod richardson;
+pub(crate) mod richardson;
 pub mod slurm;
 mod source;
 pub mod sweep;

@@ -17,8 +17,8 @@ mod balance;
 mod border;
 mod constraints;
 pub mod flow;
-pub mod kernel;
-pub mod penalty;
+pub(crate) mod kernel;
+pub(crate) mod penalty;
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! Rigid bodies, walls and contact of a scene, checked.
 
-pub mod place;
-pub mod tables;
+pub(crate) mod place;
+pub(crate) mod tables;
 
 use std::collections::BTreeMap;
 
