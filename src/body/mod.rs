@@ -22,9 +22,19 @@ pub enum Hold {
     /// It may only turn about a point of it, given in the body's frame.
     Pinned(Point),
     /// Velocity and spin are formulas of t (and of the position and angle, `x`, `y`, `theta`).
-    Held { velocity: [Expression; 2], spin: Expression },
+    Held {
+        /// V, of the centre.
+        velocity: [Expression; 2],
+        /// ω
+        spin: Expression,
+    },
     /// Position and angle are formulas of t.
-    Path { position: [Expression; 2], angle: Expression },
+    Path {
+        /// Of the centre.
+        position: [Expression; 2],
+        /// Counterclockwise.
+        angle: Expression,
+    },
 }
 
 /// A rigid body. Everything is dimensionless.
@@ -34,7 +44,9 @@ pub struct Body {
     pub name: String,
     /// Its table in the scene, such as `body.0`, for messages; may be empty.
     pub key: String,
+    /// Its outline, in its own frame.
     pub shape: Shape,
+    /// Who decides about its motion.
     pub hold: Hold,
     /// Mass per area; inertia counts in `particles` only.
     pub density: f64,

@@ -7,8 +7,11 @@ use super::Partner;
 /// A place where a body touches something: pairs of flat sides have two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Key {
+    /// The first body of the pair, of the lower index.
     pub body: usize,
+    /// What it touches.
     pub partner: Partner,
+    /// Which of these two.
     pub slot: u32,
 }
 

@@ -62,9 +62,19 @@ pub enum Wall {
     /// Bodies stay on the left of the directed segment, or touch its ends.
     Segment([Point; 2]),
     /// Bodies stay outside.
-    Disc { centre: Point, radius: f64 },
+    Disc {
+        /// Its middle.
+        centre: Point,
+        /// Bodies keep this far from the middle.
+        radius: f64,
+    },
     /// Bodies stay inside.
-    Hollow { centre: Point, radius: f64 },
+    Hollow {
+        /// Its middle.
+        centre: Point,
+        /// Bodies stay within this distance of the middle.
+        radius: f64,
+    },
 }
 
 /// How bodies that meet part again.
@@ -74,13 +84,18 @@ pub enum Law {
     Inelastic,
     /// They stay together until they have been pulled as much as they were pressed [L4, L5]; `γ ≥ γ_min`, the threshold
     /// of roughness, `−∞` for smooth bodies.
-    Gluey { gamma_min: f64 },
+    Gluey {
+        /// At most 0.
+        gamma_min: f64,
+    },
 }
 
 /// What a body touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Partner {
+    /// Another body, by its number.
     Body(usize),
+    /// A wall, by its number.
     Wall(usize),
 }
 
@@ -89,6 +104,7 @@ pub enum Partner {
 pub struct Contact {
     /// The first body, of the lower index.
     pub body: usize,
+    /// What it touches.
     pub partner: Partner,
     /// Gap `D` after the step.
     pub gap: f64,

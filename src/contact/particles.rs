@@ -21,9 +21,15 @@ use crate::shape::{Pose, Shape, Twist, perpendicular, turned};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dynamics {
     /// Inertia, and drag per mass (at least 0).
-    Inertial { drag: f64 },
+    Inertial {
+        /// γ_d, at least 0.
+        drag: f64,
+    },
     /// No inertia: drag per mass (> 0) balances the forces.
-    Overdamped { drag: f64 },
+    Overdamped {
+        /// γ_d, greater than 0.
+        drag: f64,
+    },
 }
 
 /// What decides about a body's motion.
@@ -72,14 +78,19 @@ impl<F: Fn(usize, f64, &Pose, &Twist) -> [f64; 3]> Drive for F {
 /// A body and its state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Particle {
+    /// What messages call it.
     pub name: String,
+    /// Its outline, in its own frame.
     pub shape: Shape,
     /// Mass, > 0.
     pub mass: f64,
     /// Moment of inertia about the centre, > 0.
     pub inertia: f64,
+    /// Who decides about its motion.
     pub motion: Motion,
+    /// Where it is.
     pub pose: Pose,
+    /// How it moves.
     pub twist: Twist,
 }
 
@@ -99,9 +110,13 @@ impl Particle {
 /// All that changes: with it the same bodies go on to the bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParticleState {
+    /// t
     pub time: f64,
+    /// Where the bodies are.
     pub poses: Vec<Pose>,
+    /// How they move.
     pub twists: Vec<Twist>,
+    /// Of gluey contact: how much each pair was pressed.
     pub bonds: Bonds,
 }
 
@@ -120,6 +135,7 @@ pub struct StepReport {
     pub gap: f64,
     /// `½ Σ m|V|² + ½ Σ Iω²` over all bodies.
     pub kinetic_energy: f64,
+    /// What the projection took.
     pub effort: Effort,
 }
 
@@ -162,14 +178,17 @@ impl Particles {
         Ok(particles)
     }
 
+    /// The bodies with their states.
     pub fn bodies(&self) -> &[Particle] {
         &self.bodies
     }
 
+    /// Time of the state.
     pub fn time(&self) -> f64 {
         self.time
     }
 
+    /// What solves contact, with its walls and settings.
     pub fn solver(&self) -> &Solver {
         &self.solver
     }

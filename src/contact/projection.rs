@@ -45,6 +45,7 @@ pub struct Problem {
     pub metric: Vec<f64>,
     /// `u*`
     pub target: Vec<f64>,
+    /// The constraints `w = B u + c ≥ 0`.
     pub rows: Vec<Row>,
     /// Relative residual that the balance `M (u − u*) = Bᵀμ` may keep.
     pub tolerance: f64,

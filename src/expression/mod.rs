@@ -27,6 +27,7 @@ use tree::{Tree, Variable};
 
 /// What can be wrong with a formula.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum ExpressionError {
     #[error("`{text}` is no formula: at character {column}, {what}; hint: {hint}")]
     Syntax { text: String, column: usize, what: String, hint: String },

@@ -61,6 +61,7 @@ impl BitOr for Faces {
 
 /// A quadrature point of a cell.
 pub struct CellPoint<'t> {
+    /// Cell, place and tabulated values.
     pub site: Site<'t>,
     /// Quadrature weight times `det J`.
     pub weight: f64,
@@ -68,7 +69,9 @@ pub struct CellPoint<'t> {
 
 /// A quadrature point of a face.
 pub struct FacePoint<'t> {
+    /// On the side that the normal leaves.
     pub minus: Site<'t>,
+    /// On the side to which the normal points; none on the boundary.
     pub plus: Option<Site<'t>>,
     /// Index of the face in the mesh.
     pub face: usize,
@@ -89,6 +92,7 @@ pub struct FacePoint<'t> {
 /// part. `ϖ_S` stays that of whole cells.
 #[derive(Debug, Clone)]
 pub struct Integrator {
+    /// What is integrated over.
     pub mesh: Arc<Mesh>,
     /// `|∂K|/|K|` of every cell.
     ratios: Arc<[f64]>,

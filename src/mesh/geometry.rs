@@ -8,7 +8,9 @@ use crate::element::{basis, quadrature};
 /// Isoparametric geometry of one cell: degree and node positions in the order of [`basis::node_indices`].
 #[derive(Debug, Clone)]
 pub struct Nodes {
+    /// Polynomial degree of the map.
     pub degree: usize,
+    /// In the order of [`basis::node_indices`].
     pub positions: Vec<Point>,
 }
 
@@ -16,7 +18,12 @@ pub struct Nodes {
 #[derive(Debug, Clone, Copy)]
 pub enum CellMap<'m> {
     /// `x = origin + J ξ`.
-    Affine { origin: Point, jacobian: Matrix2<f64> },
+    Affine {
+        /// Image of the corner (0, 0).
+        origin: Point,
+        /// The edges from that corner, as columns.
+        jacobian: Matrix2<f64>,
+    },
     /// `x = Σ_i N_i(ξ) X_i`.
     Isoparametric(&'m Nodes),
 }

@@ -46,7 +46,9 @@ pub enum PolarityCondition {
 /// The conditions of a tag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conditions {
+    /// One of the velocity.
     pub velocity: VelocityCondition,
+    /// One of the polarity.
     pub polarity: PolarityCondition,
     /// `ρ_in`, the density of what flows in; `None` on slip and in the incompressible sheet.
     pub density: Option<Expression>,
@@ -262,7 +264,9 @@ fn vector(key: &str, values: &VectorFormula, parameters: &[(&str, f64)]) -> Resu
 /// A condition as the file has it: a name, or a table of one name with two formulas.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedCondition {
+    /// Such as `slip`.
     pub name: String,
+    /// What it prescribes, where it prescribes something.
     pub values: Option<VectorFormula>,
 }
 

@@ -29,6 +29,7 @@ use crate::space::{Continuity, Field, Space};
 /// All that is given from outside at one time.
 #[derive(Debug, Clone)]
 pub struct Inputs {
+    /// The time.
     pub t: f64,
     /// `(f_v|w) + ∫_Γ g·w`
     pub force: Vec<f64>,
@@ -43,14 +44,19 @@ pub struct Inputs {
 /// The semi-discrete incompressible system   [7.11]
 #[derive(Debug)]
 pub struct Incompressible {
+    /// The numbers of the model.
     pub parameters: Parameters,
+    /// One for each tag.
     pub conditions: Vec<Conditions>,
+    /// What enters from outside.
     pub sources: Sources,
     /// Over the whole mesh.
     pub loops: Integrator,
     /// What covers a part of it.
     pub bodies: Option<Arc<Floating>>,
+    /// The Stokes system, factorised.
     pub momentum: Arc<Momentum>,
+    /// The equation of the polarity.
     pub polarity: Polarity,
     /// `|Ω|`
     pub area: f64,

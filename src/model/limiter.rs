@@ -56,10 +56,13 @@ pub struct Limited {
      smaller `time.step` or a finer mesh there"
 )]
 pub struct NegativeMean {
+    /// Its number.
     pub cell: usize,
     /// Mean of the corners of the cell.
     pub x: f64,
+    /// Second coordinate.
     pub y: f64,
+    /// The mean density.
     pub mean: f64,
 }
 

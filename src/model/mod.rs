@@ -41,6 +41,7 @@ use crate::mesh::Point;
 
 /// A rule of the model that a value breaks. `key` is relative to the table that was checked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 #[error("`{key}` = {value}: {rule}; hint: {hint}")]
 pub struct ModelError {
     pub key: String,

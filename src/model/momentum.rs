@@ -49,6 +49,7 @@ impl SlipTreatment {
 
 /// Why the momentum balance could not be set up or solved.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum MomentumError {
     #[error(transparent)]
     Solve(#[from] SolveError),
@@ -86,9 +87,13 @@ fn of_every(part: &str) -> &'static str {
 /// `2(D(v)|D(w)) + C_F(v|w) + b(w,Π) = F(w)`, `b(v,ξ) = 0`   [7.11a], [7.11b]
 #[derive(Debug)]
 pub struct Momentum {
+    /// The space of v.
     pub velocity: Arc<Space>,
+    /// The space of Π.
     pub pressure: Arc<Space>,
+    /// How `v·n = 0` is imposed.
     pub slip: SlipTreatment,
+    /// Where `v·n` is an unknown of its own.
     pub frames: Frames,
     /// The parts in which the pressure is determined up to a constant, and has zero mean.
     pub closed: ClosedParts,
@@ -100,7 +105,9 @@ pub struct Momentum {
     gradient: Matrix,
     /// `b(v,ξ)`.
     divergence: Matrix,
+    /// `(v|w)`
     pub velocity_mass: Matrix,
+    /// `(Π|χ)`
     pub pressure_mass: Matrix,
     system: System,
     /// Factorised masses of the stationary residuals, free velocity unknowns and pressure.

@@ -23,6 +23,7 @@ pub struct Saved {
     pub scene: String,
     /// [`crate::mesh::Mesh::fingerprint`] of the mesh that the state lives on.
     pub mesh: u64,
+    /// All that the march needs.
     pub march: Checkpoint,
     /// Follows the rest in the file, which may end before it.
     #[serde(skip)]

@@ -110,7 +110,9 @@ pub enum Line {
     /// Solid with the first six colours, dashed with the other six.
     #[default]
     Auto,
+    /// Through all points.
     Solid,
+    /// Through all points, with gaps.
     Dashed,
     /// None: every point has its marker, and no points are joined.
     None,
@@ -122,8 +124,11 @@ pub enum Markers {
     /// One of twelve, which goes with the colour.
     #[default]
     Auto,
+    /// A line alone.
     None,
+    /// Of the series' colour.
     Filled(Symbol),
+    /// An outline of the series' colour.
     Open(Symbol),
     /// Open, with the name of the series beside each instead of in the legend: a time on a curve.
     Named(Symbol),
@@ -132,11 +137,17 @@ pub enum Markers {
 /// Shape of a marker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symbol {
+    /// Round.
     Circle,
+    /// With four corners, on a side.
     Square,
+    /// Pointing up.
     Triangle,
+    /// With four corners, on one of them.
     Diamond,
+    /// Pointing down.
     TriangleDown,
+    /// With five points.
     Star,
 }
 

@@ -17,18 +17,26 @@ use bar::Bar;
 /// How much is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
+    /// Errors alone.
     Quiet,
+    /// A bar, or a line now and then.
     Normal,
+    /// A line for every step.
     Verbose,
 }
 
 /// One line about the state of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Status {
+    /// Steps that were accepted.
     pub step: usize,
+    /// Time that was reached.
     pub t: f64,
+    /// Time at which the run ends at the latest.
     pub end: f64,
+    /// Length of the last step.
     pub dt: f64,
+    /// Iterations that it took.
     pub iterations: usize,
     /// Residual of the stationary equations, where it is known.
     pub residual: Option<f64>,

@@ -54,6 +54,7 @@ pub use table::Table;
 
 /// Why results cannot be shown.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum ResultsError {
     #[error("{folder}: {what}; hint: {hint}")]
     Folder { folder: String, what: String, hint: &'static str },

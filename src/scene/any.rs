@@ -14,7 +14,9 @@ use super::{Scene, SceneKind};
 pub enum AnyScene {
     /// A sheet of tissue: `incompressible` or `compressible`.
     Tissue(Box<Scene>),
+    /// A Stokes flow that carries rigid bodies.
     Stokes(Box<StokesScene>),
+    /// Rigid bodies without a flow.
     Particles(Box<ParticlesScene>),
 }
 

@@ -28,6 +28,7 @@ pub enum SceneKind {
 }
 
 impl SceneKind {
+    /// Every kind of scene.
     pub const ALL: [SceneKind; 3] = [SceneKind::Tissue, SceneKind::Stokes, SceneKind::Particles];
 
     /// By the text of `model.kind`.

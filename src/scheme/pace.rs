@@ -9,6 +9,7 @@ use super::schedule::{plain, trim};
 pub struct PaceSettings {
     /// First and largest step.
     pub step: f64,
+    /// The step below which a run fails.
     pub step_min: Smallest,
 }
 
@@ -91,12 +92,15 @@ const HINT: &str =
 /// A step that was made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Paced<T> {
+    /// Time after the step.
     pub t: f64,
+    /// Its length.
     pub dt: f64,
     /// Steps that were too long before it.
     pub rejected: usize,
     /// Why the first of them was, where the step was not short already.
     pub why: Option<String>,
+    /// What the attempt has made.
     pub done: T,
 }
 

@@ -6,20 +6,26 @@ use crate::mesh::Point;
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
+    /// All points within a distance of the centre.
     Disc {
+        /// That distance.
         radius: f64,
     },
     /// Semi-axes along the frame's axes.
     Ellipse {
+        /// Half of its length along its first axis and across.
         semi_axes: [f64; 2],
     },
     /// All points within `radius` of the segment from `(−half_length, 0)` to `(half_length, 0)`.
     Capsule {
+        /// From its centre to the centres of its caps.
         half_length: f64,
+        /// Half of its width.
         radius: f64,
     },
     /// Convex, counterclockwise, about the centre of its area.
     Polygon {
+        /// Counterclockwise, about the centre of area.
         vertices: Vec<Point>,
     },
 }

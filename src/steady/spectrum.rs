@@ -39,6 +39,7 @@ pub struct Mode {
 pub struct Disc {
     /// Its centre σ.
     pub shift: f64,
+    /// Its radius.
     pub radius: f64,
     /// Dimension of the Krylov space.
     pub dimension: usize,
@@ -74,6 +75,7 @@ impl Stability {
 pub struct Spectrum {
     /// Largest real part first.
     pub modes: Vec<Mode>,
+    /// Where no eigenvalue can have been missed.
     pub searched: Vec<Disc>,
 }
 

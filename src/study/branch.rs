@@ -33,6 +33,7 @@ pub struct Diagram {
     pub measures: Vec<Vec<BTreeMap<&'static str, f64>>>,
     /// Branches that begin and were not followed, for there are `max_branches`.
     pub left: usize,
+    /// Wall seconds that it took.
     pub seconds: f64,
     /// Whether somebody stopped it.
     pub interrupted: bool,

@@ -13,7 +13,9 @@ use crate::output::{OutputError, number};
 /// A column; `None` where there is nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
+    /// At its head.
     pub name: String,
+    /// Its entries, one for each row.
     pub cells: Cells,
 }
 
@@ -22,6 +24,7 @@ pub struct Column {
 pub enum Cells {
     /// A number that is not finite counts as missing.
     Numbers(Vec<Option<f64>>),
+    /// Whole numbers.
     Counts(Vec<Option<i64>>),
     /// An empty text counts as missing.
     Texts(Vec<Option<String>>),

@@ -41,6 +41,7 @@ pub use tradeoff_file::TradeoffStudy;
 
 /// Why a study cannot begin or be written; a run that fails is a row of its tables.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum StudyError {
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),

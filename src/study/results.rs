@@ -32,7 +32,9 @@ pub enum Found {
 /// A run of a sweep and what it left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
+    /// Which run.
     pub case: Case,
+    /// What came of it.
     pub found: Found,
     /// What the program said in notes.
     pub said: Vec<String>,
@@ -45,6 +47,7 @@ pub struct Row {
 /// How a run of a study with warm starts began.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Start {
+    /// That of the state with which the run began.
     pub branch: Branch,
     /// `‖p − p_n‖/‖p_n‖` in L², p_n the polarity of the neighbour that it began with.
     pub distance: Option<f64>,

@@ -23,9 +23,11 @@ use crate::space::Field;
 pub struct MarchSettings {
     /// Order b of the BDF, 1 to 6; the start uses `b_n = min(n, b)`.
     pub order: usize,
+    /// How long steps are.
     pub control: ControlSettings,
     /// Ratio in which successive steps alternate about the step control's Δt; 1 for equal steps.
     pub alternate: f64,
+    /// How a step is solved.
     pub coupling: CouplingSettings,
     /// Whether a density is marched by the implicit BDF alone, never by A-BDF(θ*).
     pub density_implicit: bool,
@@ -57,11 +59,17 @@ pub struct StepReport {
     pub step: usize,
     /// Time reached.
     pub t: f64,
+    /// Δt
     pub dt: f64,
+    /// Of the BDF in this step.
     pub order: usize,
+    /// k
     pub iterations: usize,
+    /// `e_k`, the last increment.
     pub increment: f64,
+    /// `η_k = −log10(e_k/e_1)`
     pub rate: f64,
+    /// Whether the tolerance was reached; else the step was accepted at k_max.
     pub converged: bool,
     /// Halvings before this step was accepted.
     pub rejected: usize,
@@ -69,6 +77,7 @@ pub struct StepReport {
 
 /// Why the march cannot go on; the last good state is kept.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum MarchError {
     #[error(
         "step {step} from t = {t} failed and Δt would fall below {step_min}: {}; hint: {hint}",
@@ -108,9 +117,13 @@ fn without_hint(cause: &StepFailure) -> String {
 /// Totals over a run, resumed parts included.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
+    /// Accepted steps.
     pub steps: usize,
+    /// Steps that were tried in vain.
     pub rejected: usize,
+    /// Of accepted steps.
     pub nonlinear_iterations: usize,
+    /// Of the linear solves of the polarity.
     pub polarity_linear_iterations: usize,
     /// Steps that were accepted at k_max without reaching the tolerance.
     pub accepted_late: usize,
@@ -123,17 +136,23 @@ pub struct Counts {
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
+    /// Time of the state.
     pub t: f64,
+    /// Totals up to here.
     pub counts: Counts,
+    /// The step control.
     pub control: Control,
     /// Times and carried vectors, newest first; the newest is the current state.
     pub past: Vec<(f64, Vec<f64>)>,
+    /// Coefficients of v.
     pub velocity: Vec<f64>,
     /// Pressure or density.
     pub volume: Vec<f64>,
+    /// `∂_t p`
     pub rate_of_p: Vec<f64>,
     /// Mass at the start and gained since at the times of `past`, and what is gained per time now.
     pub gained: Vec<f64>,
+    /// Net mass that enters per time.
     pub gain: f64,
     /// Cells whose density was limited in the last step.
     pub limited: usize,
@@ -151,6 +170,7 @@ pub(super) type Entry = (Counts, Control, Option<Origin>);
 pub struct Parked {
     settings: MarchSettings,
     saved: Checkpoint,
+    /// Its fields.
     pub state: State,
     phases: Phases,
     memory: Memory,
@@ -174,11 +194,17 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 /// A march in progress.
 #[derive(Debug)]
 pub struct March<'m> {
+    /// What is marched.
     pub model: &'m dyn Sheet,
+    /// How.
     pub settings: MarchSettings,
+    /// Time of the state.
     pub t: f64,
+    /// Its fields.
     pub state: State,
+    /// Totals so far.
     pub counts: Counts,
+    /// Where time was spent.
     pub phases: Phases,
     /// Steps in a row with `|dF/dt|` below its bound.
     pub quiet: usize,

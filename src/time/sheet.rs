@@ -42,6 +42,7 @@ impl Weights {
 /// What a step is accepted with.
 #[derive(Debug, Clone)]
 pub struct Settled {
+    /// Its fields.
     pub state: State,
     /// Cells whose density was limited.
     pub limited: usize,
@@ -52,7 +53,9 @@ pub struct Settled {
 /// A model, by its kind.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind<'m> {
+    /// Of density 1.
     Incompressible(&'m Incompressible),
+    /// With a density of its own.
     Compressible(&'m Compressible),
 }
 
@@ -84,10 +87,13 @@ pub trait Passes {
 pub trait Sheet: Debug + Sync {
     /// Which one it is.
     fn kind(&self) -> Kind<'_>;
+    /// The numbers of the model.
     fn parameters(&self) -> &Parameters;
     /// One per mesh tag.
     fn conditions(&self) -> &[Conditions];
+    /// What enters the equations from outside.
     fn sources(&self) -> &Sources;
+    /// The loops over the mesh.
     fn loops(&self) -> &Integrator;
     /// `|Ω|`
     fn area(&self) -> f64;

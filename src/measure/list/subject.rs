@@ -21,11 +21,15 @@ use crate::time::{Kind, Sheet};
 /// The domain of a tissue: what stays while its state changes.
 #[derive(Debug, Clone, Copy)]
 pub struct Domain<'a> {
+    /// What is solved on it.
     pub model: &'a dyn Sheet,
+    /// Its cells.
     pub mesh: &'a Arc<Mesh>,
+    /// Finds the cell of a point.
     pub locator: &'a Locator,
     /// Of the disc, which axes refer to.
     pub centre: [f64; 2],
+    /// Of the same disc.
     pub radius: f64,
     /// The largest `x₁`.
     pub end: f64,
@@ -38,10 +42,13 @@ pub struct Domain<'a> {
 /// A tissue in a state.
 #[derive(Clone, Copy)]
 pub struct Tissue<'a> {
+    /// Where it is.
     pub domain: &'a Domain<'a>,
     /// With the parameters of the state; its mesh is that of the domain.
     pub model: &'a dyn Sheet,
+    /// Its fields.
     pub state: &'a State,
+    /// The time of the state.
     pub t: f64,
     /// `∂_t p`
     pub rate_of_p: &'a [f64],
@@ -63,6 +70,7 @@ pub struct OfMarch {
 /// A flow.
 #[derive(Clone, Copy)]
 pub struct Flow<'a> {
+    /// Its velocity.
     pub v: &'a Field,
     /// Over what flows: all of the mesh that no body covers.
     pub loops: &'a Integrator,
@@ -71,6 +79,7 @@ pub struct Flow<'a> {
 /// Rigid bodies.
 #[derive(Clone, Copy)]
 pub struct Bodies<'a> {
+    /// What they are.
     pub bodies: &'a [Body],
     /// One for each body.
     pub poses: &'a [Pose],

@@ -50,17 +50,27 @@ pub const VACUUM: f64 = 1e-12;
 /// The semi-discrete compressible system   [7.34]
 #[derive(Debug)]
 pub struct Compressible {
+    /// The numbers of the model.
     pub parameters: Parameters,
+    /// One for each tag.
     pub conditions: Vec<Conditions>,
+    /// What enters from outside.
     pub sources: Sources,
+    /// Over the mesh.
     pub loops: Integrator,
+    /// Continuous, with two components.
     pub velocity: Arc<Space>,
+    /// Where `v·n` is an unknown of its own.
     pub frames: Frames,
+    /// How `v·n = 0` is imposed.
     pub slip: SlipTreatment,
+    /// `(v|w)`
     pub velocity_mass: Matrix,
     /// Of the free velocities, for the stationary residuals.
     residual_mass: Factored,
+    /// The equation of the density.
     pub density: Density,
+    /// The equation of the polarity.
     pub polarity: Polarity,
     /// `|Ω|`
     pub area: f64,
@@ -71,6 +81,7 @@ pub struct Compressible {
 
 /// Why there is no flow for a density and a polarity.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum FlowError {
     #[error(transparent)]
     Density(#[from] NegativeMean),

@@ -30,7 +30,9 @@ use crate::space::Field;
 pub struct Squeezed {
     /// The density before the limiter, and what the limiter did.
     pub u: Field,
+    /// The density, limited, with its derivative.
     pub limited: Limited,
+    /// The matrix of the flow in it, factorised.
     pub viscous: Viscous,
     /// `L_h/B`
     pub molecular: Option<Field>,
@@ -39,6 +41,7 @@ pub struct Squeezed {
 /// The derivative at a state.
 #[derive(Debug)]
 pub struct Tangent<'m> {
+    /// Whose derivative this is.
     pub model: &'m Compressible,
     at: Arc<Squeezed>,
     /// By the density, all with `∂ρ/∂u` of the limiter: `∂R_ρ/∂u`; `∂R_ρ/∂v`

@@ -68,11 +68,17 @@ impl Default for Settings {
 /// A Stokes flow with bodies, at one time.
 #[derive(Debug)]
 pub struct Flow {
+    /// Over the mesh.
     pub loops: Integrator,
+    /// The Stokes system with the bodies in it.
     pub momentum: Momentum,
+    /// One for each tag.
     pub conditions: Vec<Conditions>,
+    /// What the bodies are, and what is prescribed of them.
     pub guide: Guide,
+    /// Where they are, and how they have moved.
     pub motion: Motion,
+    /// Time.
     pub t: f64,
 }
 

@@ -14,10 +14,13 @@ use crate::space::{Field, Space};
 /// The fields at one time, and what the boundary gives.
 #[derive(Clone, Copy)]
 pub struct At<'a> {
+    /// The numbers of the model.
     pub parameters: &'a Parameters,
+    /// Polarity.
     pub p: &'a Field,
     /// ρ as a weight.
     pub rho: Density<'a>,
+    /// What the boundary gives.
     pub given: &'a Given<'a>,
     flow: Option<(&'a Space, Carrier<'a>)>,
     density: Option<&'a Space>,

@@ -72,6 +72,7 @@ use crate::space::Space;
 pub struct Term<V: Jet> {
     /// Short name, e.g. `friction`.
     pub name: &'static str,
+    /// Its weak form as the model page writes it.
     pub formula: Formula,
     /// The equation of the model page that has it.
     pub tag: &'static str,
@@ -81,15 +82,20 @@ pub struct Term<V: Jet> {
     pub factor: Option<Factor>,
     /// Whether a term without a factor of its own is on; `None` where the sheet has another one in its place.
     pub on: fn(&Parameters) -> Option<Switch>,
+    /// Its weak form.
     pub weak: Weak<V>,
+    /// How a pass of the fixed point takes it.
     pub pass: Pass,
+    /// Its strong form.
     pub strong: Strong,
 }
 
 /// The side of an equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
+    /// With the rates of change.
     Left,
+    /// With the forces.
     Right,
 }
 
@@ -98,13 +104,16 @@ pub enum Side {
 pub enum Formula {
     /// Incompressible, then compressible.
     Both(&'static str, &'static str),
+    /// Of a term that the incompressible sheet alone has.
     Incompressible(&'static str),
+    /// Of a term that the compressible sheet alone has.
     Compressible(&'static str),
 }
 
 /// Whether a term is on, and why.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Switch {
+    /// It cannot be switched off.
     Always,
     /// By the value of a key; 0 switches it off.
     By(&'static str, f64),
@@ -125,16 +134,25 @@ pub enum Weak<V: Jet> {
     /// In the weak form of the term of that name, because one integrand for both is cheaper.
     With(&'static str),
     /// Linear in the flow, and the derivative of its product with the flow along the density.
-    Flow { matrix: FlowMatrix, by_density: Derivative<Scalar, V> },
+    Flow {
+        /// The bilinear form of velocity and test function.
+        matrix: FlowMatrix,
+        /// How its product with the flow depends on the density.
+        by_density: Derivative<Scalar, V>,
+    },
     /// A functional of the fields.
     Functional(Functional<V>),
 }
 
 /// A functional of the fields with its derivatives.
 pub struct Functional<V: Jet> {
+    /// The form at a state.
     pub value: Form<V>,
+    /// Its derivative along v.
     pub by_velocity: Derivative<Vector, V>,
+    /// Its derivative along ρ.
     pub by_density: Derivative<Scalar, V>,
+    /// Its derivative along p, but for the part that acts on both components alike.
     pub by_polarity: Derivative<Vector, V>,
     /// The part of the derivative along the polarity that acts on both components alike.
     pub by_components: Derivative<Scalar, Scalar>,
@@ -150,9 +168,17 @@ pub enum Pass {
     /// At the last iterate.
     Lagged,
     /// Linear in the polarity, at the new iterate; `data` is what does not depend on it.
-    Implicit { data: Option<Form<Vector>> },
+    Implicit {
+        /// What does not depend on the polarity.
+        data: Option<Form<Vector>>,
+    },
     /// The operator, which acts on both components alike, is that of the last iterate, and so is the rest.
-    Frozen { operator: Derivative<Scalar, Scalar>, rest: Form<Vector> },
+    Frozen {
+        /// Acts on the new iterate.
+        operator: Derivative<Scalar, Scalar>,
+        /// What is taken at the last iterate.
+        rest: Form<Vector>,
+    },
 }
 
 /// What a term adds to the residual of smooth fields at a point.
@@ -161,6 +187,7 @@ pub enum Strong {
     Frame,
     /// Of the density's equation.
     Scalar(fn(&Series) -> f64),
+    /// Of the equation of the momentum or of the polarity.
     Vector(fn(&Series) -> Point),
     /// `−div(σᵀ)`, given σ up to degree 1.
     Stress(fn(&Series) -> Matrix),
@@ -266,6 +293,7 @@ impl Switch {
 /// A term as it is told: on or off, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TermStatus {
+    /// Short name, such as `friction`.
     pub name: &'static str,
     /// As the weak form has it, e.g. `C_F (v|w)`.
     pub formula: &'static str,
