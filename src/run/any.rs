@@ -11,7 +11,9 @@ use crate::scene::{AnyScene, SceneError};
 /// What a run of any kind has come to.
 #[derive(Debug, Clone)]
 pub enum AnySummary {
+    /// Of a sheet of tissue without moving bodies.
     Tissue(Box<Summary>),
+    /// Of bodies that move, in whatever carries them.
     Motion(Box<MotionSummary>),
 }
 
@@ -87,8 +89,11 @@ fn suspect(scene: &AnyScene) -> Option<String> {
 #[derive(Debug, Clone, serde::Serialize)]
 #[serde(untagged)]
 pub enum AnyReport {
+    /// Of a sheet of tissue.
     Tissue(Box<report::Report>),
+    /// Of a Stokes flow.
     Stokes(Box<stokes::StokesReport>),
+    /// Of bodies without a flow.
     Particles(Box<particles::ParticlesReport>),
 }
 
@@ -105,10 +110,13 @@ impl fmt::Display for AnyReport {
 /// How much a run takes.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Amounts {
+    /// Cells of the mesh.
     pub cells: usize,
     /// Of the full length; none of a search for a steady state.
     pub steps: f64,
+    /// Most memory at a time.
     pub memory_mib: f64,
+    /// Size of the results.
     pub disk_mib: f64,
 }
 

@@ -11,6 +11,7 @@ use crate::scene::Bodies;
 /// The bodies of a scene and how they meet.
 #[derive(Debug, Clone, Serialize)]
 pub struct BodiesReport {
+    /// How many there are.
     pub count: usize,
     /// Bodies that flow, forces and contact move.
     pub free: usize,

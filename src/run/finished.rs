@@ -12,6 +12,7 @@ use crate::time::{Checkpoint, March};
 /// Scene and checkpoint of a run, before anything is built of them.
 #[derive(Debug)]
 pub struct Left {
+    /// What was run, with every default.
     pub scene: Scene,
     saved: Saved,
     /// Of the checkpoint.
@@ -56,7 +57,9 @@ impl Left {
 /// A run that has ended, or was interrupted.
 #[derive(Debug)]
 pub struct Finished {
+    /// What was run, with every default.
     pub scene: Scene,
+    /// Its mesh and model, built anew.
     pub setup: Setup,
     saved: Checkpoint,
 }

@@ -74,9 +74,21 @@ fn short(value: f64, digits: usize) -> String {
 #[derive(Debug, Clone, Copy)]
 pub enum Source<'s> {
     /// A tissue in a state.
-    Tissue { model: &'s dyn Sheet, state: &'s State },
+    Tissue {
+        /// Whose state it is.
+        model: &'s dyn Sheet,
+        /// Its fields.
+        state: &'s State,
+    },
     /// A flow alone.
-    Flow { loops: &'s Integrator, v: &'s Field, pi: &'s Field },
+    Flow {
+        /// Over the mesh.
+        loops: &'s Integrator,
+        /// Velocity.
+        v: &'s Field,
+        /// Pressure.
+        pi: &'s Field,
+    },
 }
 
 impl<'s> Source<'s> {
@@ -114,8 +126,11 @@ impl<'s> Source<'s> {
 /// A state of which pictures are drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct Draft<'s> {
+    /// The fields.
     pub source: Source<'s>,
+    /// Finds the cell of a point.
     pub locator: &'s Locator,
+    /// Their time.
     pub t: f64,
     /// Needed for streamlines alone.
     pub stream: Option<&'s StreamFunction>,

@@ -192,6 +192,7 @@ pub struct Options<'a> {
     pub out: PathBuf,
     /// Continue from the folder's checkpoint.
     pub resume: bool,
+    /// How much is said on the way.
     pub verbosity: Verbosity,
     /// Set from outside to end the run cleanly after the current step.
     pub interrupt: &'a AtomicBool,

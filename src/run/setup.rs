@@ -33,9 +33,13 @@ use crate::time::{Checkpoint, Kind, March, Sheet};
 /// All that is built before the first step.
 #[derive(Debug)]
 pub struct Setup {
+    /// The cells.
     pub mesh: Arc<Mesh>,
+    /// Sizes and worst cells.
     pub quality: Quality,
+    /// Finds the cell of a point.
     pub locator: Locator,
+    /// The equations, assembled.
     pub model: Box<dyn Sheet>,
     /// The equation of the elastic strain, where some output needs it.
     pub strain: Option<Strain>,

@@ -124,6 +124,7 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
 /// The bodies of a run in which all of them are fixed.
 #[derive(Debug, Clone)]
 pub struct AtRest {
+    /// What never changes about the bodies.
     pub cast: Cast,
     poses: Vec<Pose>,
     twists: Vec<Twist>,

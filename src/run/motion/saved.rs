@@ -24,7 +24,9 @@ pub struct SavedMotion {
     pub scene: String,
     /// [`crate::mesh::Mesh::fingerprint`], 0 without a mesh.
     pub mesh: u64,
+    /// Time of the state.
     pub t: f64,
+    /// Totals up to here.
     pub counts: Counts,
     /// Largest overlap after a step so far, 0 without one.
     pub overlap: f64,

@@ -18,18 +18,26 @@ use crate::time::phases::Phases;
 /// Everything in `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct MotionSummary {
+    /// One line for reports.
     pub title: Option<String>,
+    /// How the run ended, in a word.
     pub status: &'static str,
+    /// How the run ended, and why.
     #[serde(flatten)]
     pub ending: Ending,
     /// Time that was reached.
     pub time: f64,
+    /// The terms of the equations, on and off.
     pub terms: Vec<TermStatus>,
+    /// What lies under the flow.
     pub mesh: Mesh,
+    /// How many numbers are solved for.
     pub unknowns: Unknowns,
     /// Number of bodies.
     pub bodies: usize,
+    /// Walls beside those of the mesh.
     pub walls: usize,
+    /// Totals over all steps.
     #[serde(flatten)]
     pub counts: Counts,
     /// Largest overlap of bodies with each other or with walls after any step, 0 without one; of pairs whose motion is
@@ -39,15 +47,19 @@ pub struct MotionSummary {
     pub factorisations: usize,
     /// Solves with these factors.
     pub direct_solves: usize,
+    /// At the end, by column.
     pub measures: BTreeMap<&'static str, f64>,
     /// Wall seconds by phase.
     pub seconds: BTreeMap<&'static str, f64>,
+    /// Wall seconds of all.
     pub seconds_total: f64,
     /// Largest resident memory of the process, where the system tells.
     pub peak_memory_mib: Option<f64>,
+    /// How many there were.
     pub threads: usize,
     /// Notes that were given, in order.
     pub said: Vec<String>,
+    /// Of the program.
     pub version: &'static str,
 }
 
@@ -55,16 +67,25 @@ pub struct MotionSummary {
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum Mesh {
+    /// That of the flow.
     Flow(Box<Quality>),
-    None { cells: usize },
+    /// There is no flow.
+    None {
+        /// 0
+        cells: usize,
+    },
 }
 
 /// Unknowns by field, and of the linear system; of particles three per body.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Unknowns {
+    /// Of v.
     pub velocity: usize,
+    /// Of Π.
     pub pressure: usize,
+    /// Of p; 0 in a Stokes flow.
     pub polarity: usize,
+    /// Rows of the Stokes matrix.
     pub stokes_system: usize,
 }
 
