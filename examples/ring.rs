@@ -1,4 +1,4 @@
-// Passive tissue in a ring relaxes, and its free energy never grows: `cargo run --release --example ring`
+//! Passive tissue in a ring relaxes, and its free energy never grows: `cargo run --release --example ring`
 use std::sync::Arc;
 
 use monolayer::mesh::{Point, generate::MeshScene};

@@ -39,6 +39,9 @@ impl Faces {
     pub const MAX_TAGS: usize = 63;
 
     /// The boundary faces of one tag.
+    ///
+    /// # Panics
+    /// For a tag of [`Self::MAX_TAGS`] or above: a mesh has no more.
     pub fn tag(tag: usize) -> Self {
         assert!(tag < Self::MAX_TAGS);
         Faces(1 << tag)
@@ -388,6 +391,9 @@ impl Integrator {
     }
 
     /// The vector of a linear form, by dof of `test`.
+    ///
+    /// # Panics
+    /// For a space whose functions have not as many components as the form's.
     pub fn vector<V: Jet>(&self, form: &Linear<V>, test: &Space) -> Vec<f64> {
         let rows = block_size::<V>(test);
         assert_eq!(rows, test.cell_dof_count(), "test jets and space have different numbers of components");

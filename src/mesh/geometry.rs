@@ -85,6 +85,9 @@ impl Mesh {
     ///
     /// # Errors
     /// A cell whose Jacobian is not positive at the nodes or quadrature points.
+    ///
+    /// # Panics
+    /// For a degree other than 1, 2 or 3.
     pub fn bend(&mut self, degree: usize) -> Result<(), MeshError> {
         assert!((1..=3).contains(&degree), "geometry of degree {degree}");
         self.curved = vec![None; self.cells.len()];

@@ -105,6 +105,9 @@ impl Limiter {
     }
 
     /// ⟨u⟩ of every cell.
+    ///
+    /// # Panics
+    /// For a field of another space.
     pub fn means(&self, u: &Field) -> Vec<f64> {
         assert_eq!(u.values.len(), self.weights.len(), "the field is of another space");
         let n = self.space.n;

@@ -150,6 +150,9 @@ impl<'m> Given<'m> {
     }
 
     /// `p_D` on a Dirichlet face.
+    ///
+    /// # Panics
+    /// On another face.
     pub fn polarity(&self, s: &FacePoint) -> Point {
         let value = data_of(self.conditions(s)).expect("Dirichlet faces carry data");
         Point::new(value[0].eval(s.minus.x, self.t), value[1].eval(s.minus.x, self.t))

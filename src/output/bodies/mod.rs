@@ -145,6 +145,9 @@ impl Moment<'_> {
     }
 
     /// What a contact's partner is called: the body's name, or `wall-1`, ….
+    ///
+    /// # Panics
+    /// For a body or wall that there is not.
     pub fn partner(&self, contact: &Contact) -> String {
         match contact.partner {
             Partner::Body(other) => self.cast.bodies[other].name.clone(),
