@@ -69,6 +69,15 @@ fn folders_import_from_the_floors_below_them_alone() {
     assert_eq!(wrong, BTreeSet::new());
 }
 
+#[test]
+fn the_page_about_the_house_has_its_floors() {
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("ARCHITECTURE.md")).unwrap();
+    let first = page.lines().filter_map(|line| line.strip_prefix(' ')?.split_whitespace().next());
+    let mut shown: Vec<&str> = first.filter(|word| FLOORS.contains(word)).collect();
+    shown.reverse();
+    assert_eq!(shown, FLOORS);
+}
+
 /// Most lines of a file of `src/`.
 const LONGEST: usize = 450;
 

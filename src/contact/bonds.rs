@@ -1,4 +1,4 @@
-//! What contact remembers from step to step.
+//! What contact remembers from step to step: the bonds of gluey pairs (Lefebvre 2009).
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! The projection of velocities on those that create no overlap: a convex quadratic programme.
+//! The projection of velocities on those that create no overlap (Maury 2006): a convex quadratic programme.
 //!
 //! ```text
 //! u = argmin ½ Σ m_k (u_k − u*_k)²   over   w = c + B u ≥ 0   (w = 0 for rows that hold)                [L A]

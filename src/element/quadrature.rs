@@ -1,4 +1,4 @@
-//! Quadrature on the reference triangle (Xiao–Gimbutas) and on the unit interval (Gauss–Legendre).
+//! Quadrature on the reference triangle (Xiao and Gimbutas 2010) and on the unit interval (Gauss–Legendre).
 
 use std::sync::OnceLock;
 

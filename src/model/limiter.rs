@@ -1,4 +1,4 @@
-//! Keeps a density nonnegative without changing its means.
+//! Keeps a density nonnegative without changing its means, by the scaling of Zhang and Shu (2010).
 
 use std::collections::HashSet;
 use std::sync::Arc;

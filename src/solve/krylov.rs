@@ -1,4 +1,4 @@
-//! Restarted GMRES with right preconditioning.
+//! Restarted GMRES (Saad and Schultz 1986) with right preconditioning.
 
 use super::{axpy, dot, norm};
 
