@@ -9,16 +9,16 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use monolayer::body::{Body, Hold};
+use monolayer::body::Body;
 use monolayer::expression::Expression;
 use monolayer::form::{Linear, mass};
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
+use monolayer::model::Conditions;
 use monolayer::model::immersed::FlowWithBodies;
 use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
 use monolayer::shape::{Disc, Polygon, Pose, Shape, Twist};
 use monolayer::solve::sparse::Factored;
 use monolayer::space::Field;
@@ -62,25 +62,14 @@ fn polygon(n: usize, radius: f64) -> Shape {
 }
 
 fn body(shape: Shape, position: Point, force: [f64; 2]) -> Body {
-    Body {
-        name: "disc".into(),
-        shape,
-        hold: Hold::Free,
-        density: 1.0,
-        force: force.map(Expression::constant),
-        torque: Expression::constant(0.0),
-        friction: 0.0,
-        start: Pose { position, angle: 0.0 },
-        start_twist: Twist::ZERO,
-        key: String::new(),
-    }
+    let force = force.map(Expression::constant);
+    Body { force, ..Body::new("disc", shape, Pose { position, angle: 0.0 }) }
 }
 
 /// One velocity on all sides.
 fn walls(velocity: [&str; 2]) -> Result<Vec<Conditions>, Failure> {
-    let [x, y] = velocity.map(|text| Expression::parse(text, &[]));
-    let velocity = VelocityCondition::Dirichlet([x?, y?]);
-    Ok(vec![Conditions { velocity, polarity: PolarityCondition::Neumann, density: None }; 4])
+    let [x, y] = velocity.map(str::parse);
+    Ok(vec![Conditions::flow([x?, y?]); 4])
 }
 
 fn flow(mesh: &Arc<Mesh>, velocity: [&str; 2], body: Body, epsilon: f64) -> Result<Flow, Failure> {

@@ -641,7 +641,7 @@ end = 0.5
 fn a_failed_step_has_one_hint() {
     let inaccurate = SolveError::Inaccurate { system: "Newton".into(), residual: 1e-3, hint: "a smaller step".into() };
     let cause = Box::new(StepFailure::from(inaccurate));
-    let step_min = monolayer::scheme::ControlSettings::new(1.0, 1e-6).step_min;
+    let step_min = monolayer::scheme::ControlSettings::new(1.0).step_min;
     let error =
         MarchError::StepTooSmall { step: 1, t: 0.0, step_min, cause, hint: "a finer mesh".to_owned() }.to_string();
     assert!(error.contains("with relative residual 1.0e-3 only; hint: a finer mesh"), "{error}");

@@ -22,6 +22,7 @@ pub enum Rule {
 /// Bodies with the derivatives of their paths.
 #[derive(Debug, Clone)]
 pub struct Guide {
+    /// The bodies, in the order in which all else is listed.
     pub bodies: Arc<[Body]>,
     speeds: Vec<Option<[Expression; 3]>>,
 }

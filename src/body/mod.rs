@@ -6,7 +6,7 @@
 
 pub mod guide;
 pub mod motion;
-pub mod stiffness;
+pub(crate) mod stiffness;
 
 use crate::expression::Expression;
 use crate::mesh::Point;
@@ -22,9 +22,19 @@ pub enum Hold {
     /// It may only turn about a point of it, given in the body's frame.
     Pinned(Point),
     /// Velocity and spin are formulas of t (and of the position and angle, `x`, `y`, `theta`).
-    Held { velocity: [Expression; 2], spin: Expression },
+    Held {
+        /// V, of the centre.
+        velocity: [Expression; 2],
+        /// ω
+        spin: Expression,
+    },
     /// Position and angle are formulas of t.
-    Path { position: [Expression; 2], angle: Expression },
+    Path {
+        /// Of the centre.
+        position: [Expression; 2],
+        /// Counterclockwise.
+        angle: Expression,
+    },
 }
 
 /// A rigid body. Everything is dimensionless.
@@ -34,7 +44,9 @@ pub struct Body {
     pub name: String,
     /// Its table in the scene, such as `body.0`, for messages; may be empty.
     pub key: String,
+    /// Its outline, in its own frame.
     pub shape: Shape,
+    /// Who decides about its motion.
     pub hold: Hold,
     /// Mass per area; inertia counts in `particles` only.
     pub density: f64,
@@ -51,6 +63,22 @@ pub struct Body {
 }
 
 impl Body {
+    /// A free body of density 1, at rest, on which nothing acts.
+    pub fn new(name: impl Into<String>, shape: Shape, start: Pose) -> Self {
+        Self {
+            name: name.into(),
+            key: String::new(),
+            shape,
+            hold: Hold::Free,
+            density: 1.0,
+            force: [0.0, 0.0].map(Expression::constant),
+            torque: Expression::constant(0.0),
+            friction: 0.0,
+            start,
+            start_twist: Twist::ZERO,
+        }
+    }
+
     /// Mass `m`.
     pub fn mass(&self) -> f64 {
         self.density * self.shape.area()

@@ -7,6 +7,7 @@ use crate::shape::{Pose, Twist};
 /// Poses in time, and what the next step needs to know of the past.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Motion {
+    /// Where the bodies are.
     pub poses: Vec<Pose>,
     /// 1: `x ← x + Δt V`. 2: the BDF of order 2 on any steps, with V extrapolated:
     /// `Σ_i d_i x_i = V* = V_n + (Δt/Δt_{n−1})(V_n − V_{n−1})`.

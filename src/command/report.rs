@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use monolayer::output::{OutputError, mark, write_whole};
-use monolayer::report::page;
 use monolayer::results::Results;
+
+use crate::Failure;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -21,7 +22,7 @@ impl Args {
     ///
     /// # Errors
     /// Folders without results, a file that cannot be written.
-    pub fn execute(&self) -> Result<Vec<String>, Box<dyn std::error::Error>> {
+    pub fn execute(&self) -> Result<Vec<String>, Failure> {
         let folders: Vec<Results> = self.folders.iter().map(|path| Results::read(path)).collect::<Result<_, _>>()?;
         let out = match (&self.out, &self.folders[..]) {
             (Some(out), _) => out.clone(),
@@ -37,7 +38,7 @@ impl Args {
             .into());
         }
         mark::check(&out)?;
-        let html = page(&folders);
+        let html = page(&folders)?;
         if let Some(folder) = out.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder).map_err(|e| OutputError::io(folder, &e))?;
         }
@@ -50,4 +51,14 @@ impl Args {
         said.push(format!("written {}", out.display()));
         Ok(said)
     }
+}
+
+#[cfg(feature = "html")]
+fn page(folders: &[Results]) -> Result<String, Failure> {
+    Ok(monolayer::report::page(folders))
+}
+
+#[cfg(not(feature = "html"))]
+fn page(_: &[Results]) -> Result<String, Failure> {
+    Err("no page: built without the feature `html`, which writes reports; hint: build with `--features html`".into())
 }

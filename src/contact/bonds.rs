@@ -1,4 +1,4 @@
-//! What contact remembers from step to step.
+//! What contact remembers from step to step: the bonds of gluey pairs (Lefebvre 2009).
 
 use serde::{Deserialize, Serialize};
 
@@ -8,8 +8,11 @@ use super::pairs::Pair;
 /// A place where a body touches something: pairs of flat sides have two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Key {
+    /// The first body of the pair, of the lower index.
     pub body: usize,
+    /// What it touches.
     pub partner: Partner,
+    /// Which of these two.
     pub slot: u32,
 }
 

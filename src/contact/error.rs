@@ -2,6 +2,7 @@
 
 /// An error of contact; `at` is empty or names the time. Bodies are named, walls numbered from 1.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum ContactError {
     #[error(
         "Δt = {dt}: a step must be finite and greater than 0; hint: end the run one step earlier instead of making an \

@@ -50,7 +50,9 @@ pub fn along(gradient: [f64; 3], twist: &Twist) -> f64 {
 /// A shape where it is: all points within `radius` of a core.
 #[derive(Debug, Clone)]
 pub struct Placed {
+    /// What is rounded.
     pub core: Core,
+    /// By how much.
     pub radius: f64,
     /// Centre of the shape.
     pub centre: Point,
@@ -59,13 +61,17 @@ pub struct Placed {
 /// What a shape is rounded about.
 #[derive(Debug, Clone)]
 pub enum Core {
+    /// Of a disc.
     Point(Point),
     /// Two points, or the corners of a convex polygon, counterclockwise.
     Corners(Vec<Point>),
     /// Centre, semi-axes, and the direction of the first of them.
     Ellipse {
+        /// Its middle.
         centre: Point,
+        /// Half of its length along its first axis and across.
         semi_axes: [f64; 2],
+        /// Unit vector along the first axis.
         direction: Point,
     },
 }

@@ -1,11 +1,37 @@
 //! Contact of rigid bodies with each other and with walls: inelastic, or gluey by the lubrication of a vanishing film.
-
 //!
 //! The gap `D` of a pair is the signed distance of its shapes and `G` its gradient with position and angle. From
 //! predicted velocities V* a step takes `W = argmin ½|W − V*|²_M` over `D + Δt G·W ≥ η` \[L3\], then `x ← x + Δt W`. In
 //! gluey contact the multiplier λ may be negative down to `γ/(R Δt)`: a bond holds until it has been pulled as much as
 //! it was pressed, and what a pull has in excess parts the pair within the same step. So one convex projection treats
 //! any number of bonds that break at once.
+//!
+//! A row of discs falls to the floor, and the floor carries their weight:
+//!
+//! ```
+//! use monolayer::contact::particles::{Dynamics, Particle, Particles};
+//! use monolayer::contact::{Settings, Solver, Wall};
+//! use monolayer::mesh::Point;
+//! use monolayer::shape::{Pose, Shape, Twist};
+//!
+//! let disc = |k: usize| {
+//!     let position = Point::new(0.01 * k as f64, 0.3 + 0.25 * k as f64);
+//!     Particle::new(format!("disc-{k}"), Shape::Disc { radius: 0.1 }, Pose { position, angle: 0.0 })
+//! };
+//! let floor = Wall::Segment([Point::new(-2.0, 0.0), Point::new(2.0, 0.0)]);
+//! let solver = Solver::new(&[floor], Settings::default())?;
+//! let bodies: Vec<Particle> = (0..3).map(disc).collect();
+//! let mass = bodies[0].mass;
+//! let mut particles = Particles::new(bodies, Dynamics::Inertial { drag: 1.0 }, solver)?;
+//! let weight = move |_: usize, _: f64, _: &Pose, _: &Twist| [0.0, -mass, 0.0];
+//! let mut last = particles.step(0.01, &weight)?;
+//! for _ in 0..2000 {
+//!     last = particles.step(0.01, &weight)?;
+//! }
+//! assert!(last.overlap() < 1e-9 && last.kinetic_energy < 1e-6, "{last:?}");
+//! assert!((last.wall_force.y + 3.0 * mass).abs() < 1e-3 * mass, "{}", last.wall_force);
+//! # Ok::<(), monolayer::contact::ContactError>(())
+//! ```
 
 mod bonds;
 mod error;
@@ -36,9 +62,19 @@ pub enum Wall {
     /// Bodies stay on the left of the directed segment, or touch its ends.
     Segment([Point; 2]),
     /// Bodies stay outside.
-    Disc { centre: Point, radius: f64 },
+    Disc {
+        /// Its middle.
+        centre: Point,
+        /// Bodies keep this far from the middle.
+        radius: f64,
+    },
     /// Bodies stay inside.
-    Hollow { centre: Point, radius: f64 },
+    Hollow {
+        /// Its middle.
+        centre: Point,
+        /// Bodies stay within this distance of the middle.
+        radius: f64,
+    },
 }
 
 /// How bodies that meet part again.
@@ -48,13 +84,18 @@ pub enum Law {
     Inelastic,
     /// They stay together until they have been pulled as much as they were pressed [L4, L5]; `γ ≥ γ_min`, the threshold
     /// of roughness, `−∞` for smooth bodies.
-    Gluey { gamma_min: f64 },
+    Gluey {
+        /// At most 0.
+        gamma_min: f64,
+    },
 }
 
 /// What a body touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Partner {
+    /// Another body, by its number.
     Body(usize),
+    /// A wall, by its number.
     Wall(usize),
 }
 
@@ -63,6 +104,7 @@ pub enum Partner {
 pub struct Contact {
     /// The first body, of the lower index.
     pub body: usize,
+    /// What it touches.
     pub partner: Partner,
     /// Gap `D` after the step.
     pub gap: f64,

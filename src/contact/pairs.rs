@@ -13,7 +13,9 @@ type Item = GeomWithData<Rectangle<[f64; 2]>, usize>;
 /// Centre and half of the side of a square that a body does not leave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
+    /// Middle of the box.
     pub centre: Point,
+    /// Half the side of the box.
     pub half: f64,
     /// Whether forces and contact move it; two that are not never push each other.
     pub moves: bool,
@@ -45,6 +47,7 @@ fn reaches(range: &Range, centre: Point, radius: f64) -> bool {
 pub struct Pair {
     /// The first body, of the lower index.
     pub body: usize,
+    /// What it is near to.
     pub partner: Partner,
 }
 

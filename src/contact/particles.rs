@@ -8,10 +8,13 @@
 //! velocities that they give, and moves with the projected ones. Inertial bodies whose forces vary with their place,
 //! and that nothing touches in a step, follow them within the step instead.
 
+mod report;
+
+pub use report::StepReport;
 use serde::{Deserialize, Serialize};
 
 use super::swing::{Swing, Swinging};
-use super::{Bonds, Contact, ContactError, Effort, Freedom, Metric, Mover, Partner, Projected, Solver};
+use super::{Bonds, Contact, ContactError, Freedom, Metric, Mover, Partner, Projected, Solver};
 use crate::body::stiffness::{DECAY, Response, Stiffness, Strain, Stride};
 use crate::mesh::Point;
 use crate::shape::Wrench;
@@ -21,9 +24,15 @@ use crate::shape::{Pose, Shape, Twist, perpendicular, turned};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dynamics {
     /// Inertia, and drag per mass (at least 0).
-    Inertial { drag: f64 },
+    Inertial {
+        /// γ_d, at least 0.
+        drag: f64,
+    },
     /// No inertia: drag per mass (> 0) balances the forces.
-    Overdamped { drag: f64 },
+    Overdamped {
+        /// γ_d, greater than 0.
+        drag: f64,
+    },
 }
 
 /// What decides about a body's motion.
@@ -72,14 +81,19 @@ impl<F: Fn(usize, f64, &Pose, &Twist) -> [f64; 3]> Drive for F {
 /// A body and its state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Particle {
+    /// What messages call it.
     pub name: String,
+    /// Its outline, in its own frame.
     pub shape: Shape,
     /// Mass, > 0.
     pub mass: f64,
     /// Moment of inertia about the centre, > 0.
     pub inertia: f64,
+    /// Who decides about its motion.
     pub motion: Motion,
+    /// Where it is.
     pub pose: Pose,
+    /// How it moves.
     pub twist: Twist,
 }
 
@@ -99,40 +113,14 @@ impl Particle {
 /// All that changes: with it the same bodies go on to the bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParticleState {
+    /// t
     pub time: f64,
+    /// Where the bodies are.
     pub poses: Vec<Pose>,
+    /// How they move.
     pub twists: Vec<Twist>,
+    /// Of gluey contact: how much each pair was pressed.
     pub bonds: Bonds,
-}
-
-/// What a step did.
-#[derive(Debug, Clone, Default)]
-pub struct StepReport {
-    /// Time after the step.
-    pub time: f64,
-    /// Pairs that are close or touch.
-    pub contacts: Vec<Contact>,
-    /// Contact force and torque on each body.
-    pub forces: Vec<[f64; 3]>,
-    /// Contact force on all walls.
-    pub wall_force: Point,
-    /// Least gap of near pairs, infinite when none is near.
-    pub gap: f64,
-    /// `½ Σ m|V|² + ½ Σ Iω²` over all bodies.
-    pub kinetic_energy: f64,
-    pub effort: Effort,
-}
-
-impl StepReport {
-    /// Number of contacts that carry a force.
-    pub fn touching(&self) -> usize {
-        self.contacts.iter().filter(|c| c.force != 0.0).count()
-    }
-
-    /// Largest overlap, 0 without one.
-    pub fn overlap(&self) -> f64 {
-        (-self.gap).max(0.0)
-    }
 }
 
 /// Bodies under forces and contact.
@@ -162,14 +150,17 @@ impl Particles {
         Ok(particles)
     }
 
+    /// The bodies with their states.
     pub fn bodies(&self) -> &[Particle] {
         &self.bodies
     }
 
+    /// Time of the state.
     pub fn time(&self) -> f64 {
         self.time
     }
 
+    /// What solves contact, with its walls and settings.
     pub fn solver(&self) -> &Solver {
         &self.solver
     }

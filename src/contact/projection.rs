@@ -1,4 +1,4 @@
-//! The projection of velocities on those that create no overlap: a convex quadratic programme.
+//! The projection of velocities on those that create no overlap (Maury 2006): a convex quadratic programme.
 //!
 //! ```text
 //! u = argmin ½ Σ m_k (u_k − u*_k)²   over   w = c + B u ≥ 0   (w = 0 for rows that hold)                [L A]
@@ -45,6 +45,7 @@ pub struct Problem {
     pub metric: Vec<f64>,
     /// `u*`
     pub target: Vec<f64>,
+    /// The constraints `w = B u + c ≥ 0`.
     pub rows: Vec<Row>,
     /// Relative residual that the balance `M (u − u*) = Bᵀμ` may keep.
     pub tolerance: f64,

@@ -15,11 +15,24 @@ use crate::shape::{Pose, Shape, Twist, perpendicular, turned};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Freedom {
     /// Everything; mass and moment of inertia, or the resistances to velocity and spin. Both > 0.
-    Free { mass: f64, inertia: f64 },
+    Free {
+        /// Or the resistance to translation.
+        mass: f64,
+        /// Or the resistance to rotation.
+        inertia: f64,
+    },
     /// The spin about a point given in the body's frame; inertia, or resistance, *about this point*.
-    Pinned { pivot: Point, inertia: f64 },
+    Pinned {
+        /// The point that stays, in the body's frame.
+        pivot: Point,
+        /// About the pivot.
+        inertia: f64,
+    },
     /// Nothing: it will be at `next`.
-    Given { next: Pose },
+    Given {
+        /// Where it will be at the end of the step.
+        next: Pose,
+    },
 }
 
 /// A body that takes part in a step.
@@ -27,10 +40,13 @@ pub enum Freedom {
 pub struct Mover<'a> {
     /// What messages call it.
     pub name: &'a str,
+    /// Its outline, in its own frame.
     pub shape: &'a Shape,
+    /// Where it is at the beginning of the step.
     pub pose: Pose,
     /// What it would do without contact; of pinned bodies only the spin counts, of given ones nothing.
     pub predicted: Twist,
+    /// How contact may change its step.
     pub freedom: Freedom,
 }
 
@@ -67,11 +83,13 @@ pub enum Metric {
 /// How contact is solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
+    /// How bodies part again.
     pub law: Law,
     /// Gap η that bodies keep: `D + Δt G·V ≥ η`.
     pub margin: f64,
     /// What a gap may miss, relative to the radius of the smaller body; rounding of the positions comes on top.
     pub tolerance: f64,
+    /// How the quadratic programme is solved.
     pub method: Method,
     /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes. More
     /// is refused.
@@ -121,6 +139,7 @@ pub struct Effort {
     pub rows: usize,
     /// Linear solves, or steps of Uzawa's method.
     pub iterations: usize,
+    /// Factorisations of the matrix of Newton's method.
     pub factorisations: usize,
     /// Projections: more than one when bodies turn, or roll inside of a wall, so far that the straight prediction of a
     /// gap is not enough.
@@ -143,6 +162,7 @@ pub struct Projected {
     pub wall_force: Point,
     /// Least gap after the step of all pairs that were near, infinite when none was.
     pub gap: f64,
+    /// What it took.
     pub effort: Effort,
 }
 
@@ -167,10 +187,12 @@ impl Solver {
         Self { walls: Walls::new(&[]), settings: Settings::default(), bonds: Bonds::default() }
     }
 
+    /// How contact is solved.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
+    /// What bodies cannot enter and that never moves.
     pub fn walls(&self) -> &[Wall] {
         self.walls.all()
     }

@@ -1,6 +1,9 @@
 //! Gauss–Lobatto points on `[0, 1]`: the ends and the zeros of the derivative of the Legendre polynomial of degree `q`.
 
 /// The `q + 1` points, ascending, `1 ≤ q ≤ 5`; a rule on them is exact up to degree `2q − 1`.
+///
+/// # Panics
+/// For a degree that no space has.
 pub fn points(q: usize) -> Vec<f64> {
     let inner: &[f64] = match q {
         1 => &[],

@@ -1,4 +1,4 @@
-//! Quadrature on the reference triangle (Xiao–Gimbutas) and on the unit interval (Gauss–Legendre).
+//! Quadrature on the reference triangle (Xiao and Gimbutas 2010) and on the unit interval (Gauss–Legendre).
 
 use std::sync::OnceLock;
 
@@ -13,8 +13,11 @@ pub const MAX_INTERVAL_DEGREE: usize = 39;
 /// A quadrature rule: `∫ f ≈ Σ_q w_q f(x_q)`, exact for polynomials up to `degree`.
 #[derive(Debug, Clone)]
 pub struct Rule<P> {
+    /// Polynomials up to this degree are integrated exactly.
     pub degree: usize,
+    /// In the reference element.
     pub points: Vec<P>,
+    /// One for each point; they sum up to the size of the reference element.
     pub weights: Vec<f64>,
 }
 

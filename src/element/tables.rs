@@ -55,6 +55,7 @@ impl Table {
 /// The bases of degree 0 to [`MAX_DEGREE`] at one set of points of the reference triangle.
 #[derive(Debug, Clone)]
 pub struct Tables {
+    /// Where the values are, in the reference triangle.
     pub points: Vec<Vector2<f64>>,
     by_degree: [OnceLock<Table>; MAX_DEGREE + 1],
 }

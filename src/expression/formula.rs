@@ -10,8 +10,11 @@ use super::{Expression, ExpressionError};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Formula {
+    /// A whole number.
     Integer(i64),
+    /// Any other number.
     Number(f64),
+    /// A formula.
     Text(String),
 }
 

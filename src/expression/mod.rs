@@ -27,6 +27,7 @@ use tree::{Tree, Variable};
 
 /// What can be wrong with a formula.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum ExpressionError {
     #[error("`{text}` is no formula: at character {column}, {what}; hint: {hint}")]
     Syntax { text: String, column: usize, what: String, hint: String },
@@ -223,6 +224,15 @@ impl Expression {
     /// Whether `t` occurs.
     pub fn depends_on_time(&self) -> bool {
         self.tree.depends_on(Variable::T)
+    }
+}
+
+/// A formula without parameters: `"1 - y^2".parse()?`.
+impl std::str::FromStr for Expression {
+    type Err = ExpressionError;
+
+    fn from_str(text: &str) -> Result<Self, ExpressionError> {
+        Self::parse(text, &[])
     }
 }
 

@@ -64,7 +64,7 @@ impl Range {
         self.low <= 0.0 && self.high >= 0.0
     }
 
-    /// SmallestStep and largest size.
+    /// Smallest and largest size.
     fn sizes(self) -> [f64; 2] {
         let [a, b] = self.ends().map(f64::abs);
         [if self.contains_zero() { 0.0 } else { a.min(b) }, a.max(b)]

@@ -12,6 +12,7 @@ pub const MAX_SLOTS: usize = 12;
 /// Coefficients of an integrand at one point: `integrand = Σ c[test][trial] · test · trial`.
 #[derive(Debug, Clone)]
 pub struct Stencil {
+    /// By test and trial slot; those of the plus side follow those of the minus side.
     pub c: [[f64; MAX_SLOTS]; MAX_SLOTS],
 }
 

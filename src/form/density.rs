@@ -7,7 +7,9 @@ use crate::space::field::Site;
 /// The weight ρ of a form: one in the incompressible sheet, a discontinuous scalar field in the compressible one.
 #[derive(Debug, Clone, Copy)]
 pub enum Density<'a> {
+    /// That of an incompressible sheet.
     One,
+    /// A field.
     Of(&'a Field),
 }
 

@@ -101,11 +101,17 @@ pub fn energy_over_b(
 /// Dirichlet faces. It is linear in the weights ρ, η and ρ_min: others give its derivative along ρ.
 #[derive(Debug, Clone, Copy)]
 pub struct PolarEnergy<'a, G> {
+    /// Over the tissue.
     pub loops: &'a Integrator,
+    /// The polarity.
     pub p: &'a Field,
+    /// κ
     pub kappa: f64,
+    /// Faces where the polarity is prescribed.
     pub dirichlet: Faces,
+    /// Polynomial degree of what is prescribed.
     pub degree: usize,
+    /// What is prescribed.
     pub data: G,
 }
 

@@ -38,6 +38,9 @@ impl Faces {
     pub const MAX_TAGS: usize = 63;
 
     /// The boundary faces of one tag.
+    ///
+    /// # Panics
+    /// For a tag of [`Self::MAX_TAGS`] or above: a mesh has no more.
     pub fn tag(tag: usize) -> Self {
         assert!(tag < Self::MAX_TAGS);
         Faces(1 << tag)
@@ -65,6 +68,7 @@ impl BitOr for Faces {
 
 /// A quadrature point of a cell.
 pub struct CellPoint<'t> {
+    /// Cell, place and tabulated values.
     pub site: Site<'t>,
     /// Quadrature weight times `det J`.
     pub weight: f64,
@@ -72,7 +76,9 @@ pub struct CellPoint<'t> {
 
 /// A quadrature point of a face.
 pub struct FacePoint<'t> {
+    /// On the side that the normal leaves.
     pub minus: Site<'t>,
+    /// On the side to which the normal points; none on the boundary.
     pub plus: Option<Site<'t>>,
     /// Index of the face in the mesh.
     pub face: usize,
@@ -93,6 +99,7 @@ pub struct FacePoint<'t> {
 /// part. `ϖ_S` stays that of whole cells.
 #[derive(Debug, Clone)]
 pub struct Integrator {
+    /// What is integrated over.
     pub mesh: Arc<Mesh>,
     /// `|∂K|/|K|` of every cell.
     ratios: Arc<[f64]>,
@@ -260,6 +267,9 @@ impl Integrator {
     }
 
     /// The vector of a linear form, by dof of `test`.
+    ///
+    /// # Panics
+    /// For a space whose functions have not as many components as the form's.
     pub fn vector<V: Jet>(&self, form: &Linear<V>, test: &Space) -> Vec<f64> {
         let rows = block_size::<V>(test);
         assert_eq!(rows, test.cell_dof_count(), "test jets and space have different numbers of components");

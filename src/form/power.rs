@@ -14,6 +14,7 @@ use crate::space::{Field, Space};
 /// Fields and faces of the functional X.
 #[derive(Debug, Clone, Copy)]
 pub struct Power<'a, G> {
+    /// The polarity.
     pub p: &'a Field,
     /// `ℓ = L_h`, or `L_h/B`.
     pub l: &'a Field,
@@ -21,6 +22,7 @@ pub struct Power<'a, G> {
     pub carrier: Carrier<'a>,
     /// Faces with a Dirichlet polarity, and its value there.
     pub inflow: Faces,
+    /// What is prescribed of it on Dirichlet faces.
     pub data: G,
 }
 

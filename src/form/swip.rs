@@ -1,4 +1,4 @@
-//! Diffusion by the symmetric weighted interior penalty method.
+//! Diffusion by the symmetric weighted interior penalty method (Ern, Stephansen and Zunino 2009).
 
 use super::density::Density;
 use super::integrate::{FacePoint, Faces};

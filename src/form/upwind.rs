@@ -14,7 +14,9 @@ use crate::space::{Field, Space};
 /// directions for the length of a step, so that it is linear in v.
 #[derive(Debug, Clone, Copy)]
 pub struct Carrier<'a> {
+    /// The velocity that carries.
     pub flow: &'a Field,
+    /// The velocity whose direction decides which side of a face is upstream.
     pub sides: &'a Field,
     /// ρ of `a_upw(φ,χ;ρv)`: the carrier is ρv in the cells and `{ρ}v` on the faces.
     pub density: Density<'a>,

@@ -31,14 +31,18 @@ pub trait Jet: Copy {
 /// Jet of a scalar function.
 #[derive(Debug, Clone, Copy)]
 pub struct Scalar {
+    /// φ
     pub value: f64,
+    /// ∇φ
     pub grad: Point,
 }
 
 /// Jet of a vector function.
 #[derive(Debug, Clone, Copy)]
 pub struct Vector {
+    /// w
     pub value: Point,
+    /// ∇w, `(∇w)_ij = ∂_j w_i`
     pub grad: Matrix2<f64>,
 }
 
@@ -98,8 +102,11 @@ pub fn skw(g: &Matrix2<f64>) -> Matrix2<f64> {
 /// The two traces of a function on a face; on the boundary only `minus` counts.
 #[derive(Debug, Clone, Copy)]
 pub struct Trace<J> {
+    /// From the side that the normal leaves.
     pub minus: J,
+    /// From the other side; zero on the boundary.
     pub plus: J,
+    /// Whether there is no other side: jump and mean are then those of the boundary.
     pub boundary: bool,
 }
 

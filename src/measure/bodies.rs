@@ -7,6 +7,7 @@ use crate::shape::{Pose, Twist, perpendicular};
 /// What acts on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
+    /// Of all contacts together.
     pub force: Point,
     /// About the body's centre.
     pub torque: f64,

@@ -11,9 +11,13 @@ use crate::space::Field;
 /// A straight section with equidistant points, both ends included.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
+    /// Name of its table.
     pub name: String,
+    /// First point.
     pub from: Point,
+    /// Last point.
     pub to: Point,
+    /// Number of points, both ends included.
     pub points: usize,
 }
 
@@ -22,6 +26,7 @@ pub struct Line {
 pub struct Sample {
     /// Distance from the beginning of a line, angle on a circle.
     pub s: f64,
+    /// Where it was taken.
     pub x: Point,
     /// Reference positions in the one cell, or in the cells on both sides of the line where it runs along faces.
     pub at: Sides,
@@ -80,9 +85,13 @@ impl Line {
 /// centre.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Circle {
+    /// Name of its table.
     pub name: String,
+    /// Its middle.
     pub centre: Point,
+    /// Distance of its points from the middle.
     pub radius: f64,
+    /// Number of points.
     pub points: usize,
 }
 
@@ -111,11 +120,14 @@ impl Circle {
 /// A section of either form.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Section {
+    /// A straight one.
     Line(Line),
+    /// A round one.
     Circle(Circle),
 }
 
 impl Section {
+    /// Name of its table.
     pub fn name(&self) -> &str {
         match self {
             Self::Line(line) => &line.name,

@@ -14,6 +14,7 @@ const CUTS: usize = MAX_DEGREE;
 /// A point about which the polarity turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Defect {
+    /// Where it is.
     pub x: Point,
     /// Full turns of p on a counterclockwise way around: +1 or −1.
     pub charge: i32,
@@ -58,6 +59,7 @@ pub struct Defects {
     space: Arc<Space>,
     /// Small triangles by local node, counterclockwise.
     triangles: Vec<[usize; 3]>,
+    /// The closed curves of the boundary.
     pub boundaries: Vec<Boundary>,
 }
 

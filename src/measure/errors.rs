@@ -30,6 +30,7 @@ pub enum ErrorField {
 }
 
 impl ErrorField {
+    /// Every field, in the order of the columns.
     pub const ALL: [ErrorField; 6] = [
         ErrorField::Velocity,
         ErrorField::Pressure,
@@ -84,6 +85,7 @@ pub enum Norm {
 }
 
 impl Norm {
+    /// Both, in the order of the columns.
     pub const ALL: [Norm; 2] = [Norm::Square, Norm::Largest];
 
     /// As in tables.
@@ -108,7 +110,9 @@ impl Norm {
 pub struct Errors {
     /// Whose they are.
     pub fields: [ErrorField; 4],
+    /// `‖u − u_h‖²` in L², in the order of `fields`.
     pub squares: [f64; 4],
+    /// `max |u − u_h|`, in the order of `fields`.
     pub largest: [f64; 4],
 }
 

@@ -23,6 +23,7 @@ pub use stream::StreamFunction;
 
 /// Why a measure cannot be taken.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum MeasureError {
     #[error(
         "the measure `asymmetry` needs a domain that is its own mirror image in x₂ = {axis}: ({x:.4}, {y:.4}) has no \

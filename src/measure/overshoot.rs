@@ -72,7 +72,9 @@ impl Overshoot {
 pub struct Inlet {
     /// Index of the boundary face, and its tag.
     pub face: usize,
+    /// Number of the boundary tag.
     pub tag: usize,
+    /// Where the axis meets it.
     pub x: Point,
 }
 

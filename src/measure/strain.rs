@@ -21,13 +21,16 @@ const COMPONENTS: usize = 3;
 /// A symmetric tensor field, `ε_11`, `ε_12`, `ε_22`.
 #[derive(Debug, Clone)]
 pub struct Tensor {
+    /// `e_11`, `e_12`, `e_22`
     pub components: [Field; COMPONENTS],
 }
 
 /// A number with its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extreme {
+    /// The value.
     pub value: f64,
+    /// Where it is taken.
     pub x: Point,
 }
 
@@ -283,7 +286,7 @@ impl Tensor {
         self.extreme(|mean, radius| mean + radius)
     }
 
-    /// SmallestStep eigenvalue of `I + ε` at any node, and where. `A = I + ε` obeys `A▽ = (I − A)/We`, and stays positive
+    /// Smallest eigenvalue of `I + ε` at any node, and where. `A = I + ε` obeys `A▽ = (I − A)/We`, and stays positive
     /// definite.
     pub fn least_stretch(&self) -> Extreme {
         let least = self.extreme(|mean, radius| radius - mean);

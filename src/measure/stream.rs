@@ -13,6 +13,7 @@ use crate::space::{Continuity, Field, Space};
 /// The factorised Neumann problem for ψ.
 #[derive(Debug)]
 pub struct StreamFunction {
+    /// Of ψ.
     pub space: Arc<Space>,
     laplacian: Factored,
     means: Vec<f64>,

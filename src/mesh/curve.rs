@@ -6,7 +6,12 @@ use super::Point;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Curve {
     /// A circle.
-    Circle { centre: Point, radius: f64 },
+    Circle {
+        /// Its middle.
+        centre: Point,
+        /// Distance of its points from the middle.
+        radius: f64,
+    },
 }
 
 impl Curve {

@@ -39,6 +39,7 @@ pub struct NearMiss {
     pub count: usize,
     /// Where they are nearest.
     pub at: Point,
+    /// How far apart the two are.
     pub distance: f64,
     /// Of the shorter of the two faces there.
     pub length: f64,
@@ -248,7 +249,9 @@ impl Mesh {
 /// The connected parts of a mesh, numbered by their first cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parts {
+    /// The part of each cell.
     pub of_cell: Vec<usize>,
+    /// How many there are.
     pub count: usize,
 }
 

@@ -8,7 +8,9 @@ use crate::element::{basis, quadrature};
 /// Isoparametric geometry of one cell: degree and node positions in the order of [`basis::node_indices`].
 #[derive(Debug, Clone)]
 pub struct Nodes {
+    /// Polynomial degree of the map.
     pub degree: usize,
+    /// In the order of [`basis::node_indices`].
     pub positions: Vec<Point>,
 }
 
@@ -16,7 +18,12 @@ pub struct Nodes {
 #[derive(Debug, Clone, Copy)]
 pub enum CellMap<'m> {
     /// `x = origin + J ξ`.
-    Affine { origin: Point, jacobian: Matrix2<f64> },
+    Affine {
+        /// Image of the corner (0, 0).
+        origin: Point,
+        /// The edges from that corner, as columns.
+        jacobian: Matrix2<f64>,
+    },
     /// `x = Σ_i N_i(ξ) X_i`.
     Isoparametric(&'m Nodes),
 }
@@ -78,6 +85,9 @@ impl Mesh {
     ///
     /// # Errors
     /// A cell whose Jacobian is not positive at the nodes or quadrature points.
+    ///
+    /// # Panics
+    /// For a degree other than 1, 2 or 3.
     pub fn bend(&mut self, degree: usize) -> Result<(), MeshError> {
         assert!((1..=3).contains(&degree), "geometry of degree {degree}");
         self.curved = vec![None; self.cells.len()];

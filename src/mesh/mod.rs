@@ -11,7 +11,7 @@ pub mod geometry;
 pub mod gmsh;
 pub mod locate;
 pub mod quality;
-pub mod refine;
+pub(crate) mod refine;
 
 use std::collections::HashMap;
 
@@ -26,6 +26,7 @@ pub type Point = Vector2<f64>;
 
 /// What can be wrong with a mesh.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum MeshError {
     #[error("cell {cell} at ({x:.4}, {y:.4}) is inverted or flat: its signed area is {area:.3e}; hint: {hint}")]
     Inverted { cell: usize, x: f64, y: f64, area: f64, hint: &'static str },
@@ -77,6 +78,7 @@ pub enum MeshError {
 /// A boundary edge as a generator or a file names it.
 #[derive(Debug, Clone, Copy)]
 pub struct BoundaryEdge {
+    /// Its ends.
     pub vertices: [usize; 2],
     /// Index into the mesh's tags.
     pub tag: usize,
@@ -87,13 +89,16 @@ pub struct BoundaryEdge {
 /// One side of a face: the cell, and which of its three local faces this is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Side {
+    /// Number of the cell.
     pub cell: usize,
+    /// Local number of the face in it, 0 to 2.
     pub face: usize,
 }
 
 /// A face between two cells, or on the boundary.
 #[derive(Debug, Clone, Copy)]
 pub struct Face {
+    /// The cell that the normal leaves.
     pub minus: Side,
     /// `None` on the boundary.
     pub plus: Option<Side>,
@@ -106,8 +111,11 @@ pub struct Face {
 /// A conforming triangle mesh.
 #[derive(Debug, Clone)]
 pub struct Mesh {
+    /// Corners of cells.
     pub vertices: Vec<Point>,
+    /// Corners of each cell, counterclockwise.
     pub cells: Vec<[usize; 3]>,
+    /// All sides of cells, each once.
     pub faces: Vec<Face>,
     /// The three faces of every cell, by local face number.
     pub cell_faces: Vec<[usize; 3]>,

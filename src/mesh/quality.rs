@@ -9,22 +9,30 @@ use super::{Mesh, Point};
 /// A cell that is the worst in some respect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Worst {
+    /// How bad it is.
     pub value: f64,
+    /// Number of the cell.
     pub cell: usize,
+    /// Its middle.
     pub centroid: [f64; 2],
 }
 
 /// Counts, sizes and worst cells of a mesh. Lengths and angles are those of the straight triangles on the corners.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quality {
+    /// Number of cells.
     pub cells: usize,
+    /// Number of vertices.
     pub vertices: usize,
+    /// Number of faces.
     pub faces: usize,
+    /// Number of faces on the boundary.
     pub boundary_faces: usize,
     /// Parts that hang together by faces.
     pub parts: usize,
     /// Boundary vertices that lie where another one lies, and the place of the first.
     pub coincident_vertices: usize,
+    /// Where two vertices coincide, if any do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coincident_at: Option<[f64; 2]>,
     /// Cells with a geometry of degree 2 or 3.
@@ -33,10 +41,11 @@ pub struct Quality {
     pub degree: usize,
     /// Area of the domain, curved cells included.
     pub area: f64,
-    /// SmallestStep and largest cell diameter (longest edge of a cell).
+    /// Smallest and largest cell diameter (longest edge of a cell).
     pub h_min: f64,
+    /// Longest edge of all.
     pub h_max: f64,
-    /// SmallestStep angle of any cell, in degrees.
+    /// Smallest angle of any cell, in degrees.
     pub worst_angle_degrees: Worst,
     /// Mean over the cells of their smallest angle, in degrees.
     pub mean_angle_degrees: f64,

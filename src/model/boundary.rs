@@ -30,11 +30,13 @@ pub enum VelocityCondition {
 /// Which components of the velocity a condition prescribes; of the others it prescribes the stress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Held {
+    /// No component.
     Nothing,
     /// `v·n = 0`
     Normal,
     /// `v·t = 0`
     Tangent,
+    /// Both components.
     Both,
 }
 
@@ -131,13 +133,52 @@ pub enum PolarityCondition {
 /// The conditions of a tag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conditions {
+    /// One of the velocity.
     pub velocity: VelocityCondition,
+    /// One of the polarity.
     pub polarity: PolarityCondition,
     /// `ρ_in`, the density of what flows in; `None` where nothing passes and in the incompressible sheet.
     pub density: Option<Expression>,
 }
 
 impl Conditions {
+    /// A condition of the velocity, a polarity that is free, and no inflow.
+    pub fn new(velocity: VelocityCondition) -> Self {
+        Self { velocity, polarity: PolarityCondition::Neumann, density: None }
+    }
+
+    /// A wall along which tissue slides: `v·n = 0`, `(n·σ)·t = 0`.
+    pub fn slip() -> Self {
+        Self::new(VelocityCondition::Slip)
+    }
+
+    /// A wall to which tissue sticks: `v = 0`.
+    pub fn no_slip() -> Self {
+        Self::flow([0.0, 0.0].map(Expression::constant))
+    }
+
+    /// A given velocity: `v = v_D`.
+    pub fn flow(velocity: [Expression; 2]) -> Self {
+        Self::new(VelocityCondition::Dirichlet(velocity))
+    }
+
+    /// An end through which tissue passes as it likes: `n·σ = 0`.
+    pub fn open() -> Self {
+        Self::new(VelocityCondition::Traction([0.0, 0.0].map(Expression::constant)))
+    }
+
+    /// The same with a given polarity: `p = p_D`.
+    #[must_use]
+    pub fn with_polarity(self, polarity: [Expression; 2]) -> Self {
+        Self { polarity: PolarityCondition::Dirichlet(polarity), ..self }
+    }
+
+    /// The same with the density of what flows in, `ρ_in`.
+    #[must_use]
+    pub fn with_density(self, density: Expression) -> Self {
+        Self { density: Some(density), ..self }
+    }
+
     /// `ρ_in(x, t)`; 0 where nothing flows in.
     pub fn inflow(&self, x: Point, t: f64) -> f64 {
         self.density.as_ref().map_or(0.0, |density| density.eval(x, t))

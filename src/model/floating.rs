@@ -15,7 +15,9 @@ use crate::space::Space;
 /// Bodies at their places in a tissue.
 #[derive(Debug)]
 pub struct Floating {
+    /// What the bodies are, and what is prescribed of them.
     pub guide: Arc<Guide>,
+    /// Where they are.
     pub poses: Vec<Pose>,
     /// The cells, and the loops over the tissue that is left.
     pub covered: Covered,

@@ -5,10 +5,11 @@ mod bodies;
 use std::sync::Arc;
 
 use super::boundary::{Conditions, Held};
+pub use super::description::{Degrees, Description};
 use super::floating::Floating;
 use super::formulas::check_formulas;
 use super::lagged::{Found, Layout, Structure};
-use super::momentum::{Momentum, MomentumError, SlipTreatment, outer_force};
+use super::momentum::{Momentum, MomentumError, outer_force};
 use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::scales::{Scales, relative};
@@ -23,18 +24,10 @@ use crate::mesh::Mesh;
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
 
-/// Polynomial degrees of the fields; those of fields that a model does not have do not matter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Degrees {
-    pub velocity: usize,
-    pub pressure: usize,
-    pub density: usize,
-    pub polarity: usize,
-}
-
 /// All that is given from outside at one time.
 #[derive(Debug, Clone)]
 pub struct Inputs {
+    /// The time.
     pub t: f64,
     /// `(f_v|w) + ∫_Γ g·w`
     pub force: Vec<f64>,
@@ -46,28 +39,22 @@ pub struct Inputs {
     pub prescribed: Vec<f64>,
 }
 
-/// All that defines a problem besides its mesh.
-#[derive(Debug, Clone)]
-pub struct Description {
-    pub parameters: Parameters,
-    pub degrees: Degrees,
-    /// One per mesh tag.
-    pub conditions: Vec<Conditions>,
-    pub sources: Sources,
-    pub slip: SlipTreatment,
-}
-
 /// The semi-discrete incompressible system   [7.11]
 #[derive(Debug)]
 pub struct Incompressible {
+    /// The numbers of the model.
     pub parameters: Parameters,
+    /// One for each tag.
     pub conditions: Vec<Conditions>,
+    /// What enters from outside.
     pub sources: Sources,
     /// Over the whole mesh.
     pub loops: Integrator,
     /// What covers a part of it.
     pub bodies: Option<Arc<Floating>>,
+    /// The Stokes system, factorised.
     pub momentum: Arc<Momentum>,
+    /// The equation of the polarity.
     pub polarity: Polarity,
     /// `|Ω|`
     pub area: f64,

@@ -32,6 +32,7 @@ use crate::space::Space;
 /// How the unknowns of the coupled matrix hang together: made once for a model, shared by all factorisations.
 #[derive(Debug, Clone)]
 pub struct Structure {
+    /// The order of elimination, and where the factors have entries.
     pub symbolic: Arc<Symbolic>,
     /// Where the polarity begins.
     first: usize,
@@ -172,11 +173,14 @@ pub(super) fn add_velocity_block(block: &[f64], places: &[Vec<(usize, f64)>], co
 /// Which unknowns belong to which cell and node: all that the structure depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct Layout<'m> {
+    /// The space of v.
     pub velocity: &'m Space,
+    /// The space of Π, where there is one.
     pub pressure: Option<&'m Space>,
     /// Discontinuous fields that the flow carries: density and polarity, one after the other in a cell and among all
     /// unknowns.
     pub carried: [Option<&'m Space>; 2],
+    /// Where `v·n` is an unknown of its own.
     pub frames: &'m Frames,
     /// The parts in which the pressure has a multiplier of its mean.
     pub closed: &'m ClosedParts,

@@ -1,4 +1,4 @@
-//! Keeps a density nonnegative without changing its means.
+//! Keeps a density nonnegative without changing its means, by the scaling of Zhang and Shu (2010).
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -56,10 +56,13 @@ pub struct Limited {
      smaller `time.step` or a finer mesh there"
 )]
 pub struct NegativeMean {
+    /// Its number.
     pub cell: usize,
     /// Mean of the corners of the cell.
     pub x: f64,
+    /// Second coordinate.
     pub y: f64,
+    /// The mean density.
     pub mean: f64,
 }
 
@@ -102,6 +105,9 @@ impl Limiter {
     }
 
     /// ⟨u⟩ of every cell.
+    ///
+    /// # Panics
+    /// For a field of another space.
     pub fn means(&self, u: &Field) -> Vec<f64> {
         assert_eq!(u.values.len(), self.weights.len(), "the field is of another space");
         let n = self.space.n;

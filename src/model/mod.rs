@@ -2,24 +2,25 @@
 
 mod beside;
 pub mod boundary;
-pub mod closed;
+pub(crate) mod closed;
 pub mod compressible;
+pub mod description;
 pub mod floating;
-pub mod formulas;
+pub(crate) mod formulas;
 pub mod frames;
 pub mod immersed;
 pub mod incompressible;
 pub mod lagged;
 pub mod limiter;
 pub mod manufactured;
-pub mod mobility;
+pub(crate) mod mobility;
 pub mod momentum;
 pub mod parameters;
 pub mod passive;
 pub mod polarity;
 mod pushed;
 pub mod rotation;
-pub mod scales;
+pub(crate) mod scales;
 pub mod sources;
 pub mod start;
 pub mod state;
@@ -28,6 +29,9 @@ pub mod terms;
 pub mod walls;
 
 pub use boundary::{Conditions, Held, PolarityCondition, VelocityCondition};
+pub use compressible::Compressible;
+pub use description::{Degrees, Description};
+pub use incompressible::Incompressible;
 pub use manufactured::Exact;
 pub use parameters::{DensityLaw, ElasticForce, ModelKind, ModelScene, Parameters};
 pub use sources::Sources;
@@ -39,6 +43,7 @@ use crate::mesh::Point;
 
 /// A rule of the model that a value breaks. `key` is relative to the table that was checked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 #[error("`{key}` = {value}: {rule}; hint: {hint}")]
 pub struct ModelError {
     pub key: String,

@@ -28,12 +28,16 @@ pub use error::MomentumError;
 pub use outer::outer_force;
 
 /// How `v·n = 0` is imposed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum SlipTreatment {
     /// Nodal unknowns in the frame of the exact normal.
+    #[default]
     Rotated,
-    /// `(1/ε_r) ∫ (v·n)(w·n) ds` [10.3], `ε_r` in units of `√|Ω|`.
-    Penalty { epsilon: f64 },
+    /// `(1/ε_r) ∫ (v·n)(w·n) ds`   [10.3]
+    Penalty {
+        /// `ε_r`, in units of `√|Ω|`.
+        epsilon: f64,
+    },
 }
 
 impl SlipTreatment {
@@ -49,9 +53,13 @@ impl SlipTreatment {
 /// `2(D(v)|D(w)) + C_F(v|w) + b(w,Π) = F(w)`, `b(v,ξ) = 0`   [7.11a], [7.11b]
 #[derive(Debug)]
 pub struct Momentum {
+    /// The space of v.
     pub velocity: Arc<Space>,
+    /// The space of Π.
     pub pressure: Arc<Space>,
+    /// How `v·n = 0` is imposed.
     pub slip: SlipTreatment,
+    /// Where `v·n` is an unknown of its own.
     pub frames: Frames,
     /// The parts in which the pressure is determined up to a constant, and has zero mean.
     pub closed: ClosedParts,
@@ -63,7 +71,9 @@ pub struct Momentum {
     gradient: Matrix,
     /// `b(v,ξ)`.
     divergence: Matrix,
+    /// `(v|w)`
     pub velocity_mass: Matrix,
+    /// `(Π|χ)`
     pub pressure_mass: Matrix,
     system: System,
     /// Factorised masses of the stationary residuals, free velocity unknowns and pressure.

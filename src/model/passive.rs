@@ -36,8 +36,11 @@ use crate::space::{Field, Space};
 /// What a cell belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CellPlace {
+    /// Outside of all bodies.
     Tissue,
+    /// On the edge of one.
     Cut,
+    /// Inside of one.
     Body,
 }
 
@@ -65,13 +68,16 @@ pub struct Passive {
     pub parts: Arc<Vec<CellPlace>>,
     /// Loops over the whole mesh.
     pub whole: Integrator,
+    /// How strong the continuation is.
     pub weights: Continuation,
 }
 
 /// Bodies in a tissue, at one time.
 #[derive(Debug)]
 pub struct Covered {
+    /// The cells that bodies cover.
     pub passive: Passive,
+    /// How the bodies lie on the mesh.
     pub cover: Arc<Cover>,
     /// Loops over `Ω∖B`.
     pub tissue: Integrator,

@@ -33,7 +33,9 @@ const DIRECT_LIMIT: usize = 30_000;
 /// What never changes in the polarity equation.
 #[derive(Debug)]
 pub struct Polarity {
+    /// Discontinuous, with two components.
     pub space: Arc<Space>,
+    /// Faces where the polarity is prescribed.
     pub dirichlet: Faces,
     parameters: Parameters,
     conditions: Vec<Conditions>,

@@ -14,8 +14,11 @@ pub enum Volume {
 /// Velocity, pressure or density, and polarity at one time.
 #[derive(Debug, Clone)]
 pub struct State {
+    /// Velocity.
     pub v: Field,
+    /// Pressure or density.
     pub volume: Volume,
+    /// Polarity.
     pub p: Field,
 }
 
@@ -62,9 +65,11 @@ impl State {
 /// [`Scales`](super::scales::Scales)
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Residuals {
+    /// Of the momentum balance.
     pub velocity: f64,
     /// Of `div v = 0`, or of the transport of the density.
     pub volume: f64,
+    /// Of the polarity's equation.
     pub polarity: f64,
 }
 

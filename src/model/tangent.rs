@@ -31,6 +31,7 @@ pub struct ForceTangent {
 /// The derivative of the equations of one step.
 #[derive(Debug)]
 pub struct Tangent<'m> {
+    /// Whose derivative this is.
     pub model: &'m Incompressible,
     state: &'m State,
     t: f64,
@@ -38,6 +39,7 @@ pub struct Tangent<'m> {
     pub operator: VectorBlocks,
     /// `Λ′`, the derivative of `(1/B)(L_h|q)`.
     pub molecular: VectorBlocks,
+    /// How the force on the flow depends on the polarity.
     pub force: ForceTangent,
     /// `D`: the derivative of `R_p` along v, `2n_p × 2n_v` per cell.
     pub drag: Rows,

@@ -8,6 +8,11 @@ use words::{Row, WORDS};
 /// The mark of files that are written where a user's own may lie, in a comment or whatever a format has for it.
 pub const MADE_BY: &str = "made by monolayer";
 
+/// What is said where a feature of the crate would be needed that it was built without; `does` is what that does.
+pub(crate) fn absent(feature: &str, does: &str) -> String {
+    format!("built without the feature `{feature}`, which {does}")
+}
+
 /// Keys that have had another name, and their names now: one row each. Only the last part of a path changes.
 pub const RENAMED: [(&str, &str); 2] = [("model.slip", "model.alignment"), ("space.slip", "space.walls")];
 

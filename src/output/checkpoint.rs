@@ -24,12 +24,15 @@ pub struct Saved {
     pub scene: String,
     /// [`crate::mesh::Mesh::fingerprint`] of the mesh that the state lives on, 0 without one.
     pub mesh: u64,
+    /// Time of the state.
     pub t: f64,
+    /// All that the march needs.
     pub counts: Counts,
     /// Largest overlap of bodies after a step so far, 0 without one.
     pub overlap: f64,
     /// What moves, as its stepper packs it.
     pub state: Vec<u8>,
+    /// What was gathered on the way.
     pub kept: Kept,
 }
 

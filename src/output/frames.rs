@@ -25,6 +25,7 @@ pub struct Frame {
     pub film: String,
     /// Relative to the folder of the list.
     pub file: String,
+    /// Time of the fields.
     pub time: f64,
 }
 

@@ -19,6 +19,7 @@ use std::path::Path;
 
 /// What can go wrong while results are written.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum OutputError {
     #[error("{path}: {what}; hint: {hint}")]
     Io { path: String, what: String, hint: &'static str },

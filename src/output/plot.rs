@@ -6,21 +6,40 @@
 //! Every text understands a little markup: Unicode scripts (`L²`, `10⁻³`, `vₕ`), `_x` and `^x` with one letter,
 //! digit or ∞ that ends the word (`Δ_h p`), and `_{…}`, `^{…}`. Anything else, such as `my_name`, is drawn as it is.
 
+#[cfg(feature = "pictures")]
 mod axis;
+#[cfg(feature = "pictures")]
+mod drawn;
+#[cfg(not(feature = "pictures"))]
+#[path = "plot/undrawn.rs"]
+mod drawn;
+#[cfg(feature = "pictures")]
 mod header;
+#[cfg(feature = "pictures")]
 mod layout;
+#[cfg(feature = "pictures")]
 mod legend;
 pub mod map;
+#[cfg(feature = "pictures")]
 mod raster;
+#[cfg(feature = "pictures")]
 mod scene;
+#[cfg(feature = "pictures")]
 mod slope;
+#[cfg(feature = "pictures")]
 mod svg;
+#[cfg(feature = "pictures")]
 mod text;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use super::{OutputError, mark};
+use crate::names::absent;
+
+/// What has to be built for pictures, and what it does.
+pub(crate) const FEATURE: &str = "pictures";
+pub(crate) const DOES: &str = "draws maps and plots";
 
 /// Pixels of the PNG per unit of the SVG.
 pub const PNG_SCALE: u32 = 2;
@@ -91,7 +110,9 @@ pub enum Line {
     /// Solid with the first six colours, dashed with the other six.
     #[default]
     Auto,
+    /// Through all points.
     Solid,
+    /// Through all points, with gaps.
     Dashed,
     /// None: every point has its marker, and no points are joined.
     None,
@@ -103,8 +124,11 @@ pub enum Markers {
     /// One of twelve, which goes with the colour.
     #[default]
     Auto,
+    /// A line alone.
     None,
+    /// Of the series' colour.
     Filled(Symbol),
+    /// An outline of the series' colour.
     Open(Symbol),
     /// Open, with the name of the series beside each instead of in the legend: a time on a curve.
     Named(Symbol),
@@ -113,11 +137,17 @@ pub enum Markers {
 /// Shape of a marker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symbol {
+    /// Round.
     Circle,
+    /// With four corners, on a side.
     Square,
+    /// Pointing up.
     Triangle,
+    /// With four corners, on one of them.
     Diamond,
+    /// Pointing down.
     TriangleDown,
+    /// With five points.
     Star,
 }
 
@@ -133,6 +163,9 @@ pub struct Slope {
 /// Why a plot could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum PlotError {
+    /// What draws is not in this build.
+    #[error("no picture: {}; hint: build with `--features pictures`", absent(FEATURE, DOES))]
+    Off,
     /// The embedded font could not be read.
     #[error("embedded font: {reason}, must be a readable TrueType font; hint: check the `dejavu` dependency")]
     Font {
@@ -211,20 +244,18 @@ impl Plot {
     /// Draws the picture as an SVG document.
     ///
     /// # Errors
-    /// [`PlotError::Font`] if the embedded font cannot be read.
+    /// [`PlotError::Font`] if the embedded font cannot be read, [`PlotError::Off`] in a build without pictures.
     pub fn svg(&self) -> Result<String, PlotError> {
-        let font = text::Font::load()?;
-        Ok(svg::render(&layout::arrange(self, &font)))
+        Ok(drawn::plot(self)?.svg())
     }
 
     /// Draws the picture as the bytes of a PNG file, [`PNG_SCALE`] times as large as the SVG, on white.
     ///
     /// # Errors
     /// [`PlotError::Font`] if the embedded font cannot be read, [`PlotError::Canvas`] if texts or legend make the
-    /// picture too high, [`PlotError::Encode`] if the encoder fails.
+    /// picture too high, [`PlotError::Encode`] if the encoder fails, [`PlotError::Off`] in a build without pictures.
     pub fn png(&self) -> Result<Vec<u8>, PlotError> {
-        let font = text::Font::load()?;
-        raster::render(&layout::arrange(self, &font), &font)
+        drawn::plot(self)?.png()
     }
 
     /// Writes `<path>.svg` and `<path>.png`; nothing is written if one of them cannot be drawn.
@@ -235,11 +266,22 @@ impl Plot {
     /// [`PlotError::Font`], [`PlotError::Canvas`] or [`PlotError::Encode`] if it cannot be drawn, [`PlotError::Write`]
     /// if a file cannot be written, and [`PlotError::Foreign`] if it is there and not one of this program.
     pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
-        let font = text::Font::load()?;
-        let scene = layout::arrange(self, &font);
-        let png = raster::render(&scene, &font)?;
-        write_file(path_without_extension, ".svg", svg::render(&scene).as_bytes())?;
+        let drawn = drawn::plot(self)?;
+        let png = drawn.png()?;
+        write_file(path_without_extension, ".svg", drawn.svg().as_bytes())?;
         write_file(path_without_extension, ".png", &png)
+    }
+}
+
+/// The outcome of writing a picture that nobody asked for, beside tables that say the same: a build without pictures
+/// leaves it out.
+///
+/// # Errors
+/// Those of the picture, but for [`PlotError::Off`].
+pub(crate) fn if_drawn(written: Result<(), PlotError>) -> Result<(), PlotError> {
+    match written {
+        Err(PlotError::Off) => Ok(()),
+        other => other,
     }
 }
 

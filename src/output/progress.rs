@@ -4,25 +4,39 @@ use std::cell::RefCell;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use super::console;
+
+#[cfg(feature = "cli")]
+mod bar;
+#[cfg(not(feature = "cli"))]
+#[path = "progress/no_bar.rs"]
+mod bar;
+
+use bar::Bar;
 
 /// How much is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
+    /// Errors alone.
     Quiet,
+    /// A bar, or a line now and then.
     Normal,
+    /// A line for every step.
     Verbose,
 }
 
 /// One line about the state of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Status {
+    /// Steps that were accepted.
     pub step: usize,
+    /// Time that was reached.
     pub t: f64,
+    /// Time at which the run ends at the latest.
     pub end: f64,
+    /// Length of the last step.
     pub dt: f64,
+    /// Iterations that it took.
     pub iterations: usize,
     /// Residual of the stationary equations, where it is known.
     pub residual: Option<f64>,
@@ -46,7 +60,7 @@ impl Status {
 /// A bar on a terminal, a line now and then elsewhere, nothing when quiet.
 #[derive(Debug)]
 pub struct Progress {
-    bar: Option<ProgressBar>,
+    bar: Option<Bar>,
     verbosity: Verbosity,
     start: (Instant, f64),
     last_line: Instant,
@@ -55,19 +69,12 @@ pub struct Progress {
 
 /// Plain lines are this far apart.
 const PAUSE: Duration = Duration::from_secs(10);
-const TICKS: f64 = 10_000.0;
 
 impl Progress {
     /// Begins at time `t`.
-    ///
-    /// # Panics
-    /// Never: the template is a constant.
     pub fn new(verbosity: Verbosity, t: f64) -> Self {
         let on_terminal = std::io::stderr().is_terminal() && verbosity == Verbosity::Normal;
-        let bar = on_terminal.then(|| {
-            let style = ProgressStyle::with_template("{bar:12} {percent:>3}%  {wide_msg}").expect("a valid template");
-            ProgressBar::new(TICKS as u64).with_style(style)
-        });
+        let bar = if on_terminal { Bar::new() } else { None };
         let now = Instant::now();
         Self { bar, verbosity, start: (now, t), last_line: now, said: RefCell::default() }
     }
@@ -77,7 +84,7 @@ impl Progress {
         self.said.borrow_mut().push(text.to_owned());
         match (&self.bar, self.verbosity) {
             (_, Verbosity::Quiet) => {}
-            (Some(bar), Verbosity::Normal | Verbosity::Verbose) => bar.println(text),
+            (Some(bar), Verbosity::Normal | Verbosity::Verbose) => bar.say(text),
             (None, Verbosity::Normal | Verbosity::Verbose) => console::note(text),
         }
     }
@@ -96,8 +103,7 @@ impl Progress {
     pub fn show(&mut self, status: &Status) {
         let left = self.time_left(status);
         if let Some(bar) = &self.bar {
-            bar.set_position((TICKS * status.t / status.end) as u64);
-            bar.set_message(status.short(&left));
+            bar.show(status.t / status.end, status.short(&left));
         } else {
             self.line(&status.long(&left));
         }
@@ -108,8 +114,7 @@ impl Progress {
         let text = format!("pseudo-step {step}  dt {dt:.2e}  residual {residual:.2e} (to reach {bound:.0e})");
         if let Some(bar) = &self.bar {
             let digits = -residual.log10() / -bound.log10();
-            bar.set_position((TICKS * digits.clamp(0.0, 1.0)) as u64);
-            bar.set_message(text);
+            bar.show(digits.clamp(0.0, 1.0), text);
         } else {
             self.line(&text);
         }
@@ -137,7 +142,7 @@ impl Progress {
     /// Takes the bar away.
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+            bar.take_away();
         }
     }
 }

@@ -13,6 +13,7 @@ const HINT: &str = "the index is not one of this program: remove it, or start th
 /// One file of the series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
+    /// Time of the fields.
     pub time: f64,
     /// Files of one time and different parts are shown together.
     pub part: usize,

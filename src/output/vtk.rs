@@ -59,6 +59,7 @@ impl Grid {
 /// Values of a scalar or vector at the nodes of a [`Grid`].
 #[derive(Debug, Clone, Copy)]
 pub struct Field<'a> {
+    /// As ParaView shows it.
     pub name: &'a str,
     /// 1 or 2.
     pub components: usize,

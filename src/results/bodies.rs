@@ -12,10 +12,15 @@ use crate::shape::{Pose, Twist};
 /// The bodies at a time that the table has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodiesAtTime {
+    /// What never changes.
     pub solids: Solids,
+    /// Time of what was read.
     pub time: f64,
+    /// Where the bodies are.
     pub poses: Vec<Pose>,
+    /// How they move.
     pub twists: Vec<Twist>,
+    /// What contact does to them.
     pub loads: Vec<Load>,
     /// Without their normals, which the table does not have.
     pub contacts: Vec<Contact>,
@@ -24,6 +29,7 @@ pub struct BodiesAtTime {
 /// A body on its way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
+    /// Of the body.
     pub name: String,
     /// Time, position, angle, velocity, spin.
     pub rows: Vec<(f64, Pose, Twist)>,

@@ -56,14 +56,18 @@ pub struct CurveSettings {
 pub struct Picture {
     /// Without ending.
     pub name: String,
+    /// Which curves these are.
     pub what: What,
+    /// The picture, to be drawn.
     pub plot: Plot,
 }
 
 /// The pictures, and what could not be drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawn {
+    /// Those that there was something to show of.
     pub pictures: Vec<Picture>,
+    /// What could not be drawn, and why.
     pub notes: Vec<String>,
 }
 
@@ -71,6 +75,7 @@ pub struct Drawn {
 pub const MOST_RUNS: usize = 24;
 
 impl What {
+    /// Every kind, in the order in which they are drawn.
     pub const ALL: [What; 12] = [
         What::Sections,
         What::Energy,

@@ -33,15 +33,18 @@ pub struct SectionFile {
     pub name: String,
     /// Step of a section that was written on the way; `None` for the last state.
     pub step: Option<usize>,
+    /// Its table.
     pub path: PathBuf,
 }
 
 /// A folder of results.
 #[derive(Debug, Clone)]
 pub struct Results {
+    /// The folder.
     pub path: PathBuf,
     /// Last part of the path.
     pub name: String,
+    /// What has left it.
     pub kind: ResultsKind,
     /// `scene.toml`.
     pub scene: Option<toml::Table>,
@@ -53,6 +56,7 @@ pub struct Results {
     pub tables: Vec<(String, Table)>,
     /// Pictures, of `x.svg` and `x.png` the first alone.
     pub pictures: Vec<PathBuf>,
+    /// Tables along lines and circles.
     pub sections: Vec<SectionFile>,
     /// The runs of a sweep, the variants of a study of orders.
     pub parts: Vec<Results>,

@@ -9,9 +9,11 @@ use crate::model::terms::factor;
 /// A setting of a scene in short: symbol and value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
+    /// As in the scene, such as `model.peclet`.
     pub key: String,
     /// As in formulas where the key has a symbol, else the key.
     pub symbol: String,
+    /// As it is written there.
     pub value: String,
     /// What it means; empty where the key says it.
     pub meaning: &'static str,

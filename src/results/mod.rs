@@ -2,6 +2,38 @@
 //!
 //! Nothing here needs the solver: what is read is what the files say. A file that is missing or broken is a sentence in
 //! [`Results::problems`], so that a run that was cut off can be looked at like any other.
+//!
+//! A run, and what is in its folder:
+//!
+//! ```
+//! use std::path::Path;
+//! use std::sync::atomic::AtomicBool;
+//!
+//! use monolayer::output::progress::Verbosity;
+//! use monolayer::results::Results;
+//! use monolayer::run::{Options, any};
+//! use monolayer::scene::AnyScene;
+//!
+//! const SCENE: &str = r#"
+//!     model = { kind = "incompressible", friction = 1, traction = 0, peclet = 1, coherence = 0.3, elasticity = 1 }
+//!     mesh = { shape = "disc", h = 0.4 }
+//!     boundary.wall = { velocity = "slip", polarity = "neumann" }
+//!     initial = { polarity = ["cos(2*y)", "sin(2*x)"] }
+//!     time = { scheme = "bdf2", step = 0.1, end = 1 }
+//!     output = [{ measures = ["free_energy"], every = { steps = 1 } }]
+//! "#;
+//! let folder = tempfile::tempdir()?;
+//! let out = folder.path().join("run");
+//! let (verbosity, interrupt) = (Verbosity::Quiet, &AtomicBool::new(false));
+//! any::run(&AnyScene::parse(SCENE, Path::new("disc.toml"))?, &Options { out: out.clone(), resume: false, verbosity, interrupt })?;
+//!
+//! let results = Results::read(&out)?;
+//! let history = results.history()?.expect("a run has a history");
+//! let energies: Vec<f64> = history.points("time", "free_energy").iter().map(|(_, energy)| *energy).collect();
+//! assert!(energies.len() == 11 && energies.is_sorted_by(|a, b| a >= b), "{energies:?}");
+//! assert!(results.problems.is_empty(), "{:?}", results.problems);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod bodies;
 mod body_curves;
@@ -22,6 +54,7 @@ pub use table::Table;
 
 /// Why results cannot be shown.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum ResultsError {
     #[error("{folder}: {what}; hint: {hint}")]
     Folder { folder: String, what: String, hint: &'static str },

@@ -8,7 +8,9 @@ use crate::scene::renamed::path_now;
 /// Rows of texts below a header.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
+    /// Names of the columns.
     pub header: Vec<String>,
+    /// Entries as they stand in the file.
     pub rows: Vec<Vec<String>>,
     /// Whether the last row was cut off, and is left out.
     pub cut_off: bool,

@@ -11,12 +11,13 @@ use crate::scene::Bodies;
 /// The bodies of a scene and how they meet.
 #[derive(Debug, Clone, Serialize)]
 pub struct BodiesReport {
+    /// How many there are.
     pub count: usize,
     /// Bodies that flow, forces and contact move.
     pub free: usize,
     /// Bodies whose motion is prescribed, but for those at rest.
     pub held: usize,
-    /// SmallestStep and largest distance of a body's points from its centre.
+    /// Smallest and largest distance of a body's points from its centre.
     pub size: [f64; 2],
     /// Those of `[[wall]]`; a tag of the boundary counts as one.
     pub walls: usize,

@@ -22,9 +22,11 @@ const COLUMNS: [f64; 2] = [9.0, 8.0];
 /// What the size of files follows from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sizes {
+    /// Cells of the mesh.
     pub cells: f64,
     /// Of the grid that fields are written on.
     pub degree: usize,
+    /// Rigid bodies.
     pub bodies: usize,
     /// Numbers in a checkpoint.
     pub checkpoint: f64,
@@ -32,6 +34,7 @@ pub struct Sizes {
     pub columns: usize,
     /// Steps of the full length to `end`.
     pub steps: f64,
+    /// Time at which the run ends.
     pub end: f64,
 }
 

@@ -24,7 +24,7 @@ pub fn announce_mesh(table: &MeshScene, verbosity: Verbosity) {
     }
 }
 
-/// SmallestStep and largest extent of a mesh from a file, and the smallest relative to its coordinates.
+/// Smallest and largest extent of a mesh from a file, and the smallest relative to its coordinates.
 const EXTENTS: [f64; 2] = [1e-9, 2e9];
 const NARROWEST: f64 = 1e-9;
 

@@ -13,6 +13,7 @@ use crate::time::StepFailure;
 
 /// Whatever can stop a run before or after its steps; a step that fails is an [`Ending`](super::Ending).
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum RunError {
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),

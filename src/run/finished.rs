@@ -17,6 +17,7 @@ use crate::time::Checkpoint;
 /// Scene and checkpoint of a run, before anything is built of them.
 #[derive(Debug)]
 pub struct FinishedRun {
+    /// What was run, with every default.
     pub scene: Scene,
     saved: Saved,
     /// Of the checkpoint.
@@ -82,8 +83,11 @@ pub fn look(
 /// The last state of a run.
 #[derive(Clone, Copy)]
 pub struct Last<'a> {
+    /// What was run.
     pub plan: &'a Plan<'a>,
+    /// Its mesh, where it has one.
     pub ground: Option<&'a Ground>,
+    /// Fields and bodies.
     pub view: &'a View<'a>,
     cast: &'a Solids,
     /// Steps to this state.

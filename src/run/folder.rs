@@ -37,6 +37,7 @@ pub const NAMES: [&str; 19] = [
 pub struct Resumed {
     /// Steps that were accepted.
     pub step: usize,
+    /// Time from which the run goes on.
     pub t: f64,
     /// Whether the run was cut off: then what it wrote at this time may be too little, or too much, and is written
     /// again. A run that came to its end, and goes on beyond it, keeps what it has written there.

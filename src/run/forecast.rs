@@ -23,8 +23,11 @@ pub const FIELDS: usize = 4;
 /// What is counted on a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Count {
+    /// Of the mesh.
     pub cells: f64,
+    /// Of the mesh.
     pub faces: f64,
+    /// Of the mesh.
     pub vertices: f64,
     /// Of velocity, pressure or density, polarity, and the flow's linear system.
     pub unknowns: [f64; FIELDS],

@@ -72,8 +72,11 @@ fn short(value: f64, digits: usize) -> String {
 /// A state of which pictures are drawn.
 #[derive(Clone, Copy)]
 pub struct Draft<'s> {
+    /// What is drawn.
     pub fields: &'s dyn Fields,
+    /// Where it is drawn.
     pub ground: &'s Ground,
+    /// Their time.
     pub t: f64,
     /// Rigid bodies in the flow: they are drawn above the fields, which are not shown inside of them.
     pub bodies: Option<&'s Moment<'s>>,

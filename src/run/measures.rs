@@ -19,9 +19,11 @@ use crate::time::{Sheet, SheetKind};
 /// What was measured after one step; empty where nothing was due.
 #[derive(Debug, Clone, Default)]
 pub struct Readings {
+    /// Of the stationary equations, where they were taken.
     pub residuals: Option<Residuals>,
     /// `F` and `dF/dt`.
     pub energy: Option<(f64, f64)>,
+    /// Of measures, in the order of their columns.
     pub taken: Taken,
 }
 

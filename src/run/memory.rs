@@ -67,10 +67,13 @@ const KRYLOV: usize = 40;
 /// Spaces and frames of a scene: what its unknowns are, before anything is assembled.
 #[derive(Debug)]
 pub struct Unknowns {
+    /// The space of v.
     pub velocity: Space,
     /// Of pressure or density.
     pub volume: Space,
+    /// The space of p.
     pub polarity: Space,
+    /// Where `v·n` is an unknown of its own.
     pub frames: Frames,
     kind: ModelKind,
     closed: ClosedParts,
@@ -81,9 +84,17 @@ pub struct Unknowns {
 #[derive(Debug, Clone, Copy)]
 pub enum Work<'s> {
     /// The polarity's operator, its incomplete factors, and so many vectors.
-    Apart { vectors: usize },
+    Apart {
+        /// Vectors that are kept beside the factors.
+        vectors: usize,
+    },
     /// Derivative and factors of the whole coupled matrix, and so many vectors of the polarity's size.
-    Coupled { structure: &'s Structure, vectors: usize },
+    Coupled {
+        /// Of the coupled matrix.
+        structure: &'s Structure,
+        /// Vectors that are kept beside the factors.
+        vectors: usize,
+    },
 }
 
 /// The memory of a scene, and what was found on the way to it.

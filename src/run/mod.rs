@@ -59,6 +59,7 @@ pub struct Options<'a> {
     pub out: PathBuf,
     /// Continue from the folder's checkpoint.
     pub resume: bool,
+    /// How much is said on the way.
     pub verbosity: Verbosity,
     /// Set from outside to end the run cleanly after the current step.
     pub interrupt: &'a AtomicBool,
@@ -77,6 +78,7 @@ pub struct Record {
 /// Over all steps of a run, resumed parts included.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Totals {
+    /// Steps, rejections, iterations.
     pub counts: Counts,
     /// Largest overlap of bodies after a step, 0 without one.
     pub overlap: f64,

@@ -25,7 +25,9 @@ use crate::space::{Continuity, Space};
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum MeshReport {
+    /// As it is.
     Built(Quality),
+    /// As it will be, of a mesh too large to be built for a report.
     Expected(Expected),
 }
 
@@ -42,8 +44,11 @@ impl MeshReport {
 /// About how large a mesh will be.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Expected {
+    /// About so many cells.
     pub cells: usize,
+    /// About so many vertices.
     pub vertices: usize,
+    /// About so many faces.
     pub faces: usize,
     /// Always: the mesh was not built.
     pub expected: bool,
@@ -72,18 +77,25 @@ impl fmt::Display for MeshReport {
 /// What will be solved, and with how much.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
+    /// One line for reports.
     pub title: Option<String>,
+    /// The terms of the equations, on and off.
     pub terms: Vec<TermStatus>,
+    /// Size and quality.
     pub mesh: MeshReport,
+    /// Rigid bodies, where there are some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bodies: Option<BodiesReport>,
     /// Steps of the full length, where the scene is marched in time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<f64>,
+    /// Of v.
     pub velocity_unknowns: usize,
     /// `pressure` or `density`.
     pub volume: &'static str,
+    /// Of Π or ρ.
     pub volume_unknowns: usize,
+    /// Of p.
     pub polarity_unknowns: usize,
     /// Of the linear system of the flow.
     pub flow_unknowns: usize,
@@ -94,6 +106,7 @@ pub struct Report {
     pub available_mib: Option<f64>,
     /// Estimate of what a run writes.
     pub disk_mib: f64,
+    /// What a reader should know.
     pub remarks: Vec<String>,
     /// Why a run is refused here and now, by a lack of memory or disk; the rest of the report is right nonetheless.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -106,6 +119,7 @@ pub struct Report {
 /// What a preset does to a scene, and what it was measured to give.
 #[derive(Debug, Clone, Serialize)]
 pub struct PresetReport {
+    /// As in the scene.
     pub name: &'static str,
     /// Keys that the scene leaves out, and their values.
     pub sets: Vec<(String, String)>,

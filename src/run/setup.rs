@@ -33,7 +33,9 @@ use crate::time::{Checkpoint, March, Sheet, SheetKind};
 /// All that is built before the first step.
 #[derive(Debug)]
 pub struct Setup {
+    /// The mesh, and what is prepared on it.
     pub ground: Ground,
+    /// The equations, assembled.
     pub model: Box<dyn Sheet>,
     /// Wall seconds that the setup took.
     pub seconds: f64,
@@ -372,17 +374,12 @@ fn check_inflow(scene: &Scene, mesh: &Mesh, measure: &'static str, axis: f64) ->
 
 /// The problem in the model's terms.
 pub fn describe(scene: &Scene, mesh: &Mesh) -> Description {
+    let crate::scene::Space { velocity, pressure, density, polarity, slip } = scene.space;
     Description {
-        parameters: scene.parameters,
-        degrees: Degrees {
-            velocity: scene.space.velocity,
-            pressure: scene.space.pressure,
-            density: scene.space.density,
-            polarity: scene.space.polarity,
-        },
-        conditions: mesh.tags.iter().map(|tag| scene.boundary[tag].clone()).collect(),
+        degrees: Degrees { velocity, pressure, density, polarity },
         sources: scene.sources.clone(),
-        slip: scene.space.slip,
+        slip,
+        ..Description::new(mesh, scene.parameters, |tag| scene.boundary[tag].clone())
     }
 }
 

@@ -34,6 +34,7 @@ pub struct SteadyReport {
     /// Dimension of the space of growing disturbances.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unstable_dimension: Option<usize>,
+    /// Where the flow repeats itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub oscillation: Option<Oscillation>,
     /// What was tried, in order.

@@ -61,7 +61,9 @@ pub trait Stepper {
 pub struct Stride {
     /// Where it ended, and its length.
     pub t: f64,
+    /// Its length.
     pub dt: f64,
+    /// Of the coupling, or of contact.
     pub iterations: usize,
     /// Steps that were too long before it.
     pub rejected: usize,
@@ -74,8 +76,11 @@ pub struct Stride {
 /// How the coupling of a step went.
 #[derive(Debug, Clone, Copy)]
 pub struct Coupled {
+    /// Of its formula in time.
     pub order: usize,
+    /// The last one [9.1].
     pub increment: f64,
+    /// Of the last iterations; not finite where none shows.
     pub rate: f64,
 }
 
@@ -111,7 +116,12 @@ pub enum Halt {
     /// Somebody wants it to end.
     Interrupted,
     /// The reason; `blame` where a value of the scene that is far from the usual may be behind it.
-    Failed { reason: String, blame: bool },
+    Failed {
+        /// What went wrong.
+        reason: String,
+        /// Whether the scene may be to blame.
+        blame: bool,
+    },
 }
 
 impl From<String> for Halt {
@@ -129,11 +139,15 @@ pub(super) fn shortened(t: f64, dt: f64, why: &str) -> String {
 /// What ends a run besides failures.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
+    /// Time at which it ends.
     pub end: f64,
+    /// Most steps.
     pub max_steps: Option<usize>,
     /// No state is at rest before: the data still change.
     pub rests_from: f64,
+    /// Bound on the residual of a state at rest.
     pub stop_residual: Option<f64>,
+    /// Bound on `|dF/dt|` of a state at rest.
     pub stop_energy_rate: Option<f64>,
 }
 
@@ -146,28 +160,39 @@ impl Limits {
 
 /// What the loop needs of a scene.
 pub struct Plan<'a> {
+    /// One line for reports.
     pub title: Option<&'a str>,
+    /// The text of the scene.
     pub source: &'a SceneSource,
     /// The resolved scene.
     pub text: String,
+    /// What ends it.
     pub limits: Limits,
     /// The value of the scene that is farthest outside of the usual.
     pub suspect: Option<String>,
+    /// What is written, and when.
     pub outputs: &'a [Output],
+    /// Rigid bodies.
     pub bodies: &'a [Body],
+    /// What bodies cannot pass.
     pub walls: Vec<Wall>,
     /// Whether the bodies are more than a part of the domain: something moves, or could.
     pub tells_of_bodies: bool,
+    /// Those of the equations, on and off.
     pub terms: Vec<TermStatus>,
     /// What a run should know and no error.
     pub remarks: Vec<String>,
     /// A remark on the start alone, which a resumed run does not repeat.
     pub said_of_start: Option<String>,
+    /// Exact fields, to which errors are measured.
     pub exact: Option<Arc<Exact>>,
     /// The scene of a tissue, for what only a march of its kind can do: searches, and notes of its coupling.
     pub tissue: Option<&'a Scene>,
+    /// Texts of pictures.
     pub caption: Caption,
+    /// How many, by field.
     pub unknowns: Unknowns,
+    /// Wall seconds before the loop.
     pub setup_seconds: f64,
 }
 
@@ -186,8 +211,11 @@ impl Plan<'_> {
 /// The ground of a run: its mesh, and what is found or prepared on it once. Particles have none.
 #[derive(Debug)]
 pub struct Ground {
+    /// The cells.
     pub mesh: Arc<Mesh>,
+    /// Sizes and worst cells.
     pub quality: Quality,
+    /// Finds the cell of a point.
     pub locator: Arc<Locator>,
     /// The equation of the elastic strain, where some output needs it.
     pub strain: Option<Strain>,
@@ -249,6 +277,7 @@ pub type Stage<'s> = dyn FnMut(&Plan, Option<&Ground>, &mut dyn Stepper) -> Resu
 pub struct Wanted<'a> {
     /// To go on from, and its file.
     pub saved: Option<&'a Saved>,
+    /// Where the checkpoint lies.
     pub file: &'a Path,
     /// To run; else to be looked at, and nothing is solved for that is not shown.
     pub run: Option<&'a Options<'a>>,

@@ -38,7 +38,10 @@ pub enum Ending {
     /// Stopped from outside; the checkpoint continues it.
     Interrupted,
     /// A step failed; the last good state was written.
-    Failed { reason: String },
+    Failed {
+        /// What went wrong, with a hint.
+        reason: String,
+    },
 }
 
 impl Ending {
@@ -74,13 +77,18 @@ impl Ending {
 /// Unknowns by field, and of the linear systems.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Unknowns {
+    /// Of v.
     pub velocity: usize,
+    /// Of Π.
     pub pressure: usize,
+    /// Of p.
     pub polarity: usize,
     /// Of the linear system of the flow, boundary conditions removed; of particles three per body.
     pub stokes_system: usize,
+    /// Of ψ, where it was computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stream_function: Option<usize>,
+    /// Of the strain, where it was computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elastic_strain: Option<usize>,
 }
@@ -89,8 +97,13 @@ pub struct Unknowns {
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum MeshFacts {
+    /// The sizes of its mesh.
     Flow(Box<Quality>),
-    None { cells: usize },
+    /// Without a mesh.
+    None {
+        /// Always 0.
+        cells: usize,
+    },
 }
 
 impl MeshFacts {
@@ -108,6 +121,7 @@ impl MeshFacts {
 pub struct BodyFacts {
     /// Number of bodies.
     pub bodies: usize,
+    /// Number of walls.
     pub walls: usize,
     /// Largest overlap of bodies with each other or with walls after any step, 0 without one; of pairs whose motion is
     /// given, too.
@@ -127,17 +141,25 @@ pub(super) struct Found {
 /// Everything in `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
+    /// One line for reports.
     pub title: Option<String>,
+    /// How the run ended, in a word.
     pub status: &'static str,
+    /// How the run ended, and why.
     #[serde(flatten)]
     pub ending: Ending,
     /// Time that was reached.
     pub time: f64,
+    /// The terms of the equations, on and off.
     pub terms: Vec<TermStatus>,
+    /// Sizes and worst cells.
     pub mesh: MeshFacts,
+    /// How many numbers are solved for.
     pub unknowns: Unknowns,
+    /// Of rigid bodies, where something moves.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<BodyFacts>,
+    /// Totals over all steps.
     #[serde(flatten)]
     pub counts: Counts,
     /// Sparse factorisations of this process during the run: Stokes, masses, stream function; a polarity matrix only
@@ -149,11 +171,14 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    /// Of the stationary equations at the end, where it was taken.
     pub residual: Option<f64>,
+    /// At the end, by column.
     pub measures: BTreeMap<&'static str, f64>,
     /// Of the measures' discretisation errors, where the scene asks for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimates: Option<BTreeMap<&'static str, f64>>,
+    /// Errors of the measures, where they were asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimated: Option<Estimated>,
     /// Why there are no estimates.
@@ -170,15 +195,18 @@ pub struct Summary {
     pub steady: Option<SteadyReport>,
     /// Wall seconds by phase.
     pub seconds: BTreeMap<&'static str, f64>,
+    /// Wall seconds of all.
     pub seconds_total: f64,
     /// Wall seconds of one iteration of the coupling, on average.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seconds_per_iteration: Option<f64>,
     /// Largest resident memory of the process, where the system tells.
     pub peak_memory_mib: Option<f64>,
+    /// How many there were.
     pub threads: usize,
     /// Notes that were given, in order.
     pub said: Vec<String>,
+    /// Of the program.
     pub version: &'static str,
 }
 

@@ -37,8 +37,11 @@ pub trait Fields: Sync {
 /// A tissue in a state, at a time.
 #[derive(Debug, Clone, Copy)]
 pub struct TissueFields<'a> {
+    /// What is solved.
     pub model: &'a dyn Sheet,
+    /// Its fields.
     pub state: &'a State,
+    /// Time of the state.
     pub t: f64,
 }
 
@@ -89,7 +92,9 @@ impl Fields for TissueFields<'_> {
 /// A Stokes flow that carries bodies, or none.
 #[derive(Debug, Clone, Copy)]
 pub struct FlowFields<'a> {
+    /// What is solved.
     pub flow: &'a Flow,
+    /// Its fields and the motion of its bodies.
     pub carried: &'a FlowWithBodies,
 }
 
@@ -122,20 +127,25 @@ impl Fields for FlowFields<'_> {
 /// What only a tissue shows.
 #[derive(Debug, Clone, Copy)]
 pub struct TissueNow<'a> {
+    /// What is solved.
     pub model: &'a dyn Sheet,
+    /// Its fields.
     pub state: &'a State,
     /// `∂_t p`
     pub rate_of_p: &'a [f64],
+    /// What the march has counted.
     pub march: OfMarch,
 }
 
 /// All that there is between two steps.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
+    /// Time of the state.
     pub t: f64,
     /// `None` where there is nothing but bodies.
     pub fields: Option<&'a dyn Fields>,
     /// `None` where there are no bodies.
     pub bodies: Option<Bodies<'a>>,
+    /// `None` where there is no tissue.
     pub tissue: Option<TissueNow<'a>>,
 }

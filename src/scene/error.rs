@@ -8,9 +8,19 @@ use super::path::quoted;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// Line (from 1) of the scene file; `None` if the file has no such place.
-    Line { file: String, line: Option<usize> },
+    Line {
+        /// The scene's file.
+        file: String,
+        /// From 1, where it is known.
+        line: Option<usize>,
+    },
     /// An override: `--set`, a study's axis or a test.
-    Set { file: String, path: String },
+    Set {
+        /// The scene's file.
+        file: String,
+        /// The key that was set.
+        path: String,
+    },
 }
 
 impl fmt::Display for Place {
@@ -25,6 +35,7 @@ impl fmt::Display for Place {
 
 /// What can be wrong with a scene.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum SceneError {
     #[error("{file}: cannot be read ({reason}); hint: {hint}")]
     Unreadable { file: String, reason: String, hint: &'static str },

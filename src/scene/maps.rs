@@ -111,7 +111,9 @@ impl Quantity {
 pub struct MapRequest {
     /// Name of the files, without step and ending.
     pub name: String,
+    /// What the colours show.
     pub of: Quantity,
+    /// The vectors above them.
     pub arrows: Option<ArrowsOf>,
     /// Contour lines of the stream function.
     pub streamlines: bool,
@@ -127,7 +129,9 @@ pub struct MapRequest {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum MapTable {
+    /// What the colours show; the rest by default.
     Quantity(Quantity),
+    /// All that can be said.
     Options(MapOptions),
 }
 
@@ -135,6 +139,7 @@ pub enum MapTable {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MapOptions {
+    /// What the colours show.
     pub of: Quantity,
     /// Name of the files (default: the quantity).
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -16,7 +16,7 @@ pub mod renamed;
 mod resolve;
 mod source;
 pub mod start;
-pub mod tables;
+pub(crate) mod tables;
 mod translate;
 
 use std::collections::BTreeMap;
@@ -46,25 +46,33 @@ pub use source::SceneSource;
 /// One computation, checked as far as possible without its mesh.
 #[derive(Debug, Clone)]
 pub struct Scene {
+    /// One line for reports.
     pub title: Option<String>,
+    /// The numbers of the model.
     pub parameters: Parameters,
     /// `mesh.file` is absolute.
     pub mesh: MeshScene,
+    /// Polynomial degrees.
     pub space: Space,
     /// By boundary tag; [`Scene::check_tags`] compares with the mesh.
     pub boundary: BTreeMap<String, Conditions>,
+    /// The polarity at t = 0.
     pub initial: Initial,
     /// Of the compressible sheet.
     pub initial_density: Option<InitialDensity>,
+    /// What enters the equations from outside.
     pub sources: Sources,
+    /// How time is discretised, and where it ends.
     pub time: Time,
     /// How a steady state is searched for, where the scene asks for one.
     pub steady: Option<SteadySettings>,
+    /// How a step is solved.
     pub coupling: CouplingSettings,
     /// Of the elastic strain, where the scene has one.
     pub strain: Option<StrainSettings>,
     /// Rigid bodies that the tissue carries.
     pub bodies: Option<Bodies>,
+    /// What is written, and when.
     pub outputs: Vec<Output>,
     /// Keys and values that `accuracy` has filled in.
     pub preset: presets::Filled,
@@ -92,6 +100,7 @@ pub struct Space {
     pub density: usize,
     /// Of p, discontinuous.
     pub polarity: usize,
+    /// How `v·n = 0` is imposed.
     pub slip: SlipTreatment,
 }
 
@@ -108,7 +117,14 @@ pub enum Initial {
     Expressions([Expression; 2]),
     /// [10.4.4]: at the nodes of a mesh of edge length `h_coarse` a uniform direction times a normal deviate of
     /// standard deviation `amplitude`, interpolated.
-    Random { seed: u64, amplitude: f64, h_coarse: f64 },
+    Random {
+        /// The same seed gives the same start.
+        seed: u64,
+        /// Standard deviation of the length of vectors.
+        amplitude: f64,
+        /// Distance of the points that have a vector of their own.
+        h_coarse: f64,
+    },
     /// Absolute path of fields that were written before.
     File(PathBuf),
 }
@@ -133,6 +149,7 @@ pub struct Time {
     pub density_implicit: bool,
     /// Steps and how they change.
     pub control: ControlSettings,
+    /// The run ends at this time.
     pub end: f64,
     /// Whether the first b − 1 steps take the exact polarity.
     pub exact_start: bool,

@@ -133,19 +133,28 @@ pub const AXIS_POINTS: usize = 1001;
 /// A section through the fields.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cut {
+    /// One of those that the thesis has.
     Axis(Axis),
     /// `points` equidistant points from `from` to `to`, both included.
     Line {
+        /// Name of its table.
         name: String,
+        /// First point.
         from: Point,
+        /// Last point.
         to: Point,
+        /// Number of points, both ends included.
         points: usize,
     },
     /// `points` points at equal angles, counterclockwise from the one to the right of the centre.
     Circle {
+        /// Name of its table.
         name: String,
+        /// Its middle.
         centre: Point,
+        /// Distance of its points from the middle.
         radius: f64,
+        /// Number of points.
         points: usize,
     },
 }
@@ -171,14 +180,20 @@ impl Cut {
 /// What one `[[output]]` writes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum What {
+    /// Whole fields, for ParaView.
     Fields(Vec<Field>),
+    /// Columns of the history.
     Measures(Vec<&'static Measure>),
+    /// Tables along lines and circles.
     Cuts(Vec<Cut>),
+    /// Pictures.
     Maps(Vec<MapRequest>),
     /// Polydata and a table of the bodies; and a table of their contacts.
     Bodies {
+        /// Whether contacts are written, too.
         contacts: bool,
     },
+    /// All that a restart needs.
     Checkpoint,
 }
 
@@ -201,7 +216,9 @@ pub fn measured(outputs: &[Output]) -> Vec<&'static Measure> {
 /// A checked `[[output]]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
+    /// What is written.
     pub what: What,
+    /// When.
     pub schedule: Schedule,
     /// Whether the errors of the measures are estimated at the end.
     pub estimate: bool,
@@ -211,22 +228,28 @@ pub struct Output {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OutputTable {
+    /// Fields to write whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fields: Option<Vec<Field>>,
+    /// Measures to take.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measures: Option<Vec<&'static Measure>>,
     /// Beside `measures`: their discretisation errors are estimated at the end (default false).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<bool>,
+    /// Lines and circles along which fields are written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cuts: Option<Vec<CutTable>>,
+    /// Pictures to draw.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub maps: Option<Vec<MapTable>>,
+    /// Rigid bodies: `true`, or left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<bool>,
     /// Beside `bodies`: a table of the contacts (default false).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contacts: Option<bool>,
+    /// All that a restart needs: `true`, or left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<bool>,
     /// Absent: only at the end.
@@ -238,8 +261,10 @@ pub struct OutputTable {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EveryTable {
+    /// After this much time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
+    /// After so many steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<usize>,
 }
@@ -248,7 +273,9 @@ pub struct EveryTable {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum CutTable {
+    /// One of those that have a name.
     Axis(Axis),
+    /// A line or a circle.
     Section(SectionTable),
 }
 
@@ -262,6 +289,7 @@ pub struct SectionTable {
     /// Ends of a line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
+    /// Last point of a line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<[f64; 2]>,
     /// Centre of a circle.

@@ -12,14 +12,18 @@ use crate::mesh::generate::{MeshScene, Scale};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Accuracy {
+    /// For a first look.
     Draft,
+    /// For most purposes.
     Standard,
+    /// For numbers that are published.
     Fine,
 }
 
 /// What a preset sets where the scene does not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preset {
+    /// Its name.
     pub accuracy: Accuracy,
     /// `space.k`, unless one of `k` and `degree` is given.
     pub k: usize,
@@ -48,6 +52,7 @@ pub struct Preset {
 /// What a preset was measured to give.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
+    /// What was computed.
     pub case: &'static str,
     /// What the errors are of.
     pub measure: &'static str,
@@ -58,6 +63,7 @@ pub struct Measured {
 }
 
 impl Accuracy {
+    /// From the coarsest to the finest.
     pub const ALL: [Accuracy; 3] = [Accuracy::Draft, Accuracy::Standard, Accuracy::Fine];
 
     /// As in the scene file.

@@ -10,6 +10,7 @@ use crate::expression::{Formula, VectorFormula};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InitialTable {
+    /// The polarity at t = 0.
     pub polarity: PolarityStart,
     /// Compressible only, and needed there unless there are exact fields.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -20,8 +21,11 @@ pub struct InitialTable {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum PolarityStart {
+    /// A start that has a name, such as `aligned-around-disc`.
     Name(String),
+    /// Both components.
     Formulas(VectorFormula),
+    /// A start that needs more to be said.
     Table(StartTable),
 }
 
@@ -29,7 +33,9 @@ pub enum PolarityStart {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StartTable {
+    /// Vectors at random.
     Random(RandomTable),
+    /// The last state of another run.
     File(String),
 }
 
@@ -55,7 +61,9 @@ impl Default for RandomTable {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum DensityStart {
+    /// A formula.
     Formula(Formula),
+    /// A start that needs more to be said.
     Table(DensityTable),
 }
 
@@ -63,6 +71,7 @@ pub enum DensityStart {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DensityTable {
+    /// The last state of another run.
     File(String),
 }
 

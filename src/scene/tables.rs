@@ -12,7 +12,9 @@ use crate::expression::{Formula, VectorFormula};
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::BoundaryScene;
 use crate::model::parameters::ModelScene;
-use crate::steady::Want;
+use crate::scheme::ControlSettings;
+use crate::steady::{SteadySettings, Want};
+use crate::time::CouplingSettings;
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -211,16 +213,21 @@ fn is_one(value: &f64) -> bool {
     *value == 1.0
 }
 
+/// Those of the step control, whatever the step.
+fn default_control() -> ControlSettings {
+    ControlSettings::new(1.0)
+}
+
 fn default_growth() -> f64 {
-    1.25
+    default_control().growth
 }
 
 fn default_growth_wait() -> f64 {
-    50.0
+    default_control().growth_wait
 }
 
 fn default_growth_rate() -> f64 {
-    0.55
+    default_control().growth_rate
 }
 
 /// BDF of order 1 to 6 on the polarity.
@@ -298,7 +305,8 @@ pub struct SteadyTable {
 
 impl Default for SteadyTable {
     fn default() -> Self {
-        Self { residual: 1e-9, step: 1.0, max_steps: 300, want: Want::Stable, eigenvalues: 6, march: None }
+        let SteadySettings { residual, step, max_steps, want, eigenvalues, .. } = SteadySettings::default();
+        Self { residual, step, max_steps, want, eigenvalues, march: None }
     }
 }
 
@@ -334,8 +342,8 @@ pub struct CouplingTable {
 
 impl Default for CouplingTable {
     fn default() -> Self {
-        let kind = CouplingName::Newton;
-        Self { kind, tolerance: 1e-8, accept: None, diverged: 1e4, max_iterations: 100, depth: 10 }
+        let CouplingSettings { tolerance, diverged, max_iterations, .. } = CouplingSettings::default();
+        Self { kind: CouplingName::Newton, tolerance, accept: None, diverged, max_iterations, depth: 10 }
     }
 }
 

@@ -9,6 +9,7 @@ use super::schedule::{plain, trim};
 pub struct StepBounds {
     /// First and largest step.
     pub step: f64,
+    /// The step below which a run fails.
     pub step_min: SmallestStep,
 }
 
@@ -22,6 +23,11 @@ pub enum SmallestStep {
 }
 
 impl SmallestStep {
+    /// A millionth of `time.step`, where nothing is said.
+    pub fn of(step: f64) -> Self {
+        Self::Default(1e-6 * step)
+    }
+
     /// Its length.
     pub fn value(self) -> f64 {
         match self {
@@ -86,12 +92,15 @@ const HINT: &str =
 /// A step that was made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AdaptedStep<T> {
+    /// Time after the step.
     pub t: f64,
+    /// Its length.
     pub dt: f64,
     /// Steps that were too long before it.
     pub rejected: usize,
     /// Why the first of them was, where the step was not short already.
     pub why: Option<String>,
+    /// What the attempt has made.
     pub done: T,
 }
 

@@ -20,9 +20,15 @@ pub struct ControlSettings {
 }
 
 impl ControlSettings {
-    /// The thesis' numbers.
-    pub fn new(step: f64, step_min: f64) -> Self {
-        Self { step, step_min: SmallestStep::Given(step_min), growth: 1.25, growth_wait: 50.0, growth_rate: 0.55 }
+    /// The thesis' numbers, and a Δt_min of a millionth of `Δt_0 = step`.
+    pub fn new(step: f64) -> Self {
+        Self { step, step_min: SmallestStep::of(step), growth: 1.25, growth_wait: 50.0, growth_rate: 0.55 }
+    }
+
+    /// The same down to another Δt_min.
+    #[must_use]
+    pub fn down_to(self, step_min: f64) -> Self {
+        Self { step_min: SmallestStep::Given(step_min), ..self }
     }
 }
 

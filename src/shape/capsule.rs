@@ -14,7 +14,9 @@ use crate::mesh::Point;
 /// All points within `radius` of the segment from `(−half_length, 0)` to `(half_length, 0)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Capsule {
+    /// Half of the length of its core.
     pub half_length: f64,
+    /// What the core is thickened by.
     pub radius: f64,
 }
 
@@ -24,6 +26,7 @@ pub struct Capsule {
 pub struct CapsuleTable {
     /// Of the straight part.
     pub length: f64,
+    /// What the core is thickened by.
     pub radius: f64,
 }
 

@@ -12,6 +12,7 @@ use crate::mesh::Point;
 /// All points within `radius` of the origin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Disc {
+    /// Its radius.
     pub radius: f64,
 }
 
@@ -19,6 +20,7 @@ pub struct Disc {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DiscTable {
+    /// Its radius.
     pub radius: f64,
 }
 

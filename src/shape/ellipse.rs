@@ -11,6 +11,7 @@ use crate::mesh::Point;
 /// Semi-axes along the frame's axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ellipse {
+    /// Half axes along the frame's axes.
     pub semi_axes: [f64; 2],
 }
 

@@ -2,6 +2,7 @@
 
 /// What can be wrong with a shape.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum ShapeError {
     #[error("{what} = {value}: must be a positive number; hint: lengths are in the unit of the scene")]
     Size { what: &'static str, value: f64 },

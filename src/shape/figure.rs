@@ -11,9 +11,17 @@ use crate::mesh::Point;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Figure<'s> {
     /// All points within `radius` of the core: its Minkowski sum with a disc.
-    Around { core: Core<'s>, radius: f64 },
+    Around {
+        /// What is thickened.
+        core: Core<'s>,
+        /// By so much.
+        radius: f64,
+    },
     /// Semi-axes along the frame's axes.
-    Ellipse { semi_axes: [f64; 2] },
+    Ellipse {
+        /// Half axes along the frame's axes.
+        semi_axes: [f64; 2],
+    },
 }
 
 /// What a shape is thickened about.
@@ -65,9 +73,13 @@ impl Core<'_> {
 /// A side of a core.
 #[derive(Debug, Clone, Copy)]
 pub struct Side {
+    /// Where it begins.
     pub from: Point,
+    /// Where it ends.
     pub to: Point,
+    /// Its length.
     pub length: f64,
+    /// Unit normal, outwards.
     pub normal: Point,
 }
 

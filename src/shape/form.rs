@@ -92,6 +92,7 @@ pub trait Described {
 
 /// Rules on the keys of a table, and how a wrong value is refused.
 pub trait Rules {
+    /// What can be wrong with it.
     type Error;
 
     /// A length that can be computed with.

@@ -40,7 +40,11 @@ macro_rules! shapes {
         /// `body.shape`
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         pub enum ShapeTable {
-            $(#[serde(rename = $name)] $shape($table),)+
+            $(
+                /// Its table.
+                #[serde(rename = $name)]
+                $shape($table),
+            )+
         }
 
         /// Every shape.

@@ -9,10 +9,24 @@ use crate::mesh::Point;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Piece {
     /// `x(t) = from + t (to − from)`, `0 ≤ t ≤ 1`.
-    Segment { from: Point, to: Point },
+    Segment {
+        /// First point.
+        from: Point,
+        /// Last point.
+        to: Point,
+    },
     /// `x(t) = centre + cos t axes₀ + sin t axes₁`, `from ≤ t ≤ to`: an arc of an ellipse, of which the axes are
     /// conjugate half diameters.
-    Arc { centre: Point, axes: [Point; 2], from: f64, to: f64 },
+    Arc {
+        /// Where the half diameters begin.
+        centre: Point,
+        /// The half diameters.
+        axes: [Point; 2],
+        /// First t.
+        from: f64,
+        /// Last t.
+        to: f64,
+    },
 }
 
 impl Piece {
@@ -119,7 +133,9 @@ impl Shape {
 /// A shape at its place in space.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed<'s> {
+    /// Its outline, in its own frame.
     pub shape: &'s Shape,
+    /// Where it is.
     pub pose: Pose,
 }
 

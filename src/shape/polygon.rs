@@ -11,6 +11,7 @@ use crate::mesh::Point;
 /// Convex, counterclockwise, about the centre of its area.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Polygon {
+    /// Counterclockwise.
     pub vertices: Vec<Point>,
 }
 

@@ -56,11 +56,14 @@ pub fn turned(y: Point, angle: f64) -> Point {
 /// Force and torque about the centre.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Wrench {
+    /// Total force.
     pub force: Point,
+    /// About the centre, counterclockwise.
     pub torque: f64,
 }
 
 impl Wrench {
+    /// Nothing acts.
     pub const ZERO: Wrench = Wrench { force: Point::new(0.0, 0.0), torque: 0.0 };
 }
 

@@ -20,6 +20,7 @@ pub struct RegularPolygon {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegularPolygonTable {
+    /// How many sides, at least 3.
     pub sides: usize,
     /// From the centre to the corners, before they are rounded.
     pub radius: f64,

@@ -1,4 +1,4 @@
-//! Anderson acceleration of a fixed point `x = G(x)`.
+//! Anderson acceleration of a fixed point `x = G(x)` (Anderson 1965).
 
 use nalgebra::{DMatrix, DVector};
 

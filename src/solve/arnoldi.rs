@@ -9,6 +9,7 @@ use super::{SolveError, axpy, dot};
 /// An approximate eigenpair of the operator.
 #[derive(Debug, Clone)]
 pub struct Ritz {
+    /// The eigenvalue.
     pub value: Complex<f64>,
     /// Real and imaginary part of the eigenvector, of length 1 together in the inner product.
     pub vector: [Vec<f64>; 2],

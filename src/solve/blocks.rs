@@ -29,7 +29,9 @@ pub fn neighbours(mesh: &Mesh) -> Neighbours {
 /// An operator that acts on each component alike.
 #[derive(Debug, Clone)]
 pub struct ScalarBlocks {
+    /// Rows of a block.
     pub n: usize,
+    /// Which cells have a block beside that of a cell.
     pub neighbours: Neighbours,
     /// `n × n` per cell.
     pub diagonal: Vec<f64>,
@@ -126,7 +128,9 @@ fn product<const N: usize>(a: &[f64; N], x: &[f64; N]) -> f64 {
 /// An operator whose own-cell blocks couple the two components.
 #[derive(Debug, Clone)]
 pub struct VectorBlocks {
+    /// Rows of one component of a block.
     pub n: usize,
+    /// Which cells have a block beside that of a cell.
     pub neighbours: Neighbours,
     /// `2n × 2n` per cell.
     pub diagonal: Vec<f64>,

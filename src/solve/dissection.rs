@@ -1,4 +1,4 @@
-//! Geometric nested dissection: an elimination tree whose fronts stay small.
+//! Geometric nested dissection (George 1973): an elimination tree whose fronts stay small.
 //!
 //! The unknowns come in groups that are always eliminated together (the coefficients of a mesh cell, the components of
 //! a node). A set of groups is cut in two by a light separator, which is eliminated after both parts; so on down to

@@ -1,13 +1,15 @@
-//! Restarted GMRES with right preconditioning.
+//! Restarted GMRES (Saad and Schultz 1986) with right preconditioning.
 
 use super::{axpy, dot, norm};
 
 /// How an iteration ended.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome {
+    /// Products with the matrix.
     pub iterations: usize,
     /// Euclidean norm of the true residual `b − A x`.
     pub residual: f64,
+    /// Whether the tolerance was reached.
     pub converged: bool,
 }
 

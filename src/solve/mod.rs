@@ -10,13 +10,14 @@ pub mod dissection;
 mod front;
 pub mod krylov;
 pub mod multifrontal;
-pub mod rows;
+pub(crate) mod rows;
 mod separator;
 pub mod sparse;
 pub mod symbolic;
 
 /// Why a linear system was not solved.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum SolveError {
     #[error("the {system} matrix could not be factorised: {reason}; hint: {hint}")]
     Factorise { system: String, reason: String, hint: String },

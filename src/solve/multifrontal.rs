@@ -1,4 +1,4 @@
-//! Multifrontal LU factorisation of a sum of dense element matrices, along an elimination tree.
+//! Multifrontal LU factorisation (Duff and Reid 1983) of a sum of dense element matrices, along an elimination tree.
 //!
 //! Every tree node owns a dense front `[F11 F12; F21 F22]`. It is summed from element entries and from the children's
 //! Schur complements; its pivots are eliminated with row exchanges inside `F11`, and `F22 − F21 F11⁻¹ F12` goes to the

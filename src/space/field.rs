@@ -12,8 +12,11 @@ use crate::mesh::Point;
 /// Where a field is evaluated: a cell, a tabulated reference point, and the map's `J⁻ᵀ` there.
 #[derive(Debug, Clone, Copy)]
 pub struct Site<'t> {
+    /// Number of the cell.
     pub cell: usize,
+    /// Values of bases at all points of the rule.
     pub tables: &'t Tables,
+    /// Which of these points this is.
     pub q: usize,
     /// Position.
     pub x: Point,
@@ -31,7 +34,9 @@ impl<'t> Site<'t> {
 /// Coefficients in a space.
 #[derive(Debug, Clone)]
 pub struct Field {
+    /// Where it lives.
     pub space: Arc<Space>,
+    /// Its coefficients, in the numbering of the space.
     pub values: Vec<f64>,
 }
 

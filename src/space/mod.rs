@@ -17,16 +17,22 @@ pub use field::Field;
 /// Whether functions of a space are continuous across faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Continuity {
+    /// Cells share the nodes on common faces and vertices.
     Continuous,
+    /// Every cell has nodes of its own.
     Discontinuous,
 }
 
 /// A Lagrange space of degree 1 to 5 with one or two components.
 #[derive(Debug, Clone)]
 pub struct Space {
+    /// What it stands on.
     pub mesh: Arc<Mesh>,
+    /// Whether cells share nodes.
     pub continuity: Continuity,
+    /// Polynomial degree on a cell.
     pub degree: usize,
+    /// 1 of a scalar, 2 of a vector.
     pub components: usize,
     /// Basis functions of one component on one cell.
     pub n: usize,

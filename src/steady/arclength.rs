@@ -38,14 +38,18 @@ impl Family<'_> {
 /// A direction `(ẏ, ξ̇)` in the space of carried vectors and parameters, of length 1 in `‖ẏ‖²/P² + ξ̇²`.
 #[derive(Debug, Clone)]
 pub struct Direction {
+    /// Of the carried vector.
     pub y: Vec<f64>,
+    /// Of the parameter.
     pub xi: f64,
 }
 
 /// A steady state on a branch.
 #[derive(Debug, Clone)]
 pub struct Place {
+    /// The parameter, on the scale of the branch.
     pub xi: f64,
+    /// The steady state.
     pub state: State,
 }
 

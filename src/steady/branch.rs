@@ -27,12 +27,17 @@ pub enum Special {
 /// A steady state of a branch.
 #[derive(Debug, Clone)]
 pub struct Point {
+    /// Parameter and state.
     pub place: Place,
+    /// The parameter as the scene has it.
     pub parameter: f64,
+    /// What small disturbances do.
     pub stability: Stability,
+    /// Number of modes that grow.
     pub unstable_dimension: usize,
     /// Leading eigenvalues, largest real part first.
     pub eigenvalues: Vec<Complex<f64>>,
+    /// What happens here.
     pub special: Option<Special>,
     /// Corrections that it took.
     pub corrections: usize,
@@ -46,7 +51,9 @@ pub struct Branch {
     pub curve: usize,
     /// Place among all directions, and point, where it begins; none for those from the start.
     pub parent: Option<[usize; 2]>,
+    /// In the order in which they were found.
     pub points: Vec<Point>,
+    /// Why it ends.
     pub end: End,
 }
 
@@ -82,6 +89,7 @@ impl std::fmt::Display for End {
 /// All that was followed.
 #[derive(Debug, Clone)]
 pub struct Followed {
+    /// In the order in which they were begun.
     pub branches: Vec<Branch>,
     /// Branches that were seen to begin, and not followed because there are enough.
     pub left: usize,

@@ -35,6 +35,7 @@ pub struct SteadySettings {
     pub step: f64,
     /// Most pseudo-steps of each try.
     pub max_steps: usize,
+    /// Whether a state that is found must be stable.
     pub want: Want,
     /// Leading eigenvalues to find; with 0 nothing is said about stability.
     pub eigenvalues: usize,
@@ -45,8 +46,17 @@ pub struct SteadySettings {
 /// How a steady state is searched for, and how time is stepped where nothing but marching leads there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchSettings {
+    /// How it is searched for.
     pub steady: SteadySettings,
+    /// How time is stepped.
     pub marching: MarchSettings,
+}
+
+impl Default for SteadySettings {
+    /// A residual of 1e-9, six eigenvalues, and no marching as the last resort.
+    fn default() -> Self {
+        Self { residual: 1e-9, step: 1.0, max_steps: 300, want: Want::Stable, eigenvalues: 6, march: 0.0 }
+    }
 }
 
 /// The ways to a steady state, in the order in which they are tried.
@@ -68,16 +78,20 @@ pub enum Way {
 /// One try and what came of it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Try {
+    /// Which way was tried.
     pub way: Way,
     /// Pseudo-steps or time steps.
     pub steps: usize,
+    /// What came of it, in words.
     pub outcome: String,
 }
 
 /// A steady state.
 #[derive(Debug, Clone)]
 pub struct Steady {
+    /// Its fields.
     pub state: State,
+    /// What is left of the stationary equations.
     pub residuals: Residuals,
     /// Empty when nobody asked.
     pub spectrum: Option<Spectrum>,
@@ -86,20 +100,27 @@ pub struct Steady {
 /// What a search found.
 #[derive(Debug, Clone)]
 pub enum Found {
+    /// A state at rest.
     Steady(Box<Steady>),
     /// The flow repeats itself; `about` is the unstable steady state in its midst, if one was found.
     Oscillating {
+        /// Period and amplitude.
         oscillation: Oscillation,
+        /// The unstable state in its midst.
         about: Option<Box<Steady>>,
     },
+    /// No way led anywhere.
     Nothing,
+    /// The caller wished it.
     Interrupted,
 }
 
 /// A search at its end.
 #[derive(Debug, Clone)]
 pub struct Search {
+    /// What came of it.
     pub found: Found,
+    /// What was tried, in order.
     pub tries: Vec<Try>,
     /// The carried vector that was reached, whatever was found.
     pub last: Vec<f64>,
@@ -108,8 +129,11 @@ pub struct Search {
 /// What a caller hears while a search goes on.
 #[derive(Debug)]
 pub enum Event<'e, 'm> {
+    /// A sentence.
     Note(String),
+    /// A pseudo-step, with what it led to.
     Pseudo(&'e PseudoStep, &'e Trial),
+    /// A time step, with the march that took it.
     Step(&'e StepReport, &'e mut March<'m>),
 }
 

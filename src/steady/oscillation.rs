@@ -7,6 +7,7 @@ use crate::time::Sheet;
 /// A flow that repeats itself.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Oscillation {
+    /// Time after which the flow is the same again.
     pub period: f64,
     /// Half of the largest root mean square distance between what is carried (the polarity, and a density) and that at
     /// the cycle's start.

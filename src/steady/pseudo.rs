@@ -19,6 +19,7 @@ pub struct Pseudo {
     /// Longest pseudo-step as long as the residual is above `release` times its largest value so far; up to it a
     /// growing residual does not shorten the step, so that instabilities can unfold.
     pub most: f64,
+    /// See `most`.
     pub release: f64,
     /// A residual that grows by more than this factor rejects a pseudo-step.
     pub growth: f64,
@@ -33,6 +34,7 @@ pub struct PseudoStep {
     pub step: usize,
     /// Pseudo-time passed.
     pub t: f64,
+    /// Its length.
     pub dt: f64,
     /// Total residual after it.
     pub residual: f64,
@@ -46,6 +48,7 @@ pub struct PseudoStep {
 
 /// Why no steady state was reached; what was carried last is kept.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum Stall {
     #[error("{steps} pseudo-steps were not enough: the residual is {residual:.1e}")]
     Steps { steps: usize, residual: f64 },
@@ -73,7 +76,9 @@ const SHORTEST: f64 = 1e-4;
 /// What is at work: the model, the linear systems, and the clock.
 #[derive(Debug)]
 pub struct Work<'w> {
+    /// The factors that are at hand.
     pub kept: &'w mut KeptFactors,
+    /// Where time is booked.
     pub phases: &'w mut Phases,
     /// Set from outside to stop.
     pub interrupt: &'w AtomicBool,

@@ -39,6 +39,7 @@ pub struct Mode {
 pub struct Disc {
     /// Its centre σ.
     pub shift: f64,
+    /// Its radius.
     pub radius: f64,
     /// Dimension of the Krylov space.
     pub dimension: usize,
@@ -74,13 +75,14 @@ impl Stability {
 pub struct Spectrum {
     /// Largest real part first.
     pub modes: Vec<Mode>,
+    /// Where no eigenvalue can have been missed.
     pub searched: Vec<Disc>,
 }
 
 /// Shifts σ: about slow modes, and about fast ones.
 pub const SHIFTS: [f64; 2] = [0.2, 2.0];
 
-/// SmallestStep and largest dimension of a Krylov space.
+/// Smallest and largest dimension of a Krylov space.
 pub const DIMENSION: [usize; 2] = [60, 160];
 
 /// Vectors that are added before Ritz values are looked at again.

@@ -50,8 +50,10 @@ struct BranchFile {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParameterScale {
+    /// Steps are differences.
     #[default]
     Linear,
+    /// Steps are ratios.
     Log,
 }
 
@@ -74,16 +76,21 @@ fn default_max_branches() -> usize {
 /// A study of branches, read and checked as far as possible without running.
 #[derive(Debug, Clone)]
 pub struct BranchStudy {
+    /// One line for reports.
     pub title: Option<String>,
     /// The scene, with the overrides that hold for all points.
     pub scene: SceneSource,
     /// Key of the scene that varies.
     pub parameter: String,
+    /// Where the parameter may go.
     pub range: [f64; 2],
+    /// Where it begins.
     pub start: f64,
+    /// How steps of the parameter are measured.
     pub scale: ParameterScale,
     /// Column of the table that the diagram shows.
     pub measure: String,
+    /// How branches are followed.
     pub settings: BranchSettings,
     source: SceneSource,
 }

@@ -19,10 +19,15 @@ use crate::scene::SceneSource;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StudyKind {
+    /// Of `monolayer study`.
     Study,
+    /// Of `monolayer order`.
     Order,
+    /// Of `monolayer tradeoff`.
     Tradeoff,
+    /// Of `monolayer branch`.
     Branch,
+    /// Of `monolayer compare`.
     Compare,
 }
 
@@ -52,7 +57,9 @@ pub fn kind(file: &Path) -> Option<StudyKind> {
 /// What a study will run.
 #[derive(Debug, Clone, Serialize)]
 pub struct StudyReport {
+    /// One line for reports.
     pub title: Option<String>,
+    /// Which command does it.
     pub kind: StudyKind,
     /// How many there are; of branches at most.
     pub runs: usize,
@@ -62,6 +69,7 @@ pub struct StudyReport {
     pub steps: f64,
     /// Of the run that takes most.
     pub memory_mib: f64,
+    /// Memory that there is, where the system tells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub available_mib: Option<f64>,
     /// Of all runs.

@@ -17,22 +17,28 @@ use crate::time::march::Counts;
 /// What rows need of a `summary.json`; a number that was not finite is `None`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct RunSummary {
+    /// One line for reports.
     pub title: Option<String>,
     /// `finished`, `interrupted` or `failed`.
     pub status: String,
+    /// Why the run ended.
     pub ending: String,
     /// Of a failure.
     #[serde(default)]
     pub reason: Option<String>,
     /// Time that was reached.
     pub time: f64,
+    /// The size of its mesh.
     pub mesh: MeshCounts,
+    /// How many numbers it solves for.
     pub unknowns: UnknownCounts,
+    /// Totals over its steps.
     #[serde(flatten)]
     pub counts: Counts,
     /// Of the stationary equations.
     #[serde(default)]
     pub residual: Option<f64>,
+    /// At the end, by column.
     #[serde(default)]
     pub measures: BTreeMap<String, Option<f64>>,
     /// By field and norm, against the exact fields.
@@ -44,6 +50,7 @@ pub struct RunSummary {
     /// Whether they are still to come.
     #[serde(default)]
     pub estimates_pending: bool,
+    /// Of a search for a steady state.
     #[serde(default)]
     pub steady: Option<SteadyNumbers>,
     /// Notes, in order.
@@ -52,26 +59,34 @@ pub struct RunSummary {
     /// Wall seconds by phase.
     #[serde(default)]
     pub seconds: BTreeMap<String, f64>,
+    /// Wall seconds.
     pub seconds_total: f64,
+    /// Most memory at a time, where the system tells.
     #[serde(default)]
     pub peak_memory_mib: Option<f64>,
+    /// How many it had.
     pub threads: usize,
+    /// Of the program.
     pub version: String,
 }
 
 /// Of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 pub struct MeshCounts {
+    /// Number of cells.
     pub cells: usize,
 }
 
 /// Unknowns by field, and of the flow's linear system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 pub struct UnknownCounts {
+    /// Of v.
     pub velocity: usize,
     /// Of pressure or density.
     pub pressure: usize,
+    /// Of p.
     pub polarity: usize,
+    /// Rows of the Stokes matrix.
     pub stokes_system: usize,
 }
 
@@ -81,10 +96,13 @@ pub struct SteadyNumbers {
     /// `stable`, `unstable` or `not-known`.
     #[serde(default)]
     pub stability: Option<String>,
+    /// Of the linearisation, the leading one first.
     #[serde(default)]
     pub eigenvalues: Vec<EigenvalueNumbers>,
+    /// Number of modes that grow.
     #[serde(default)]
     pub unstable_dimension: Option<usize>,
+    /// Where the flow repeats itself.
     #[serde(default)]
     pub oscillation: Option<OscillationNumbers>,
 }
@@ -92,15 +110,20 @@ pub struct SteadyNumbers {
 /// Growth rate and angular frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct EigenvalueNumbers {
+    /// Rate of growth.
     pub re: f64,
+    /// Angular frequency.
     pub im: f64,
 }
 
 /// Period and amplitudes of a flow that repeats itself.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct OscillationNumbers {
+    /// Time after which the flow is the same again.
     pub period: f64,
+    /// Of the polarity.
     pub amplitude: f64,
+    /// Of the velocity.
     pub amplitude_velocity: f64,
 }
 
@@ -148,6 +171,7 @@ pub struct Job<'a> {
     pub scene: &'a str,
     /// Folder of the results.
     pub out: PathBuf,
+    /// How many it may use.
     pub threads: usize,
     /// Continue from the folder's checkpoint.
     pub resume: bool,
@@ -162,6 +186,7 @@ pub struct Job<'a> {
 /// What became of a child.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ended {
+    /// How the process ended.
     pub status: ExitStatus,
     /// Wall seconds of the whole process.
     pub seconds: f64,

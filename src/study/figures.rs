@@ -9,9 +9,9 @@ use super::columns::Column;
 use super::results::{Row, table};
 use super::source::refuse;
 use super::sweep_file::SweepStudy;
-use crate::names::did_you_mean;
+use crate::names::{absent, did_you_mean};
 use crate::output::OutputError;
-use crate::output::plot::{Plot, Scale, Series};
+use crate::output::plot::{self, Plot, Scale, Series};
 use crate::results::{label, names};
 use crate::scene::{SceneSource, renamed};
 
@@ -63,6 +63,10 @@ impl PlotSpec {
             let rule = format!("`series` names no key that varies{}", did_you_mean(name, keys));
             let hint = format!("what varies is {}", keys.join(", "));
             return Err(refuse(source, "plot", format!("\"{name}\""), &rule, &hint));
+        }
+        if !cfg!(feature = "pictures") {
+            let hint = "remove [[plot]], results.csv tells the same; or build with `--features pictures`";
+            return Err(refuse(source, "plot", "(given)".to_owned(), &absent(plot::FEATURE, plot::DOES), hint));
         }
         match self.log.as_deref() {
             None | Some("x" | "y" | "xy") => Ok(()),

@@ -62,9 +62,11 @@ pub struct Variant {
 /// A study of orders, read and checked as far as possible without running.
 #[derive(Debug, Clone)]
 pub struct OrderStudy {
+    /// One line for reports.
     pub title: Option<String>,
     /// The scene, with the overrides that hold for all runs.
     pub scene: SceneSource,
+    /// Values of the key that is refined, the coarsest first.
     pub levels: Vec<f64>,
     /// Keys of the scene, and the formulas of the level `n` that give their values.
     pub vary: Vec<(String, Formula)>,

@@ -1,21 +1,21 @@
 //! Many computations from one file: sequences of meshes and steps for orders of convergence, sweeps over a scene's
 //! values, branches of steady states.
 
-pub mod axes;
+pub(crate) mod axes;
 pub mod branch;
 pub mod branch_file;
 pub mod check;
 pub mod child;
 pub mod columns;
 pub mod compare;
-pub mod expected;
-pub mod figures;
-pub mod file;
+pub(crate) mod expected;
+pub(crate) mod figures;
+pub(crate) mod file;
 mod key_forms;
 mod memory_gate;
 pub mod order;
 pub mod results;
-pub mod richardson;
+pub(crate) mod richardson;
 mod run_launcher;
 pub mod slurm;
 mod source;
@@ -41,6 +41,7 @@ pub use tradeoff_file::TradeoffStudy;
 
 /// Why a study cannot begin or be written; a run that fails is a row of its tables.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum StudyError {
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),

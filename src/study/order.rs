@@ -25,13 +25,17 @@ pub struct Level {
     pub h: f64,
     /// Longest nominal step.
     pub dt: f64,
+    /// Number of cells.
     pub cells: usize,
     /// Unknowns of velocity, pressure and polarity together.
     pub unknowns: usize,
     /// Errors over all steps that were solved.
     pub errors: History,
+    /// Totals over its steps.
     pub counts: Counts,
+    /// How often a matrix was factorised.
     pub factorisations: usize,
+    /// Wall seconds that it took.
     pub seconds: f64,
     /// The orders that its degrees and its scheme promise.
     pub promise: Promise,
@@ -42,7 +46,9 @@ pub struct Level {
 /// What a variant found.
 #[derive(Debug, Clone)]
 pub struct Outcome {
+    /// Its name; empty where there is only one.
     pub variant: String,
+    /// From the coarsest on.
     pub levels: Vec<Level>,
     /// Whether somebody stopped it.
     pub interrupted: bool,

@@ -6,7 +6,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::child::RunSummary;
-use super::columns::{Column, write_csv, write_parquet};
+#[cfg(feature = "parquet")]
+use super::columns::write_parquet;
+use super::columns::{Column, write_csv};
 use super::sweep_file::{Case, SweepStudy};
 use crate::measure::Measure;
 use crate::measure::errors::{ErrorField, Norm};
@@ -31,7 +33,9 @@ pub enum Found {
 /// A run of a sweep and what it left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
+    /// Which run.
     pub case: Case,
+    /// What came of it.
     pub found: Found,
     /// What the program said in notes.
     pub said: Vec<String>,
@@ -44,6 +48,7 @@ pub struct Row {
 /// How a run of a study with warm starts began.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Start {
+    /// That of the state with which the run began.
     pub branch: Branch,
     /// `‖p − p_n‖/‖p_n‖` in L², p_n the polarity of the neighbour that it began with.
     pub distance: Option<f64>,
@@ -320,6 +325,7 @@ pub fn write(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), Output
 ///
 /// # Errors
 /// A file that cannot be written.
+#[cfg(feature = "parquet")]
 pub fn write_typed(study: &SweepStudy, rows: &[Row], path: &Path) -> Result<(), OutputError> {
     write_parquet(path, &table(study, rows))
 }

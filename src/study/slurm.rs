@@ -19,6 +19,7 @@ use crate::scene::SceneSource;
 pub struct SlurmTable {
     /// Limit on the time of a task, such as `"02:00:00"`.
     pub time: Option<String>,
+    /// The partition that does the runs.
     pub partition: Option<String>,
     /// Further options of `sbatch`, such as `"--account=tissue"`.
     #[serde(default)]
@@ -61,8 +62,11 @@ pub struct Array<'a> {
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Scripts {
+    /// Does the runs.
     pub array: PathBuf,
+    /// Joins their tables.
     pub gather: PathBuf,
+    /// Tasks of the array.
     pub tasks: usize,
 }
 

@@ -32,11 +32,13 @@ pub struct Settings<'a> {
     pub jobs: Option<usize>,
     /// Cores that all runs share.
     pub cores: usize,
+    /// Which part of the runs; all without one.
     pub shard: Option<Shard>,
     /// Whether it is an error when there is nothing to resume.
     pub must_resume: bool,
     /// Whether runs that failed or were refused are done again.
     pub retry_failed: bool,
+    /// How much is said.
     pub verbosity: Verbosity,
     /// Set from outside to end it cleanly.
     pub interrupt: &'a AtomicBool,
@@ -53,7 +55,9 @@ impl<'a> Settings<'a> {
 /// Every `of`-th unit of a sweep, from number `number`, which counts from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
+    /// From 1.
     pub number: usize,
+    /// How many shards there are.
     pub of: usize,
 }
 
@@ -179,6 +183,7 @@ pub(super) fn write_tables(study: &SweepStudy, out: &Path, rows: &[Row], last: b
     results::write(study, rows, &out.join("results.csv"))?;
     richardson::write(study, rows, &out.join("richardson.csv"))?;
     if last {
+        #[cfg(feature = "parquet")]
         results::write_typed(study, rows, &out.join("results.parquet"))?;
         figures::write(study, rows, out)?;
     }

@@ -68,6 +68,7 @@ struct CaseTable {
 pub struct Case {
     /// Folder of its results: its number, and its name if it has one.
     pub folder: String,
+    /// As the study calls it.
     pub name: Option<String>,
     /// Keys of the scene and their values.
     pub set: Values,
@@ -78,6 +79,7 @@ pub struct Case {
 /// A sweep, read and checked as far as possible without running.
 #[derive(Debug, Clone)]
 pub struct SweepStudy {
+    /// One line for reports.
     pub title: Option<String>,
     /// The scene, with the overrides that hold for all runs.
     pub scene: SceneSource,
@@ -91,7 +93,9 @@ pub struct SweepStudy {
     pub duration: Option<String>,
     /// Keys along which runs start from their neighbours.
     pub warm: Vec<String>,
+    /// Pictures of columns of the table.
     pub plots: Vec<PlotSpec>,
+    /// What a cluster is told.
     pub slurm: SlurmTable,
     source: SceneSource,
     /// Overrides of the scene that came from outside of the file.

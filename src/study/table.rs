@@ -8,7 +8,7 @@ use super::expected::short_orders;
 use super::file::OrderStudy;
 use super::order::{Level, Outcome};
 use crate::measure::errors::{ErrorField, Norm};
-use crate::output::plot::{Axis, Plot, Scale, Series, Slope};
+use crate::output::plot::{Axis, Plot, Scale, Series, Slope, if_drawn};
 use crate::output::{OutputError, number, write_whole};
 
 /// Names of what a study of orders leaves beside the folders of its variants.
@@ -64,7 +64,7 @@ pub fn write(study: &OrderStudy, out: &Path, outcomes: &[Outcome]) -> Result<(),
         write_rows(&folder.join("orders.csv"), &orders(outcome))?;
         if outcome.complete().len() > 1 {
             let plot = plot(study, outcome);
-            plot.write(&folder.join("orders")).map_err(|error| OutputError::Malformed {
+            if_drawn(plot.write(&folder.join("orders"))).map_err(|error| OutputError::Malformed {
                 path: folder.join("orders.svg").display().to_string(),
                 what: error.to_string(),
                 hint: "the tables beside it are complete",

@@ -22,17 +22,20 @@ use crate::run::unsaved::UnsavedWork;
 pub struct TradeoffOptions<'a> {
     /// This program.
     pub program: &'a Path,
+    /// Folder of the results.
     pub out: PathBuf,
     /// Each setting is run so often, and its median time taken.
     pub repeat: usize,
     /// Of each process.
     pub threads: usize,
+    /// How much is said.
     pub verbosity: Verbosity,
 }
 
 /// A measured error; where the reference itself is no better, a bound on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Error {
+    /// The difference.
     pub value: f64,
     /// Whether the difference to the reference is below the error of the reference: `value` is the sum of both.
     pub is_bound: bool,
@@ -41,14 +44,19 @@ pub struct Error {
 /// What became of a setting.
 #[derive(Debug, Clone)]
 pub struct Point {
+    /// Its name.
     pub setting: String,
     /// By measure.
     pub errors: BTreeMap<String, Error>,
     /// Median of the wall seconds.
     pub seconds: f64,
+    /// Most memory at a time, where the system tells.
     pub memory_mib: Option<f64>,
+    /// Number of cells.
     pub cells: usize,
+    /// Of all fields.
     pub unknowns: usize,
+    /// Nonlinear iterations of all steps.
     pub iterations: usize,
     /// Measures in which no other setting is at once as fast and as exact.
     pub front: Vec<String>,
@@ -59,9 +67,11 @@ pub struct Point {
 /// All that was found.
 #[derive(Debug, Clone)]
 pub struct Tradeoff {
+    /// One for each setting.
     pub points: Vec<Point>,
     /// Error of the reference by measure; empty for exact fields.
     pub reference: BTreeMap<String, f64>,
+    /// Whether some are missing because somebody asked to stop.
     pub interrupted: bool,
 }
 

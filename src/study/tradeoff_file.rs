@@ -79,6 +79,7 @@ struct SettingTable {
 /// A way to run the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
+    /// As the study calls it.
     pub name: String,
     /// Keys of the scene and their values.
     pub set: Values,
@@ -90,17 +91,30 @@ pub enum Reference {
     /// The scene's exact fields.
     Exact,
     /// A finest run, and one next to it that tells how good it is.
-    Finest { finest: Setting, coarser: Setting, order: f64, start: bool },
+    Finest {
+        /// The setting that stands for the truth.
+        finest: Setting,
+        /// One beside which its own error is judged.
+        coarser: Setting,
+        /// The order by which errors are thought to fall.
+        order: f64,
+        /// Whether the search at the finest begins at the state of the coarser one.
+        start: bool,
+    },
 }
 
 /// A study, read and checked as far as possible without running.
 #[derive(Debug, Clone)]
 pub struct TradeoffStudy {
+    /// One line for reports.
     pub title: Option<String>,
     /// The scene, with the overrides that hold for all runs.
     pub scene: SceneSource,
+    /// Whose errors are told.
     pub measures: Vec<String>,
+    /// What errors are measured against.
     pub reference: Reference,
+    /// What is compared.
     pub settings: Vec<Setting>,
     source: SceneSource,
 }

@@ -8,7 +8,7 @@ use super::table::write_rows;
 use super::tradeoff::{Error, Point, Tradeoff};
 use super::tradeoff_file::{Reference, TradeoffStudy};
 use crate::measure::errors::Norm;
-use crate::output::plot::{Axis, Line, Markers, Plot, Series, Symbol};
+use crate::output::plot::{Axis, Line, Markers, Plot, Series, Symbol, if_drawn};
 use crate::output::{OutputError, number};
 use crate::results::names;
 
@@ -20,7 +20,7 @@ pub fn write(study: &TradeoffStudy, found: &Tradeoff, out: &Path) -> Result<(), 
     write_rows(&out.join("tradeoff.csv"), &rows(study, found))?;
     for name in &study.measures {
         let file = if study.measures.len() == 1 { "tradeoff".to_owned() } else { format!("tradeoff-{}", plain(name)) };
-        plot(study, found, name).write(&out.join(&file)).map_err(|error| OutputError::Malformed {
+        if_drawn(plot(study, found, name).write(&out.join(&file))).map_err(|error| OutputError::Malformed {
             path: out.join(file).display().to_string(),
             what: error.to_string(),
             hint: "the table beside it is complete",

@@ -26,7 +26,17 @@ pub struct CouplingSettings {
     pub diverged: f64,
     /// k_max.
     pub max_iterations: usize,
+    /// How the next iterate follows from the last ones.
     pub kind: CouplingKind,
+}
+
+impl Default for CouplingSettings {
+    /// Newton's method to 1e-8, the thesis' bounds else.
+    fn default() -> Self {
+        let tolerance: f64 = 1e-8;
+        let accept = tolerance.sqrt();
+        Self { tolerance, accept, diverged: 1e4, max_iterations: 100, kind: CouplingKind::Newton }
+    }
 }
 
 /// How the next iterate follows from the last ones.
@@ -35,7 +45,10 @@ pub enum CouplingKind {
     /// It is the image of the last one [8.33–8.35].
     FixedPoint,
     /// Anderson acceleration over up to `depth` differences.
-    Anderson { depth: usize },
+    Anderson {
+        /// At least 1.
+        depth: usize,
+    },
     /// All fields together by Newton's method, see [`super::newton`].
     Newton,
 }
@@ -64,10 +77,13 @@ impl CouplingKind {
 /// A step that was solved.
 #[derive(Debug, Clone)]
 pub struct StepOutcome {
+    /// The state that was reached.
     pub settled: Settled,
     /// `∂_t p` by the BDF.
     pub rate_of_p: Vec<f64>,
+    /// k
     pub iterations: usize,
+    /// Of all linear solves of the polarity.
     pub linear_iterations: usize,
     /// `e_1`, the first increment.
     pub first_increment: f64,
@@ -81,6 +97,7 @@ pub struct StepOutcome {
 
 /// Why a step was not solved.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum StepFailure {
     #[error("the {scheme} iteration reached {iterations} iterations with increment {increment:.1e}")]
     Slow { scheme: &'static str, iterations: usize, increment: f64 },
@@ -139,6 +156,7 @@ impl StepFailure {
 /// A step of the density.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DensityStep {
+    /// Its coefficients.
     pub formula: abdf::Formula,
     /// `∂_t ρ` at the last step; empty where the formula does not use it.
     pub rate: Vec<f64>,
@@ -147,8 +165,11 @@ pub struct DensityStep {
 /// One step to be solved: `past` holds `(t_{n−i}, y^{n−i})`, newest first, as many as the order asks for.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
+    /// What is solved.
     pub model: &'a dyn Sheet,
+    /// The time that is stepped to.
     pub t: f64,
+    /// Known levels that the order asks for.
     pub past: &'a [(f64, &'a [f64])],
     /// The same and possibly one more, for a prediction.
     pub known: &'a [(f64, &'a [f64])],
@@ -156,6 +177,7 @@ pub struct Step<'a> {
     pub density: Option<&'a DensityStep>,
     /// The state at the last step.
     pub guess: &'a State,
+    /// How it is solved.
     pub settings: &'a CouplingSettings,
     /// Set from outside to give up.
     pub interrupt: &'a AtomicBool,

@@ -16,6 +16,7 @@ use crate::space::Field;
 pub struct Trial {
     /// What the equations were evaluated at; the density as it was before the limiter.
     pub y: Vec<f64>,
+    /// Its fields.
     pub state: State,
     /// As a functional on the spaces of what is carried.
     pub residual: Vec<f64>,
@@ -28,7 +29,9 @@ pub struct Trial {
 /// `R(y)`: `Pe (w p + h) + Pe [a_upw − ω − a δ](p; v(p)) + (1/B) L_h(p) − inputs` in the incompressible sheet   [7.11c]
 #[derive(Debug)]
 pub struct Equations<'m> {
+    /// Whose equations they are.
     pub model: &'m dyn Sheet,
+    /// What is given at the new time.
     pub inputs: Inputs,
     /// The flow whose directions the energy-consistent force keeps.
     pub before: Field,

@@ -26,15 +26,28 @@ pub use restart::{Checkpoint, Parked};
 pub struct MarchSettings {
     /// Order b of the BDF, 1 to 6; the start uses `b_n = min(n, b)`.
     pub order: usize,
+    /// How long steps are.
     pub control: ControlSettings,
     /// Ratio in which successive steps alternate about the step control's Δt; 1 for equal steps.
     pub alternate: f64,
+    /// How a step is solved.
     pub coupling: CouplingSettings,
     /// Whether a density is marched by the implicit BDF alone, never by A-BDF(θ*).
     pub density_implicit: bool,
 }
 
 impl MarchSettings {
+    /// The BDF of an order with the largest step `Δt_0 = step`; all else as in a scene that does not speak of it.
+    pub fn new(order: usize, step: f64) -> Self {
+        Self {
+            order,
+            control: ControlSettings::new(step),
+            alternate: 1.0,
+            coupling: CouplingSettings::default(),
+            density_implicit: false,
+        }
+    }
+
     /// Δt of step `index` (from 0) where the step control has `step`.
     pub fn length(&self, step: f64, index: usize) -> f64 {
         let r = self.alternate;
@@ -49,11 +62,17 @@ pub struct StepReport {
     pub step: usize,
     /// Time reached.
     pub t: f64,
+    /// Δt
     pub dt: f64,
+    /// Of the BDF in this step.
     pub order: usize,
+    /// k
     pub iterations: usize,
+    /// `e_k`, the last increment.
     pub increment: f64,
+    /// `η_k = −log10(e_k/e_1)`
     pub rate: f64,
+    /// Whether the tolerance was reached; else the step was accepted at k_max.
     pub converged: bool,
     /// Halvings before this step was accepted.
     pub rejected: usize,
@@ -62,9 +81,13 @@ pub struct StepReport {
 /// Totals over a run, resumed parts included.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
+    /// Accepted steps.
     pub steps: usize,
+    /// Steps that were tried in vain.
     pub rejected: usize,
+    /// Of accepted steps.
     pub nonlinear_iterations: usize,
+    /// Of the linear solves of the polarity.
     pub polarity_linear_iterations: usize,
     /// Steps that were accepted at k_max without reaching the tolerance.
     pub accepted_late: usize,
@@ -83,11 +106,17 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 /// A march in progress.
 #[derive(Debug)]
 pub struct March<'m> {
+    /// What is marched.
     pub model: &'m dyn Sheet,
+    /// How.
     pub settings: MarchSettings,
+    /// Time of the state.
     pub t: f64,
+    /// Its fields.
     pub state: State,
+    /// Totals so far.
     pub counts: Counts,
+    /// Where time was spent.
     pub phases: Phases,
     /// Steps in a row with `|dF/dt|` below its bound.
     pub quiet: usize,

@@ -7,7 +7,7 @@ mod incompressible;
 pub mod kept_factors;
 pub mod march;
 pub mod moving;
-pub mod newton;
+pub(crate) mod newton;
 pub mod phases;
 pub mod sheet;
 

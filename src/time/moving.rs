@@ -53,13 +53,17 @@ impl TwistCorrection for NoCorrection {
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MovingCheckpoint {
+    /// Of the tissue.
     pub march: Checkpoint,
+    /// Of the bodies.
     pub motion: Motion,
+    /// How they move.
     pub twists: Vec<Twist>,
 }
 
 /// Why bodies and tissue cannot go on.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum MovingError {
     #[error(transparent)]
     March(#[from] MarchError),

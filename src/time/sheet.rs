@@ -42,6 +42,7 @@ impl Weights {
 /// What a step is accepted with.
 #[derive(Debug, Clone)]
 pub struct Settled {
+    /// Its fields.
     pub state: State,
     /// Cells whose density was limited.
     pub limited: usize,
@@ -52,14 +53,18 @@ pub struct Settled {
 /// A model, by its kind.
 #[derive(Debug, Clone, Copy)]
 pub enum SheetKind<'m> {
+    /// Of density 1.
     Incompressible(&'m Incompressible),
+    /// With a density of its own.
     Compressible(&'m Compressible),
 }
 
 /// A model of its own, by its kind.
 #[derive(Debug)]
 pub enum OwnedSheet {
+    /// Of constant density.
     Incompressible(Box<Incompressible>),
+    /// Whose density is a field.
     Compressible(Box<Compressible>),
 }
 
@@ -93,10 +98,13 @@ pub trait Sheet: Debug + Sync {
     fn kind(&self) -> SheetKind<'_>;
     /// The model itself, by its kind.
     fn owned(self: Box<Self>) -> OwnedSheet;
+    /// The numbers of the model.
     fn parameters(&self) -> &Parameters;
     /// One per mesh tag.
     fn conditions(&self) -> &[Conditions];
+    /// What enters the equations from outside.
     fn sources(&self) -> &Sources;
+    /// The loops over the mesh.
     fn loops(&self) -> &Integrator;
     /// `|Ω|`
     fn area(&self) -> f64;

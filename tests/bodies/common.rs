@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use monolayer::body::{Body, Hold};
+use monolayer::body::Body;
 use monolayer::expression::Expression;
 use monolayer::form::Linear;
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
+use monolayer::model::Conditions;
 use monolayer::model::immersed::FlowWithBodies;
 use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
-use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
-use monolayer::shape::{Disc, Pose, Shape, Twist};
+use monolayer::shape::{Disc, Pose, Shape};
 
 pub const MIDDLE: Point = Point::new(0.5, 0.5);
 
@@ -21,18 +21,7 @@ pub fn square(n: usize) -> Arc<Mesh> {
 }
 
 pub fn disc(radius: f64, position: Point) -> Body {
-    Body {
-        name: "disc".into(),
-        shape: Shape::from(Disc { radius }),
-        hold: Hold::Free,
-        density: 1.0,
-        force: [0.0, 0.0].map(Expression::constant),
-        torque: Expression::constant(0.0),
-        friction: 0.0,
-        start: Pose { position, angle: 0.0 },
-        start_twist: Twist::ZERO,
-        key: String::new(),
-    }
+    Body::new("disc", Shape::from(Disc { radius }), Pose { position, angle: 0.0 })
 }
 
 pub fn pushed(body: Body, force: [f64; 2], torque: f64) -> Body {
@@ -45,8 +34,7 @@ pub fn formula(text: &str) -> Expression {
 
 /// `left`, `right`, `bottom`, `top` with the same velocity.
 pub fn walls(velocity: [&str; 2]) -> Vec<Conditions> {
-    let velocity = VelocityCondition::Dirichlet(velocity.map(formula));
-    vec![Conditions { velocity, polarity: PolarityCondition::Neumann, density: None }; 4]
+    vec![Conditions::flow(velocity.map(formula)); 4]
 }
 
 pub fn flow_of(

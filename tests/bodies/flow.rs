@@ -3,8 +3,8 @@
 use monolayer::body::{Body, Hold};
 use monolayer::form::Linear;
 use monolayer::mesh::Point;
+use monolayer::model::Conditions;
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, PolarityCondition, VelocityCondition};
 use monolayer::shape::{Capsule, Shape, Twist};
 use monolayer::shape::{Wrench, rigid_motion};
 use monolayer::solve::dot;
@@ -137,10 +137,8 @@ fn a_pinned_body_turns_about_its_pin() {
 /// With a traction boundary, slip walls and friction the rows of the system differ; the spin of the flow must not.
 #[test]
 fn open_boundaries_and_slip_walls_carry_bodies_too() {
-    let condition = |velocity| Conditions { velocity, polarity: PolarityCondition::Neumann, density: None };
-    let inlet = VelocityCondition::Dirichlet([formula("1"), formula("0")]);
-    let outlet = VelocityCondition::Traction([formula("0"), formula("0")]);
-    let conditions = [inlet, outlet, VelocityCondition::Slip, VelocityCondition::Slip].map(condition);
+    let inlet = Conditions::flow([formula("1"), formula("0")]);
+    let conditions = [inlet, Conditions::open(), Conditions::slip(), Conditions::slip()];
     let flow = flow_of(&square(10), &conditions, vec![disc(0.1, MIDDLE)], 1e-8).expect("a flow");
     let twist = flow.solve(&Linear::zero()).expect("a solution").twists[0];
     assert!((twist.velocity - Point::new(1.0, 0.0)).norm() < 1e-9 && twist.spin.abs() < 1e-9, "{twist:?}");

@@ -6,9 +6,7 @@ use monolayer::expression::Expression;
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::compressible::Compressible;
-use monolayer::model::incompressible::{Degrees, Description};
-use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, DensityLaw, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::model::{Conditions, Degrees, DensityLaw, Description, ModelKind, Parameters, VelocityCondition};
 use monolayer::scheme::ControlSettings;
 use monolayer::space::{Field, Space, project};
 use monolayer::time::{CouplingKind, CouplingSettings, MarchSettings};
@@ -54,37 +52,28 @@ pub fn pair(f: &str, g: &str) -> [Expression; 2] {
 }
 
 pub fn closed(_: &str) -> Conditions {
-    Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann, density: None }
+    Conditions::slip()
 }
 
 /// Tissue enters on the left, pulsating in speed and density, and leaves on the right.
 pub fn channel(tag: &str) -> Conditions {
-    let neumann = PolarityCondition::Neumann;
+    let turned = || pair("0.7 + y", "x - 0.2");
     match tag {
-        "left" => Conditions {
-            velocity: VelocityCondition::Dirichlet(pair("1 + 0.4*sin(5*t)*y", "0.3")),
-            polarity: PolarityCondition::Dirichlet(pair("0.7 + y", "x - 0.2")),
-            density: Some(formula("1 + 0.5*sin(3*t) + 0.3*y")),
-        },
-        "right" => Conditions {
-            velocity: VelocityCondition::Traction(pair("0.1", "y")),
-            polarity: neumann,
-            density: Some(formula("0.6 + 0.1*cos(t)")),
-        },
-        "bottom" => Conditions { polarity: PolarityCondition::Dirichlet(pair("0.7 + y", "x - 0.2")), ..closed(tag) },
+        "left" => Conditions::flow(pair("1 + 0.4*sin(5*t)*y", "0.3"))
+            .with_polarity(turned())
+            .with_density(formula("1 + 0.5*sin(3*t) + 0.3*y")),
+        "right" => {
+            Conditions::new(VelocityCondition::Traction(pair("0.1", "y"))).with_density(formula("0.6 + 0.1*cos(t)"))
+        }
+        "bottom" => closed(tag).with_polarity(turned()),
         _ => closed(tag),
     }
 }
 
 /// Degrees `k + 1`, `k`, `k + 1` of velocity, density and polarity.
 pub fn describe(mesh: &Mesh, parameters: Parameters, k: usize, condition: fn(&str) -> Conditions) -> Description {
-    Description {
-        parameters,
-        degrees: Degrees { velocity: k + 1, pressure: k, density: k, polarity: k + 1 },
-        conditions: mesh.tags.iter().map(|t| condition(t)).collect(),
-        sources: Sources::default(),
-        slip: SlipTreatment::Rotated,
-    }
+    let degrees = Degrees::of(ModelKind::Compressible, k);
+    Description { degrees, ..Description::new(mesh, parameters, condition) }
 }
 
 pub fn sheet(mesh: &Arc<Mesh>, parameters: Parameters, k: usize, condition: fn(&str) -> Conditions) -> Compressible {
@@ -92,13 +81,9 @@ pub fn sheet(mesh: &Arc<Mesh>, parameters: Parameters, k: usize, condition: fn(&
 }
 
 pub fn settings(step: f64, order: usize, kind: CouplingKind) -> MarchSettings {
-    MarchSettings {
-        order,
-        control: ControlSettings::new(step, 1e-9),
-        alternate: 1.0,
-        coupling: CouplingSettings { tolerance: 1e-9, accept: 1e-8, diverged: 1e4, max_iterations: 60, kind },
-        density_implicit: false,
-    }
+    let bounds = CouplingSettings { tolerance: 1e-9, accept: 1e-8, max_iterations: 60, ..Default::default() };
+    let (control, coupling) = (ControlSettings::new(step).down_to(1e-9), CouplingSettings { kind, ..bounds });
+    MarchSettings { control, coupling, ..MarchSettings::new(order, step) }
 }
 
 /// The carried vector of two functions.

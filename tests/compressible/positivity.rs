@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::*;
 use monolayer::mesh::Point;
 use monolayer::model::compressible::Compressible;
-use monolayer::model::{Conditions, DensityLaw, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, DensityLaw, Parameters};
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::scheme::ControlSettings;
@@ -33,18 +33,9 @@ const TURNING: [&str; 2] = ["sin(pi*x)*cos(pi*y)", "-cos(pi*x)*sin(pi*y)"];
 const SQUEEZED: [&str; 2] = ["sin(2*pi*x)*cos(9*t)", "0.5*sin(2*pi*y)*cos(9*t)"];
 
 fn through(tag: &str) -> Conditions {
-    let neumann = PolarityCondition::Neumann;
     match tag {
-        "left" => Conditions {
-            velocity: VelocityCondition::Dirichlet(pair("1", "0")),
-            polarity: neumann,
-            density: Some(formula("0")),
-        },
-        "right" => Conditions {
-            velocity: VelocityCondition::Traction(pair("0", "0")),
-            polarity: neumann,
-            density: Some(formula("0")),
-        },
+        "left" => Conditions::flow(pair("1", "0")).with_density(formula("0")),
+        "right" => Conditions::open().with_density(formula("0")),
         _ => closed(tag),
     }
 }
@@ -112,7 +103,7 @@ fn a_step_to_a_negative_mean_is_halved() {
         assert!(rejected[1] > 0 && march.nominal_step() < 0.5, "{rejected:?}");
 
         // where Δt may not be halved, the step fails and the cell is named
-        let settings = MarchSettings { control: ControlSettings::new(0.5, 0.4), ..settings };
+        let settings = MarchSettings { control: ControlSettings::new(0.5).down_to(0.4), ..settings };
         let mut march = March::start(&model, settings, carried(&model, |_| 1.0, |_| Point::new(0.5, 0.0))).unwrap();
         march.advance(1e9).unwrap();
         let before = march.state.volume().values.clone();

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use crate::model::{PARAMETERS, closed, describe, settings};
+use crate::model::{PARAMETERS, settings};
 use monolayer::measure::budget::Budget;
 use monolayer::mesh::Mesh;
 use monolayer::model::incompressible::{Incompressible, State};
-use monolayer::model::{ElasticForce, Parameters};
+use monolayer::model::{Conditions, Description, ElasticForce, Parameters};
 use monolayer::space::Field;
 use monolayer::time::{CouplingKind, March};
 
@@ -53,7 +53,8 @@ fn the_energy_consistent_force_obeys_the_law_to_rounding_for_any_polarity() {
         for seed in 0..3 {
             let of = |elastic_force| {
                 let parameters = Parameters { elastic_force, ..PARAMETERS };
-                let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| closed())).unwrap();
+                let model =
+                    Incompressible::new(&mesh, &Description::new(&mesh, parameters, |_| Conditions::slip())).unwrap();
                 defect(&model, &random(&model.polarity.space, seed))
             };
             let (exact, stress) = (of(ElasticForce::Energy), of(ElasticForce::Stress));
@@ -67,7 +68,7 @@ fn the_energy_consistent_force_obeys_the_law_to_rounding_for_any_polarity() {
 /// step.
 fn relax(mesh: &Arc<Mesh>, elastic_force: ElasticForce, seed: u64, amplitude: f64) -> Vec<(f64, f64, f64)> {
     let parameters = Parameters { elastic_force, traction: 0.0, active_stress: 0.0, ..PARAMETERS };
-    let model = Incompressible::new(mesh, &describe(mesh, parameters, |_| closed())).unwrap();
+    let model = Incompressible::new(mesh, &Description::new(mesh, parameters, |_| Conditions::slip())).unwrap();
     let mut start = random(&model.polarity.space, seed);
     start.values.iter_mut().for_each(|v| *v *= amplitude);
     let mut settings = settings(1e-3, 1);
@@ -110,7 +111,7 @@ fn the_law_has_a_line_for_every_power() {
     let factors = plain.factors.with("self_advection", 0.8);
     for (parameters, carries) in [(plain, false), (Parameters { factors, ..plain }, true)] {
         let mesh = square(3);
-        let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| closed())).unwrap();
+        let model = Incompressible::new(&mesh, &Description::new(&mesh, parameters, |_| Conditions::slip())).unwrap();
         let p = random(&model.polarity.space, 5);
         let inputs = model.inputs(0.0).unwrap();
         let (mut v, mut pi) = (model.zero().v, model.zero().pressure().clone());

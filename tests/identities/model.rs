@@ -4,10 +4,10 @@ use crate::common::*;
 use monolayer::expression::Expression;
 use monolayer::form::{Density, Faces, elastic, polarity, upwind};
 use monolayer::mesh::{Mesh, Point};
-use monolayer::model::incompressible::{Degrees, Description, Incompressible, State};
-use monolayer::model::momentum::{MomentumError, SlipTreatment};
+use monolayer::model::incompressible::{Incompressible, State};
+use monolayer::model::momentum::MomentumError;
 use monolayer::model::terms::At;
-use monolayer::model::{Conditions, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::model::{Conditions, Description, Parameters};
 use monolayer::scheme::ControlSettings;
 use monolayer::solve::sparse::Matrix;
 use monolayer::space::{Field, project};
@@ -29,34 +29,11 @@ pub fn formula(text: &str) -> Expression {
     Expression::parse(text, &[]).expect("the test's formula parses")
 }
 
-pub fn closed() -> Conditions {
-    Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann, density: None }
-}
-
-pub fn describe(mesh: &Mesh, parameters: Parameters, condition: impl Fn(&str) -> Conditions) -> Description {
-    Description {
-        parameters,
-        degrees: Degrees { velocity: 2, pressure: 1, density: 1, polarity: 3 },
-        conditions: mesh.tags.iter().map(|t| condition(t)).collect(),
-        sources: Sources::default(),
-        slip: SlipTreatment::Rotated,
-    }
-}
-
 pub fn settings(step: f64, order: usize) -> MarchSettings {
-    MarchSettings {
-        order,
-        control: ControlSettings::new(step, 1e-9),
-        alternate: 1.0,
-        coupling: CouplingSettings {
-            tolerance: 1e-11,
-            accept: 1e-10,
-            diverged: 1e4,
-            max_iterations: 200,
-            kind: CouplingKind::Anderson { depth: 5 },
-        },
-        density_implicit: false,
-    }
+    let kind = CouplingKind::Anderson { depth: 5 };
+    let bounds = CouplingSettings { tolerance: 1e-11, accept: 1e-10, max_iterations: 200, ..Default::default() };
+    let coupling = CouplingSettings { kind, ..bounds };
+    MarchSettings { control: ControlSettings::new(step).down_to(1e-9), coupling, ..MarchSettings::new(order, step) }
 }
 
 fn march(model: &Incompressible, start: Field, steps: usize) -> State {
@@ -73,15 +50,11 @@ fn the_molecular_field_is_the_derivative_of_the_energy() {
     for mesh in meshes() {
         let loops = loops(&mesh);
         let conditions = |tag: &str| {
-            let data = PolarityCondition::Dirichlet([formula("1 + 0.3*x"), formula("0.5*y")]);
-            let open = tag == "left" || tag == "inner";
-            Conditions {
-                velocity: VelocityCondition::Slip,
-                polarity: if open { data } else { PolarityCondition::Neumann },
-                density: None,
-            }
+            let held = tag == "left" || tag == "inner";
+            let data = [formula("1 + 0.3*x"), formula("0.5*y")];
+            if held { Conditions::slip().with_polarity(data) } else { Conditions::slip() }
         };
-        let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, conditions)).unwrap();
+        let model = Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, conditions)).unwrap();
         for seed in 0..3 {
             let (p, q) = (random(&model.polarity.space, seed), random(&model.polarity.space, seed + 50));
             let energy = |s: f64| {
@@ -131,7 +104,7 @@ fn polarity_along_the_flow_is_carried_unchanged() {
 #[test]
 fn the_operator_of_a_step_is_the_sum_of_its_forms() {
     let mesh = disc();
-    let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, |_| closed())).unwrap();
+    let model = Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, |_| Conditions::slip())).unwrap();
     let space = &model.polarity.space;
     let (v, last, p, q) = (random(&model.momentum.velocity, 1), random(space, 2), random(space, 3), random(space, 4));
     let mut operator = model.polarity.empty_operator();
@@ -164,7 +137,7 @@ fn the_operator_of_a_step_is_the_sum_of_its_forms() {
 fn without_elasticity_the_force_is_friction_traction_and_active_stress_alone() {
     let mesh = square(2);
     let parameters = Parameters { elasticity: 0.0, ..PARAMETERS };
-    let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| closed())).unwrap();
+    let model = Incompressible::new(&mesh, &Description::new(&mesh, parameters, |_| Conditions::slip())).unwrap();
     let p = random(&model.polarity.space, 9);
     let w = random(&model.momentum.velocity, 10);
     let direct = model.loops.sum(10, |x| {
@@ -183,7 +156,7 @@ fn closed_tissue_without_activity_dissipates_what_the_energy_law_says() {
     let budget = |n: usize| {
         let mesh = mesh(&format!("shape = \"square\"\nn = {n}"));
         let parameters = Parameters { traction: 0.0, active_stress: 0.0, coherence: 0.5, ..PARAMETERS };
-        let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| closed())).unwrap();
+        let model = Incompressible::new(&mesh, &Description::new(&mesh, parameters, |_| Conditions::slip())).unwrap();
         let p = project::interpolate_vector(&model.polarity.space, |x| {
             let (a, b) = (std::f64::consts::PI * x.x, std::f64::consts::PI * x.y);
             Point::new(0.8 + 0.5 * a.cos() * b.cos(), 0.6 * a.cos() - 0.4 * (2.0 * b).cos())
@@ -211,7 +184,7 @@ fn closed_tissue_without_activity_dissipates_what_the_energy_law_says() {
 #[test]
 fn slip_by_rotated_unknowns_has_no_normal_velocity_at_nodes() {
     for mesh in [disc(), mesh("shape = \"annulus\"\nradius = 2.0\ninner_radius = 1.0\nh = 0.6")] {
-        let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, |_| closed())).unwrap();
+        let model = Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, |_| Conditions::slip())).unwrap();
         let (v, _) = model.flow(&random(&model.polarity.space, 3), 0.0).unwrap();
         let space = &model.momentum.velocity;
         let positions = space.node_positions();
@@ -233,11 +206,8 @@ fn a_polynomial_flow_is_reproduced() {
     // v = (y², x²)/…, Π = x − ½ with the force that it needs: exact in P2/P1
     let mesh = square(3);
     let parameters = Parameters { elasticity: 0.0, active_stress: 0.0, traction: 0.0, ..PARAMETERS };
-    let mut description = describe(&mesh, parameters, |_| Conditions {
-        velocity: VelocityCondition::Dirichlet([formula("y^2"), formula("x^2")]),
-        polarity: PolarityCondition::Neumann,
-        density: None,
-    });
+    let flow = |_: &str| Conditions::flow([formula("y^2"), formula("x^2")]);
+    let mut description = Description::new(&mesh, parameters, flow);
     // −div 2D(v) = −Δv = (−2, −2); friction 2
     description.sources.force = Some([formula("-2 + 2*y^2 + 1"), formula("-2 + 2*x^2")]);
     let model = Incompressible::new(&mesh, &description).unwrap();
@@ -257,12 +227,8 @@ fn a_polynomial_flow_is_reproduced() {
 #[test]
 fn prescribed_flow_through_a_closed_boundary_is_refused() {
     let mesh = square(3);
-    let condition = |tag: &str| Conditions {
-        velocity: VelocityCondition::Dirichlet([formula(if tag == "left" { "1" } else { "0" }), formula("0")]),
-        polarity: PolarityCondition::Neumann,
-        density: None,
-    };
-    let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, condition)).unwrap();
+    let condition = |tag: &str| Conditions::flow([formula(if tag == "left" { "1" } else { "0" }), formula("0")]);
+    let model = Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, condition)).unwrap();
     let error = model.flow(&model.zero().p, 0.0).unwrap_err();
     assert!(matches!(error, MomentumError::Flux { .. }), "{error}");
 }
@@ -271,7 +237,7 @@ fn prescribed_flow_through_a_closed_boundary_is_refused() {
 fn tissue_that_nothing_holds_is_refused() {
     let mesh = disc();
     let parameters = Parameters { friction: 0.0, ..PARAMETERS };
-    let error = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| closed())).unwrap_err();
+    let error = Incompressible::new(&mesh, &Description::new(&mesh, parameters, |_| Conditions::slip())).unwrap_err();
     assert!(error.to_string().contains("model.friction"), "{error}");
 }
 
@@ -279,20 +245,16 @@ fn tissue_that_nothing_holds_is_refused() {
 fn straight_slip_walls_hold_tissue_without_friction() {
     let parameters = Parameters { friction: 0.0, ..PARAMETERS };
     let mesh = square(3);
-    let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| closed())).unwrap();
+    let model = Incompressible::new(&mesh, &Description::new(&mesh, parameters, |_| Conditions::slip())).unwrap();
     let (v, _) = model.flow(&random(&model.polarity.space, 1), 0.0).unwrap();
     assert!(v.values.iter().all(|v| v.is_finite()));
     // two parallel walls leave the translation along them free
     let channel = |tag: &str| match tag {
-        "left" | "right" => Conditions {
-            velocity: VelocityCondition::Traction([formula("0"), formula("0")]),
-            polarity: PolarityCondition::Neumann,
-            density: None,
-        },
-        _ => closed(),
+        "left" | "right" => Conditions::open(),
+        _ => Conditions::slip(),
     };
     assert!(matches!(
-        Incompressible::new(&mesh, &describe(&mesh, parameters, channel)).unwrap_err(),
+        Incompressible::new(&mesh, &Description::new(&mesh, parameters, channel)).unwrap_err(),
         MomentumError::Unheld { .. }
     ));
 }
@@ -333,7 +295,7 @@ fn compare(map: impl Fn(Point) -> Point + Copy, reflect: bool) {
         Point::new(map(Point::x()).dot(&y), map(Point::y()).dot(&y))
     };
     let solve = |mesh: &Arc<Mesh>, start: &dyn Fn(Point) -> Point| {
-        let model = Incompressible::new(mesh, &describe(mesh, PARAMETERS, |_| closed())).unwrap();
+        let model = Incompressible::new(mesh, &Description::new(mesh, PARAMETERS, |_| Conditions::slip())).unwrap();
         let p = project::interpolate_vector(&model.polarity.space, start);
         march(&model, p, 4)
     };
@@ -374,7 +336,8 @@ fn one_and_two_threads_give_the_same_bits() {
     let run = |threads: usize, kind: CouplingKind| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, |_| closed())).unwrap();
+            let model =
+                Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, |_| Conditions::slip())).unwrap();
             let mut generator = rand_chacha::ChaCha8Rng::seed_from_u64(3);
             let mut start = Field::zero(&model.polarity.space);
             start.values.iter_mut().for_each(|v| *v = generator.random_range(-0.5..0.5));
@@ -399,7 +362,7 @@ fn one_and_two_threads_give_the_same_bits() {
 #[test]
 fn no_polarity_and_no_activity_is_rest_exactly() {
     let mesh = square(3);
-    let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, |_| closed())).unwrap();
+    let model = Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, |_| Conditions::slip())).unwrap();
     let state = march(&model, model.zero().p, 2);
     assert!(state.v.values.iter().chain(&state.pressure().values).chain(&state.p.values).all(|v| *v == 0.0));
 }

@@ -3,32 +3,24 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use crate::model::{PARAMETERS, closed, describe, formula};
+use crate::model::{PARAMETERS, formula};
 use monolayer::mesh::Mesh;
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts, Structure};
 use monolayer::model::tangent::Tangent;
 use monolayer::model::terms::factor;
-use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, Description, ElasticForce, Parameters, VelocityCondition};
 use monolayer::space::Field;
 
 /// Dirichlet at the left with a polarity that flows in, slip with Dirichlet polarity below, traction at the right, slip
 /// above.
 fn mixed(tag: &str) -> Conditions {
-    let data = || PolarityCondition::Dirichlet([formula("0.7 + y"), formula("x - 0.2")]);
+    let data = || [formula("0.7 + y"), formula("x - 0.2")];
     match tag {
-        "left" => Conditions {
-            velocity: VelocityCondition::Dirichlet([formula("1 + y"), formula("0.3")]),
-            polarity: data(),
-            density: None,
-        },
-        "bottom" => Conditions { velocity: VelocityCondition::Slip, polarity: data(), density: None },
-        "right" => Conditions {
-            velocity: VelocityCondition::Traction([formula("0.1"), formula("y")]),
-            polarity: PolarityCondition::Neumann,
-            density: None,
-        },
-        _ => closed(),
+        "left" => Conditions::flow([formula("1 + y"), formula("0.3")]).with_polarity(data()),
+        "bottom" => Conditions::slip().with_polarity(data()),
+        "right" => Conditions::new(VelocityCondition::Traction([formula("0.1"), formula("y")])),
+        _ => Conditions::slip(),
     }
 }
 
@@ -46,14 +38,16 @@ fn cases() -> Vec<(Incompressible, &'static str)> {
     let kinds = [ElasticForce::Stress, ElasticForce::Energy];
     let build = |mesh: &Arc<Mesh>, elastic_force, condition: fn(&str) -> Conditions| {
         let parameters = Parameters { elastic_force, ..PARAMETERS };
-        Incompressible::new(mesh, &describe(mesh, parameters, condition)).expect("the model builds")
+        Incompressible::new(mesh, &Description::new(mesh, parameters, condition)).expect("the model builds")
     };
-    let on =
-        |kind| [(build(&square(2), kind, mixed), "mixed"), (build(&curved(), kind, |_| closed()), "closed, curved")];
+    let on = |kind| {
+        [(build(&square(2), kind, mixed), "mixed"), (build(&curved(), kind, |_| Conditions::slip()), "closed, curved")]
+    };
     // derivatives that mix the components across faces
     let factors = factor::of_kind(PARAMETERS.kind()).fold(PARAMETERS.factors, |all, factor| all.with(factor.key, 0.7));
     let parameters = Parameters { factors, ..PARAMETERS };
-    let others = Incompressible::new(&square(2), &describe(&square(2), parameters, mixed)).expect("the model builds");
+    let others =
+        Incompressible::new(&square(2), &Description::new(&square(2), parameters, mixed)).expect("the model builds");
     kinds.into_iter().flat_map(on).chain([(others, "terms of other models")]).collect()
 }
 

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use crate::model::{PARAMETERS, closed, describe, formula, settings};
+use crate::model::{PARAMETERS, formula, settings};
 use monolayer::measure::StreamFunction;
 use monolayer::mesh::{BoundaryEdge, Mesh, Point};
 use monolayer::model::incompressible::Incompressible;
 use monolayer::model::momentum::MomentumError;
-use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, Description, ElasticForce, Parameters, VelocityCondition};
 use monolayer::space::Field;
 use monolayer::time::equations::Equations;
 use monolayer::time::{CouplingKind, March, Phases, Weights};
@@ -44,20 +44,18 @@ fn meshes() -> [Arc<Mesh>; 3] {
 }
 
 fn dirichlet(u: &str, v: &str) -> Conditions {
-    Conditions { velocity: VelocityCondition::Dirichlet([formula(u), formula(v)]), ..closed() }
+    Conditions::flow([formula(u), formula(v)])
 }
 
 /// Polarity of one value flows in.
 fn uniform() -> Conditions {
-    let polarity = PolarityCondition::Dirichlet([formula("0.5"), formula("1")]);
-    Conditions { polarity, ..open() }
+    open().with_polarity([formula("0.5"), formula("1")])
 }
 
 /// Polarity flows in whose value varies, on a face where the flow turns round.
 fn open() -> Conditions {
-    let velocity = VelocityCondition::Traction([formula("0.3"), formula("y")]);
-    let polarity = PolarityCondition::Dirichlet([formula("0.5"), formula("cos(3*y)")]);
-    Conditions { velocity, polarity, density: None }
+    let pulled = Conditions::new(VelocityCondition::Traction([formula("0.3"), formula("y")]));
+    pulled.with_polarity([formula("0.5"), formula("cos(3*y)")])
 }
 
 fn assert_close(alone: [Vec<f64>; 2], together: &[f64], what: &str) {
@@ -69,14 +67,14 @@ fn assert_close(alone: [Vec<f64>; 2], together: &[f64], what: &str) {
 }
 
 const CONDITIONS: [fn(&str) -> Conditions; 6] = [
-    |_| closed(),
-    |tag| if tag == "a:left" { uniform() } else { closed() },
-    |tag| if tag == "b:top" { uniform() } else { closed() },
-    |tag| if tag == "a:left" { open() } else { closed() },
-    |tag| if tag == "b:top" { open() } else { closed() },
+    |_| Conditions::slip(),
+    |tag| if tag == "a:left" { uniform() } else { Conditions::slip() },
+    |tag| if tag == "b:top" { uniform() } else { Conditions::slip() },
+    |tag| if tag == "a:left" { open() } else { Conditions::slip() },
+    |tag| if tag == "b:top" { open() } else { Conditions::slip() },
     |tag| match tag {
         "a:left" | "a:right" => dirichlet("1 + y", "0"),
-        _ => closed(),
+        _ => Conditions::slip(),
     },
 ];
 
@@ -86,7 +84,7 @@ const KINDS: [CouplingKind; 2] = [CouplingKind::Newton, CouplingKind::Anderson {
 fn cases(elastic_force: ElasticForce, condition: fn(&str) -> Conditions) -> [(Incompressible, Vec<f64>); 3] {
     let models = meshes().map(|mesh| {
         let parameters = Parameters { elastic_force, ..PARAMETERS };
-        Incompressible::new(&mesh, &describe(&mesh, parameters, condition)).unwrap()
+        Incompressible::new(&mesh, &Description::new(&mesh, parameters, condition)).unwrap()
     });
     let [a, b] = [0, 1].map(|part| random(&models[part].polarity.space, part as u64 + 1).values);
     let both = [a.clone(), b.clone()].concat();
@@ -150,11 +148,11 @@ fn whatever_a_step_ends_at_solves_its_equations() {
 fn every_closed_part_has_a_pressure_of_zero_mean_and_its_own_count() {
     let [_, _, both] = meshes();
     for (condition, count) in [
-        ((|_| closed()) as fn(&str) -> Conditions, 2),
-        (|tag| if tag == "a:left" { open() } else { closed() }, 1),
-        (|tag| if tag.ends_with("left") { open() } else { closed() }, 0),
+        ((|_| Conditions::slip()) as fn(&str) -> Conditions, 2),
+        (|tag| if tag == "a:left" { open() } else { Conditions::slip() }, 1),
+        (|tag| if tag.ends_with("left") { open() } else { Conditions::slip() }, 0),
     ] {
-        let model = Incompressible::new(&both, &describe(&both, PARAMETERS, condition)).unwrap();
+        let model = Incompressible::new(&both, &Description::new(&both, PARAMETERS, condition)).unwrap();
         let closed = &model.momentum.closed;
         assert_eq!(closed.count(), count);
         let (_, pi) = model.flow(&random(&model.polarity.space, 3), 0.0).unwrap();
@@ -173,17 +171,17 @@ fn a_net_flux_and_a_free_motion_are_blamed_on_their_part() {
     let leaks = |tag: &str| match tag {
         "a:right" => dirichlet("1.5", "0"),
         "b:right" => dirichlet("-1", "0"),
-        _ => closed(),
+        _ => Conditions::slip(),
     };
-    let model = Incompressible::new(&both, &describe(&both, PARAMETERS, leaks)).unwrap();
+    let model = Incompressible::new(&both, &Description::new(&both, PARAMETERS, leaks)).unwrap();
     let error = model.flow(&model.zero().p, 0.0).unwrap_err();
     let MomentumError::Flux { flux, .. } = &error else { panic!("{error}") };
     assert!((flux.abs() - 1.5).abs() < 1e-9 && error.to_string().contains("of the part of the mesh at (0."), "{error}");
 
-    let free = Conditions { velocity: VelocityCondition::Traction([formula("0"), formula("0")]), ..closed() };
+    let free = Conditions::open();
     let parameters = Parameters { friction: 0.0, ..PARAMETERS };
     let held = |tag: &str| if tag == "a:left" { dirichlet("0", "0") } else { free.clone() };
-    let error = Incompressible::new(&both, &describe(&both, parameters, held)).unwrap_err();
+    let error = Incompressible::new(&both, &Description::new(&both, parameters, held)).unwrap_err();
     let text = error.to_string();
     assert!(matches!(error, MomentumError::Unheld { .. }), "{text}");
     assert!(text.contains("of the part of the mesh around (4.") && text.contains("every part"), "{text}");

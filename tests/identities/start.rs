@@ -1,21 +1,17 @@
 use crate::common::*;
-use crate::model::{PARAMETERS, closed, describe, formula};
+use crate::model::{PARAMETERS, formula};
 use monolayer::element::basis;
 use monolayer::form::Faces;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::incompressible::Incompressible;
-use monolayer::model::{Conditions, PolarityCondition, VelocityCondition, start};
+use monolayer::model::{Conditions, Description, VelocityCondition, start};
 
 const STRIP: &str =
     "shape = \"strip-with-disc\"\nlength = [-4.0, 6.0]\nwidth = 6.0\nh = 1.0\nh_disc = 0.3\nsymmetric = true";
 
 fn conditions(mesh: &Mesh) -> Vec<Conditions> {
-    let open = Conditions {
-        velocity: VelocityCondition::Traction([formula("0"), formula("0")]),
-        polarity: PolarityCondition::Dirichlet([formula("1"), formula("0")]),
-        density: None,
-    };
-    mesh.tags.iter().map(|t| if t == "inlet" || t == "outlet" { open.clone() } else { closed() }).collect()
+    let open = Conditions::open().with_polarity([formula("1"), formula("0")]);
+    mesh.tags.iter().map(|t| if t == "inlet" || t == "outlet" { open.clone() } else { Conditions::slip() }).collect()
 }
 
 #[test]
@@ -65,14 +61,10 @@ fn random_starts_depend_on_the_seed_and_not_on_the_mesh() {
 fn no_tangential_velocity_at_the_nodes_of_such_a_wall() {
     let mesh = mesh("shape = \"annulus\"\nradius = 2.0\ninner_radius = 1.0\nh = 0.5");
     let condition = |tag: &str| match tag {
-        "outer" => Conditions {
-            velocity: VelocityCondition::NoTangential,
-            polarity: PolarityCondition::Neumann,
-            density: None,
-        },
-        _ => closed(),
+        "outer" => Conditions::new(VelocityCondition::NoTangential),
+        _ => Conditions::slip(),
     };
-    let model = Incompressible::new(&mesh, &describe(&mesh, PARAMETERS, condition)).unwrap();
+    let model = Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, condition)).unwrap();
     assert!(!model.momentum.is_closed(), "the normal stress fixes the pressure");
     let (v, _) = model.flow(&random(&model.polarity.space, 5), 0.0).unwrap();
     let positions = model.momentum.velocity.node_positions();

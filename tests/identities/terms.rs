@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use crate::model::{closed, formula};
+use crate::model::formula;
 use monolayer::expression::Expression;
 use monolayer::form::upwind::Carrier;
 use monolayer::form::words::{Jet, Scalar};
@@ -14,7 +14,7 @@ use monolayer::model::parameters::DensityLaw;
 use monolayer::model::terms::{
     At, Functional, Given, MASS, MOLECULAR, MOMENTUM, POLARITY, Strong, Sum, Term, Weak, factor,
 };
-use monolayer::model::{Conditions, ElasticForce, Exact, Parameters, PolarityCondition};
+use monolayer::model::{Conditions, ElasticForce, Exact, Parameters};
 use monolayer::space::{Field, Space, project};
 
 /// Sheets in which every term is on, one of each kind and with either elastic force, and with factors of either sign.
@@ -53,12 +53,9 @@ impl Fields {
         rho.values.iter_mut().for_each(|r| *r = 1.2 + 0.4 * *r);
         let v = random(&velocity, 3);
         let given = [formula("0.7 + y"), formula("x - 0.2")];
-        let inflow = || Conditions {
-            polarity: PolarityCondition::Dirichlet(given.clone()),
-            density: Some(formula("1.1 + 0.2*x")),
-            ..closed()
-        };
-        let conditions = mesh.tags.iter().map(|tag| if tag == "left" || tag == "wall" { inflow() } else { closed() });
+        let inflow = || Conditions::slip().with_polarity(given.clone()).with_density(formula("1.1 + 0.2*x"));
+        let conditions =
+            mesh.tags.iter().map(|tag| if tag == "left" || tag == "wall" { inflow() } else { Conditions::slip() });
         Self {
             loops: loops(mesh),
             sides: v.clone(),

@@ -31,7 +31,7 @@ fn equal_steps_give_the_classical_coefficients() {
 
 #[test]
 fn the_step_grows_by_a_quarter_after_fifty_good_steps_and_never_above_the_first() {
-    let settings = ControlSettings::new(0.1, 0.02);
+    let settings = ControlSettings::new(0.1).down_to(0.02);
     let mut control = Control::new(&settings);
     control.halve(&settings);
     assert_eq!(control.step, 0.05);

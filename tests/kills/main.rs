@@ -17,6 +17,7 @@ pub fn program(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
+/// What it did.
 pub fn ran(folder: &Path, arguments: &[&str]) -> Output {
     program(folder, arguments).output().expect("the program starts")
 }
@@ -26,6 +27,7 @@ pub fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// What it printed, where it ended well.
 #[track_caller]
 pub fn good(folder: &Path, arguments: &[&str]) -> String {
     let output = ran(folder, arguments);

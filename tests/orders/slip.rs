@@ -8,39 +8,24 @@ use std::sync::Arc;
 use monolayer::expression::Expression;
 use monolayer::mesh::Point;
 use monolayer::mesh::generate::MeshScene;
-use monolayer::model::incompressible::{Degrees, Description, Incompressible};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::model::{Conditions, Degrees, Description, Incompressible, Parameters, Sources};
 
 use super::slope;
 
 const FRICTION: f64 = 2.0;
 
 fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
-    let text = format!("shape = \"annulus\"\nradius = 2.0\ninner_radius = 1.0\nh = {h}\ncurved = {curved}");
-    let scene: MeshScene = toml::from_str(&text).unwrap();
-    let mesh = Arc::new(scene.build().unwrap());
+    let ring = MeshScene::of("annulus").with("radius", 2.0).with("inner_radius", 1.0);
+    let mesh = Arc::new(ring.with("h", h).with("curved", curved).build().unwrap());
     let s = "pi*(sqrt(x^2+y^2)-1)";
     let force = format!("({FRICTION}*(1+0.5*cos({s})) + 0.5*pi^2*cos({s}) + 1.5*pi*sin({s})/sqrt(x^2+y^2))");
     let formula = |text: String| Expression::parse(&text, &[]).unwrap();
-    let description = Description {
-        parameters: Parameters { friction: FRICTION, traction: 0.0, ..Parameters::PLAIN },
-        degrees: Degrees { velocity: 2, pressure: 1, density: 0, polarity: 1 },
-        conditions: mesh
-            .tags
-            .iter()
-            .map(|_| Conditions {
-                velocity: VelocityCondition::Slip,
-                polarity: PolarityCondition::Neumann,
-                density: None,
-            })
-            .collect(),
-        sources: Sources {
-            force: Some([formula(format!("-y*{force}")), formula(format!("x*{force}"))]),
-            ..Sources::default()
-        },
-        slip,
-    };
+    let parameters = Parameters { friction: FRICTION, traction: 0.0, ..Parameters::PLAIN };
+    let usual = Description::new(&mesh, parameters, |_| Conditions::slip());
+    let force = Some([formula(format!("-y*{force}")), formula(format!("x*{force}"))]);
+    let sources = Sources { force, ..Sources::default() };
+    let description = Description { degrees: Degrees { polarity: 1, ..usual.degrees }, sources, slip, ..usual };
     let model = Incompressible::new(&mesh, &description).unwrap();
     let (v, _) = model.flow(&model.zero().p, 0.0).unwrap();
     let square = model.loops.sum(10, |x| {

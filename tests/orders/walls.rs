@@ -11,7 +11,7 @@ use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::frames::{Frames, WallPoints};
 use monolayer::model::momentum::{Momentum, SlipTreatment};
-use monolayer::model::{Conditions, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, Parameters, VelocityCondition};
 use monolayer::space::{Continuity, Field, Space};
 
 /// Minimum of the stream function on x = 1/2 in the cavity with a lid of speed 1: beside the known −0.100076, `ψ(y) =
@@ -34,8 +34,7 @@ fn at_rest() -> VelocityCondition {
 /// Conditions by tag; the sides that are not named have `rest`.
 fn conditions(mesh: &Mesh, rest: &VelocityCondition, named: &[(&str, VelocityCondition)]) -> Vec<Conditions> {
     let of = |tag: &String| named.iter().find(|(name, _)| name == tag).map_or(rest, |(_, c)| c).clone();
-    let whole = |velocity| Conditions { velocity, polarity: PolarityCondition::Neumann, density: None };
-    mesh.tags.iter().map(|tag| whole(of(tag))).collect()
+    mesh.tags.iter().map(|tag| Conditions::new(of(tag))).collect()
 }
 
 struct Flow {

@@ -8,11 +8,10 @@ use monolayer::body::guide::Guide;
 use monolayer::body::{Body, Hold};
 use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
-use monolayer::model::incompressible::{Degrees, Description, Incompressible, State};
-use monolayer::model::momentum::SlipTreatment;
-use monolayer::model::{Conditions, ElasticForce, Parameters, PolarityCondition, Sources, VelocityCondition};
+use monolayer::model::incompressible::{Description, Incompressible, State};
+use monolayer::model::{Conditions, ElasticForce, Parameters};
 use monolayer::scheme::ControlSettings;
-use monolayer::shape::{Disc, Pose, Shape, Twist};
+use monolayer::shape::{Disc, Pose, Shape};
 use monolayer::space::{Field, project};
 use monolayer::time::moving::{MovingMarch, NoCorrection};
 use monolayer::time::{CouplingKind, CouplingSettings, March, MarchSettings};
@@ -33,19 +32,8 @@ fn formula(text: &str) -> Expression {
 }
 
 fn disc(radius: f64, at: [f64; 2], hold: Hold) -> Body {
-    let zero = || formula("0");
-    Body {
-        name: "disc".into(),
-        shape: Shape::from(Disc { radius }),
-        hold,
-        density: 1.0,
-        force: [zero(), zero()],
-        torque: zero(),
-        friction: 0.0,
-        start: Pose { position: Point::from(at), angle: 0.0 },
-        start_twist: Twist::ZERO,
-        key: String::new(),
-    }
+    let start = Pose { position: Point::from(at), angle: 0.0 };
+    Body { hold, ..Body::new("disc", Shape::from(Disc { radius }), start) }
 }
 
 fn around(
@@ -54,30 +42,20 @@ fn around(
     condition: &dyn Fn(&str) -> Conditions,
     body: Body,
 ) -> Incompressible {
-    let description = Description {
-        parameters,
-        degrees: Degrees { velocity: 2, pressure: 1, density: 1, polarity: 3 },
-        conditions: mesh.tags.iter().map(|tag| condition(tag)).collect(),
-        sources: Sources::default(),
-        slip: SlipTreatment::Rotated,
-    };
+    let description = Description::new(mesh, parameters, condition);
     let guide = Arc::new(Guide::new(vec![body]).unwrap());
     let poses = guide.starts(0.0).unwrap();
     Incompressible::around(mesh, &description, &guide, &poses, EPSILON).unwrap()
 }
 
 fn closed(_: &str) -> Conditions {
-    Conditions { velocity: VelocityCondition::Slip, polarity: PolarityCondition::Neumann, density: None }
+    Conditions::slip()
 }
 
 fn settings(step: f64, order: usize, kind: CouplingKind) -> MarchSettings {
-    MarchSettings {
-        order,
-        control: ControlSettings::new(step, 1e-9),
-        alternate: 1.0,
-        coupling: CouplingSettings { tolerance: 1e-9, accept: 1e-8, diverged: 1e4, max_iterations: 200, kind },
-        density_implicit: false,
-    }
+    let bounds = CouplingSettings { tolerance: 1e-9, accept: 1e-8, max_iterations: 200, ..Default::default() };
+    let (control, coupling) = (ControlSettings::new(step).down_to(1e-9), CouplingSettings { kind, ..bounds });
+    MarchSettings { control, coupling, ..MarchSettings::new(order, step) }
 }
 
 const EPSILON: f64 = 1e-8;
@@ -94,14 +72,10 @@ fn swirl(model: &Incompressible) -> Field {
 fn the_tissue_carries_a_disc_without_friction_at_its_own_speed() {
     let mesh = square(6);
     let one = || [formula("1"), formula("0")];
-    let open = |tag: &str| Conditions {
-        velocity: match tag {
-            "left" => VelocityCondition::Dirichlet(one()),
-            "right" => VelocityCondition::Traction([formula("0"), formula("0")]),
-            _ => VelocityCondition::Slip,
-        },
-        polarity: if tag == "left" { PolarityCondition::Dirichlet(one()) } else { PolarityCondition::Neumann },
-        density: None,
+    let open = |tag: &str| match tag {
+        "left" => Conditions::flow(one()).with_polarity(one()),
+        "right" => Conditions::open(),
+        _ => Conditions::slip(),
     };
     // an active stress would squeeze the cells that the disc cuts, which are not quite rigid
     let parameters = Parameters { active_stress: 0.0, ..ACTIVE };

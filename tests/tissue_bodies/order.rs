@@ -11,7 +11,7 @@ use monolayer::mesh::{Mesh, Point};
 use monolayer::model::passive::{Continuation, Covered};
 use monolayer::model::polarity::Polarity;
 use monolayer::model::terms::{At, POLARITY, Sum};
-use monolayer::model::{Conditions, Parameters, PolarityCondition, VelocityCondition};
+use monolayer::model::{Conditions, Parameters};
 use monolayer::shape::{Disc, Pose, Shape};
 use monolayer::space::project;
 
@@ -50,12 +50,7 @@ fn errors(n: usize, degree: usize) -> [f64; 3] {
     let covered = Covered::new(&loops, &cover, Continuation::default());
     let space = discontinuous(&mesh, degree, 2);
     let exact = formulas();
-    let condition = Conditions {
-        velocity: VelocityCondition::Slip,
-        polarity: PolarityCondition::Dirichlet(exact.clone()),
-        density: None,
-    };
-    let conditions = vec![condition; mesh.tags.len()];
+    let conditions = vec![Conditions::slip().with_polarity(exact.clone()); mesh.tags.len()];
     let tissue = &covered.tissue;
     let polarity = Polarity::around(tissue, &space, &conditions, &PARAMETERS, None, Some(&covered.passive)).unwrap();
     let flow = project::interpolate_vector(&continuous(&mesh, 2, 2), |x| {

@@ -21,10 +21,13 @@ use crate::time::Sheet;
 /// The domain of a flow: what stays while its state changes.
 #[derive(Debug, Clone, Copy)]
 pub struct Domain<'a> {
+    /// Its cells.
     pub mesh: &'a Arc<Mesh>,
+    /// Finds the cell of a point.
     pub locator: &'a Locator,
     /// Of the disc, which axes refer to.
     pub centre: [f64; 2],
+    /// Of the same disc.
     pub radius: f64,
     /// The largest `x₁`.
     pub end: f64,
@@ -39,10 +42,13 @@ pub struct Domain<'a> {
 /// A tissue in a state.
 #[derive(Clone, Copy)]
 pub struct Tissue<'a> {
+    /// Where it is.
     pub domain: &'a Domain<'a>,
     /// With the parameters of the state; its mesh is that of the domain.
     pub model: &'a dyn Sheet,
+    /// Its fields.
     pub state: &'a State,
+    /// The time of the state.
     pub t: f64,
     /// `∂_t p`
     pub rate_of_p: &'a [f64],
@@ -64,14 +70,18 @@ pub struct OfMarch {
 /// All that measures can be taken of at a moment.
 #[derive(Clone, Copy, Default)]
 pub struct Subject<'a> {
+    /// What flows.
     pub flow: Option<Flow<'a>>,
+    /// What is rigid.
     pub bodies: Option<Bodies<'a>>,
+    /// What only a tissue has.
     pub tissue: Option<Tissue<'a>>,
 }
 
 /// A flow.
 #[derive(Clone, Copy)]
 pub struct Flow<'a> {
+    /// Its velocity.
     pub v: &'a Field,
     /// Over what flows: all of the mesh that no body covers.
     pub loops: &'a Integrator,
@@ -80,6 +90,7 @@ pub struct Flow<'a> {
 /// Rigid bodies.
 #[derive(Clone, Copy)]
 pub struct Bodies<'a> {
+    /// What they are.
     pub bodies: &'a [Body],
     /// One for each body.
     pub poses: &'a [Pose],
@@ -136,8 +147,11 @@ impl Gauge for OfTissue {
 /// A measure with what it has prepared.
 #[derive(Debug)]
 pub enum Prepared {
+    /// Of a flow.
     Flow(OfFlow),
+    /// Of bodies.
     Bodies(OfBodies),
+    /// Of a tissue.
     Tissue(Box<dyn Gauge>),
 }
 

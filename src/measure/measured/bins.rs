@@ -5,8 +5,11 @@ use crate::mesh::Point;
 /// `count[0]` × `count[1]` equal bins of a box; bin `(i, j)` has the number `j·count[0] + i`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bins {
+    /// Lower left corner.
     pub low: Point,
+    /// Upper right corner.
     pub high: Point,
+    /// Bins across and up.
     pub count: [usize; 2],
 }
 

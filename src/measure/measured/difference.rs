@@ -19,6 +19,7 @@ pub struct Difference {
     pub correlation: [f64; 2],
     /// `max |e|`, and where.
     pub largest: f64,
+    /// Middle of the bin in which the difference is largest.
     pub largest_at: Point,
     /// `(Σ w var / Σ w |v|²)^½`: the relative distance that the scatter of the data alone makes.
     pub noise: f64,

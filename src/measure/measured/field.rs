@@ -9,10 +9,13 @@ const REACH: f64 = 4.0;
 /// Values, their variances and weights; a bin of weight 0 is empty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Binned {
+    /// Where the values are.
     pub bins: Bins,
+    /// The mean of each bin; NaN where there is none.
     pub values: Vec<Point>,
     /// Of each component; NaN where the data say nothing.
     pub variances: Vec<Point>,
+    /// How much each bin counts; 0 of one that is empty.
     pub weights: Vec<f64>,
 }
 

@@ -8,7 +8,9 @@ use crate::mesh::Point;
 pub struct Sample {
     /// Number of the frame, in the order of time.
     pub frame: usize,
+    /// Where it was measured.
     pub x: Point,
+    /// The velocity there.
     pub v: Point,
 }
 
@@ -16,6 +18,7 @@ pub struct Sample {
 /// cells; it does not count in the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Averages {
+    /// Where they are taken.
     pub bins: Bins,
     /// Number `N` of frames in which the bin holds cells.
     pub frames: Vec<u32>,

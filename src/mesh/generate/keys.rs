@@ -9,9 +9,13 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Value {
+    /// `true` or `false`
     Flag(bool),
+    /// A whole number, not negative.
     Whole(u64),
+    /// Any other number.
     Number(f64),
+    /// Two numbers.
     Pair([f64; 2]),
 }
 
@@ -42,9 +46,13 @@ impl fmt::Display for Value {
 /// Which values a key takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ValueKind {
+    /// `true` or `false`
     Flag,
+    /// A whole number, not negative.
     Whole,
+    /// Any number.
     Number,
+    /// Two numbers.
     Pair,
 }
 
@@ -96,7 +104,14 @@ pub enum Meaning {
     /// Where the domain begins and where it ends.
     Interval,
     /// A number between two others.
-    Within { range: [f64; 2], rule: &'static str, hint: &'static str },
+    Within {
+        /// Both ends included.
+        range: [f64; 2],
+        /// What messages say of it.
+        rule: &'static str,
+        /// What they advise.
+        hint: &'static str,
+    },
     /// Any value of its type.
     Free,
 }
@@ -132,12 +147,15 @@ impl Meaning {
 /// A key of a generator.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
+    /// As in the scene file.
     pub name: &'static str,
     /// What it is, as its field says.
     pub about: &'static str,
+    /// Which values it takes.
     pub kind: ValueKind,
     /// Whether it must be given.
     pub must: bool,
+    /// What its value means.
     pub meaning: Meaning,
 }
 
@@ -146,6 +164,7 @@ pub(super) type Values = BTreeMap<String, Value>;
 
 /// A field that a key fills.
 pub trait Filled: Sized {
+    /// Which values fill it.
     const KIND: ValueKind;
 
     /// From what is given; `None` where that is of another kind.

@@ -49,6 +49,7 @@ pub static GENERATORS: [Generator; 8] = [
 pub struct Generator {
     /// As in `mesh.shape`.
     pub name: &'static str,
+    /// What a scene may say about the shape.
     pub keys: &'static [Key],
     /// The domain of these values, with defaults for those that are missing.
     read: fn(&Values) -> Box<dyn Domain>,

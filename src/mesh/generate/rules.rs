@@ -7,7 +7,7 @@ use crate::mesh::MeshError;
 /// More cells than this are taken for a misprint in `h`.
 pub(super) const MOST_CELLS: f64 = 5e6;
 
-/// SmallestStep and largest length; beyond, and for edges below `FINEST` times the largest coordinate, points could
+/// Smallest and largest length; beyond, and for edges below `FINEST` times the largest coordinate, points could
 /// coincide by rounding.
 const LENGTHS: [f64; 2] = [1e-9, 1e9];
 const FINEST: f64 = 1e-9;

@@ -28,7 +28,9 @@ pub use foreign::is_mesh_file;
 /// How numbers are stored in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
+    /// Text, which people and other programs read.
     Ascii,
+    /// Quicker to read.
     Binary,
 }
 
@@ -65,6 +67,7 @@ impl From<MeshError> for Fault {
 pub struct Reading {
     /// Degree of the cells on circles; `None` keeps the geometry of the file.
     pub curved: Option<usize>,
+    /// What happens to lines inside of the domain.
     pub slits: Slits,
 }
 

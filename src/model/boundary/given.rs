@@ -9,7 +9,9 @@ use crate::expression::{Formula, VectorFormula};
 /// A condition as the file has it: a name, or a table of one name with a formula or two.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedCondition {
+    /// Such as `slip`.
     pub name: String,
+    /// What it prescribes, where it prescribes something.
     pub values: Option<Values>,
 }
 
@@ -17,7 +19,9 @@ pub struct NamedCondition {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Values {
+    /// A scalar.
     One(Formula),
+    /// A vector.
     Pair(VectorFormula),
 }
 

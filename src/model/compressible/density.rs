@@ -21,7 +21,9 @@ const KRYLOV_LIMIT: usize = 2000;
 /// What never changes in the density's equation.
 #[derive(Debug)]
 pub struct Density {
+    /// Discontinuous, with one component.
     pub space: Arc<Space>,
+    /// Keeps ρ from falling below zero.
     pub limiter: Limiter,
     /// Boundary faces through which mass may pass: all but those of slip walls.
     pub open: Faces,

@@ -20,9 +20,10 @@ pub use tangent::{Evaluated, Tangent};
 pub use viscous::Viscous;
 
 use super::closed::ClosedParts;
+use super::description::Description;
 use super::formulas::{check_formulas, check_inflow};
 use super::frames::Frames;
-use super::incompressible::{Description, Inputs};
+use super::incompressible::Inputs;
 use super::lagged::{Found, Layout, Structure};
 use super::limiter::NegativeMean;
 use super::momentum::{MomentumError, SlipTreatment, check_held, outer_force, tagged};
@@ -49,19 +50,29 @@ pub const VACUUM: f64 = 1e-12;
 /// The semi-discrete compressible system   [7.34]
 #[derive(Debug)]
 pub struct Compressible {
+    /// The numbers of the model.
     pub parameters: Parameters,
+    /// One for each tag.
     pub conditions: Vec<Conditions>,
+    /// What enters from outside.
     pub sources: Sources,
+    /// Over the mesh.
     pub loops: Integrator,
+    /// Continuous, with two components.
     pub velocity: Arc<Space>,
+    /// Where `v·n` is an unknown of its own.
     pub frames: Frames,
+    /// How `v·n = 0` is imposed.
     pub slip: SlipTreatment,
     /// What walls add to the viscous form.
     pub walls: Walls,
+    /// `(v|w)`
     pub velocity_mass: Matrix,
     /// Of the free velocities, for the stationary residuals.
     residual_mass: Factored,
+    /// The equation of the density.
     pub density: Density,
+    /// The equation of the polarity.
     pub polarity: Polarity,
     /// `|Ω|`
     pub area: f64,
@@ -72,6 +83,7 @@ pub struct Compressible {
 
 /// Why there is no flow for a density and a polarity.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum FlowError {
     #[error(transparent)]
     Density(#[from] NegativeMean),

@@ -31,7 +31,9 @@ use crate::space::Field;
 pub struct Evaluated {
     /// The density before the limiter, and what the limiter did.
     pub u: Field,
+    /// The density, limited, with its derivative.
     pub limited: Limited,
+    /// The matrix of the flow in it, factorised.
     pub viscous: Viscous,
     /// `L_h/B`
     pub molecular: Option<Field>,
@@ -40,6 +42,7 @@ pub struct Evaluated {
 /// The derivative at a state.
 #[derive(Debug)]
 pub struct Tangent<'m> {
+    /// Whose derivative this is.
     pub model: &'m Compressible,
     at: Arc<Evaluated>,
     /// By the density, all with `∂ρ/∂u` of the limiter: `∂R_ρ/∂u`; `∂R_ρ/∂v`

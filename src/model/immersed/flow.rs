@@ -1,5 +1,35 @@
 //! A Stokes flow that carries rigid bodies: solve the flow for the bodies' places, let the caller correct how they
 //! move, move them.
+//!
+//! A disc in a shear flow turns with half of its rate:
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use monolayer::body::Body;
+//! use monolayer::expression::Expression;
+//! use monolayer::form::Linear;
+//! use monolayer::mesh::{Point, generate::MeshScene};
+//! use monolayer::model::Conditions;
+//! use monolayer::model::immersed::flow::{Flow, Settings};
+//! use monolayer::model::momentum::SlipTreatment;
+//! use monolayer::shape::{Pose, Shape};
+//!
+//! let mesh = Arc::new(MeshScene::of("square").with("n", 20).build()?);
+//! let shear = Conditions::flow(["y".parse()?, Expression::constant(0.0)]);
+//! let disc = Body::new("disc", Shape::Disc { radius: 0.15 }, Pose { position: Point::new(0.5, 0.5), angle: 0.0 });
+//! let conditions = vec![shear; mesh.tags.len()];
+//! let (slip, settings) = (SlipTreatment::default(), Settings::default());
+//! let mut flow = Flow::new(&mesh, (2, 1), &conditions, (0.0, slip), vec![disc], settings, 0.0)?;
+//! for _ in 0..3 {
+//!     let now = flow.solve(&Linear::zero())?.twists;
+//!     let by = flow.predicted(0.1, &now)?;
+//!     flow.advance(0.1, &now, &by)?;
+//! }
+//! let Pose { position, angle } = flow.motion.poses[0];
+//! assert!((angle + 0.15).abs() < 0.01 && (position.x - 0.65).abs() < 0.01, "{angle} {position}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::sync::Arc;
 
@@ -28,14 +58,27 @@ pub struct Settings {
     pub order: usize,
 }
 
+impl Default for Settings {
+    /// ε = 1e-8, and the second order.
+    fn default() -> Self {
+        Self { epsilon: 1e-8, order: 2 }
+    }
+}
+
 /// A Stokes flow with bodies, at one time.
 #[derive(Debug)]
 pub struct Flow {
+    /// Over the mesh.
     pub loops: Integrator,
+    /// The Stokes system with the bodies in it.
     pub momentum: Momentum,
+    /// One for each tag.
     pub conditions: Vec<Conditions>,
+    /// What the bodies are, and what is prescribed of them.
     pub guide: Guide,
+    /// Where they are, and how they have moved.
     pub motion: Motion,
+    /// Time.
     pub t: f64,
 }
 

@@ -17,8 +17,8 @@ mod balance;
 mod border;
 mod constraints;
 pub mod flow;
-pub mod kernel;
-pub mod penalty;
+pub(crate) mod kernel;
+pub(crate) mod penalty;
 
 use std::collections::BTreeSet;
 
@@ -57,7 +57,9 @@ pub struct Rigidity {
 /// A flow that carries bodies.
 #[derive(Debug, Clone)]
 pub struct FlowWithBodies {
+    /// Coefficients of the velocity.
     pub v: Vec<f64>,
+    /// Coefficients of the pressure.
     pub pi: Vec<f64>,
     /// Velocity and spin of every body.
     pub twists: Vec<Twist>,
@@ -76,7 +78,9 @@ pub(super) struct Ground<'m> {
 
 /// The system of flow and bodies, factorised for one placement of the bodies.
 pub struct Immersed {
+    /// Where the bodies lie on the mesh.
     pub immersion: Immersion,
+    /// How rigid they are.
     pub rigidity: Rigidity,
     kernel: Kernel,
     /// Friction of the fluid, which is no friction of the bodies.

@@ -36,7 +36,12 @@ pub enum Volume {
     /// `Π` of the incompressible sheet.
     Pressure(Expression),
     /// `ρ` of the compressible one, and `∂_t ρ`.
-    Density { value: Expression, rate: Expression },
+    Density {
+        /// ρ
+        value: Expression,
+        /// `∂_t ρ`
+        rate: Expression,
+    },
 }
 
 impl Volume {

@@ -15,8 +15,11 @@ pub type Matrix = [[[f64; 3]; 2]; 2];
 
 /// Taylor series of the fields about one point at one time.
 pub struct Series<'e> {
+    /// The numbers of the model.
     pub parameters: &'e Parameters,
+    /// The velocity.
     pub v: Vector,
+    /// The polarity.
     pub p: Vector,
     volume: SeriesVolume<'e>,
     exact: &'e Exact,

@@ -7,6 +7,7 @@ use crate::solve::SolveError;
 
 /// Why the momentum balance could not be set up or solved.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum MomentumError {
     #[error(transparent)]
     Solve(#[from] SolveError),

@@ -14,10 +14,13 @@ use crate::space::{Field, Space};
 /// The fields at one time, and what the boundary gives.
 #[derive(Clone, Copy)]
 pub struct At<'a> {
+    /// The numbers of the model.
     pub parameters: &'a Parameters,
+    /// Polarity.
     pub p: &'a Field,
     /// ρ as a weight.
     pub rho: Density<'a>,
+    /// What the boundary gives.
     pub given: &'a Given<'a>,
     flow: Option<(&'a Space, Carrier<'a>)>,
     density: Option<&'a Space>,
@@ -147,6 +150,9 @@ impl<'m> Given<'m> {
     }
 
     /// `p_D` on a Dirichlet face.
+    ///
+    /// # Panics
+    /// On another face.
     pub fn polarity(&self, s: &FacePoint) -> Point {
         let value = data_of(self.conditions(s)).expect("Dirichlet faces carry data");
         Point::new(value[0].eval(s.minus.x, self.t), value[1].eval(s.minus.x, self.t))

@@ -9,6 +9,7 @@ use crate::model::parameters::ModelKind;
 pub struct Factor {
     /// In `[model]`.
     pub key: &'static str,
+    /// As in formulas, such as `γ_v`.
     pub symbol: &'static str,
     /// What it does, for the docs.
     pub help: &'static str,

@@ -6,6 +6,42 @@
 //! give, and what `check` and `summary.json` say. A term that is off is neither assembled nor stored.
 //!
 //! A new term is a constant in the file of its equation and its name in the list there.
+//!
+//! A term is a value, which can be tried before it is listed; its derivative is that of differences:
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use monolayer::form::{Bilinear, Faces, Integrator, mass, words::Vector};
+//! use monolayer::mesh::{Point, generate::MeshScene};
+//! use monolayer::model::Parameters;
+//! use monolayer::model::terms::{At, Functional, Given, Sum, Term, Weak};
+//! use monolayer::solve::sparse::Matrix;
+//! use monolayer::space::{Continuity, Space, project};
+//!
+//! /// `(|p|²p|q)`, and `(|p|²δp + 2(p·δp)p|q)`
+//! const TERMS: &[Term<Vector>] = &[Term { name: "drag", weak: Weak::Functional(DRAG), ..Term::PLAIN }];
+//! const DRAG: Functional<Vector> = Functional {
+//!     value: |&At { p, .. }| mass::load(&p.space, 9, |x| p.vector(&x.site).norm_squared() * p.vector(&x.site)),
+//!     by_polarity: |&At { p, .. }| {
+//!         let slope = |p: Point, d: Point| p.norm_squared() * d + 2.0 * p.dot(&d) * p;
+//!         Bilinear::cells(12, move |x| move |d: Vector, q: Vector| slope(p.vector(&x.site), d.value).dot(&q.value))
+//!     },
+//!     ..Functional::NOTHING
+//! };
+//! let mesh = Arc::new(MeshScene::of("square").with("n", 2).build()?);
+//! let space = Arc::new(Space::new(&mesh, Continuity::Discontinuous, 3, 2));
+//! let (loops, given) = (Integrator::new(&mesh), Given::new(&mesh, &[], Faces::NONE, None, 0.0));
+//! let p = |s: f64| project::interpolate_vector(&space, |x| Point::new(x.y + s, x.x - s * x.y));
+//! let value = |s| loops.vector(&Sum::of(&[TERMS]).value(&At::new(&Parameters::PLAIN, &p(s), &given)), &space);
+//! let (here, size) = (p(0.0), space.dof_count());
+//! let form = Sum::of(&[TERMS]).by_polarity(&At::new(&Parameters::PLAIN, &here, &given));
+//! let along: Vec<f64> = p(1.0).values.iter().zip(&here.values).map(|(a, b)| a - b).collect();
+//! let slope = Matrix::from_triplets(size, size, &loops.triplets(&form, &space, &space)).times(&along);
+//! let differences = value(1e-3).into_iter().zip(value(-1e-3)).map(|(a, b)| (a - b) / 2e-3);
+//! assert!(differences.zip(slope).all(|(a, b)| (a - b).abs() < 1e-6));
+//! # Ok::<(), monolayer::mesh::MeshError>(())
+//! ```
 
 mod at;
 pub mod factor;
@@ -38,6 +74,7 @@ use crate::space::Space;
 pub struct Term<V: Jet> {
     /// Short name, e.g. `friction`.
     pub name: &'static str,
+    /// Its weak form as the model page writes it.
     pub formula: Formula,
     /// The equation of the model page that has it.
     pub tag: &'static str,
@@ -47,8 +84,11 @@ pub struct Term<V: Jet> {
     pub factor: Option<Factor>,
     /// Whether a term without a factor of its own is on; `None` where the sheet has another one in its place.
     pub on: fn(&Parameters) -> Option<Switch>,
+    /// Its weak form.
     pub weak: Weak<V>,
+    /// How a pass of the fixed point takes it.
     pub pass: Pass,
+    /// Its strong form.
     pub strong: Strong,
     /// Its line of the energy law, where it has one.
     pub power: Option<Power>,
@@ -57,7 +97,9 @@ pub struct Term<V: Jet> {
 /// The side of an equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
+    /// With the rates of change.
     Left,
+    /// With the forces.
     Right,
 }
 
@@ -66,13 +108,16 @@ pub enum Side {
 pub enum Formula {
     /// Incompressible, then compressible.
     Both(&'static str, &'static str),
+    /// Of a term that the incompressible sheet alone has.
     Incompressible(&'static str),
+    /// Of a term that the compressible sheet alone has.
     Compressible(&'static str),
 }
 
 /// Whether a term is on, and why.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Switch {
+    /// It cannot be switched off.
     Always,
     /// By the value of a key; 0 switches it off.
     By(&'static str, f64),
@@ -92,18 +137,29 @@ pub enum Weak<V: Jet> {
     Frame,
     /// In the weak form of the term of that name, because one integrand for both is cheaper.
     With(&'static str),
-    /// Linear in the flow: a matrix, the derivative of its product with the flow along the density, and what multiplies
-    /// both. Nothing else of the parameters is in them, so that two sheets of equal weights have the same matrix.
-    Flow { weight: fn(&Parameters) -> f64, matrix: FlowMatrix, by_density: Derivative<Scalar, V> },
+    /// Linear in the flow. Nothing else of the parameters is in it, so that two sheets of equal weights have the same
+    /// matrix.
+    Flow {
+        /// What multiplies both.
+        weight: fn(&Parameters) -> f64,
+        /// The bilinear form of velocity and test function.
+        matrix: FlowMatrix,
+        /// How its product with the flow depends on the density.
+        by_density: Derivative<Scalar, V>,
+    },
     /// A functional of the fields.
     Functional(Functional<V>),
 }
 
 /// A functional of the fields with its derivatives.
 pub struct Functional<V: Jet> {
+    /// The form at a state.
     pub value: Form<V>,
+    /// Its derivative along v.
     pub by_velocity: Derivative<Vector, V>,
+    /// Its derivative along ρ.
     pub by_density: Derivative<Scalar, V>,
+    /// Its derivative along p, but for the part that acts on both components alike.
     pub by_polarity: Derivative<Vector, V>,
     /// The part of the derivative along the polarity that acts on both components alike.
     pub by_components: Derivative<Scalar, Scalar>,
@@ -123,9 +179,17 @@ pub enum Pass {
     /// At the last iterate.
     Lagged,
     /// Linear in the polarity, at the new iterate; `data` is what does not depend on it.
-    Implicit { data: Option<Form<Vector>> },
+    Implicit {
+        /// What does not depend on the polarity.
+        data: Option<Form<Vector>>,
+    },
     /// The operator, which acts on both components alike, is that of the last iterate, and so is the rest.
-    Frozen { operator: Derivative<Scalar, Scalar>, rest: Form<Vector> },
+    Frozen {
+        /// Acts on the new iterate.
+        operator: Derivative<Scalar, Scalar>,
+        /// What is taken at the last iterate.
+        rest: Form<Vector>,
+    },
 }
 
 /// What a term adds to the residual of smooth fields at a point.
@@ -134,6 +198,7 @@ pub enum Strong {
     Frame,
     /// Of the density's equation.
     Scalar(fn(&Series) -> f64),
+    /// Of the equation of the momentum or of the polarity.
     Vector(fn(&Series) -> Point),
     /// `−div(σᵀ)`, given σ up to degree 1.
     Stress(fn(&Series) -> Matrix),
@@ -241,6 +306,7 @@ impl Switch {
 /// A term as it is told: on or off, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TermStatus {
+    /// Short name, such as `friction`.
     pub name: &'static str,
     /// As the weak form has it, e.g. `C_F (v|w)`.
     pub formula: &'static str,

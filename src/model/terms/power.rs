@@ -8,6 +8,7 @@ use crate::solve::dot;
 
 /// The power of a term, a line of the energy law on the side where the term's formula stands.
 pub struct Power {
+    /// Where it is written.
     pub line: Line,
     /// The power at a state: the formula with `w = v` in the momentum balance, and with `q = L_h/Pe` in the equation of
     /// the polarity.
@@ -37,8 +38,11 @@ pub struct Loops<'a> {
 /// A line, the side where it stands, and the key of `[model]` without which a scene does not have it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Listed {
+    /// Where it is written.
     pub line: Line,
+    /// Of the energy law.
     pub side: Side,
+    /// Of `[model]`, without which a scene does not have it.
     pub key: Option<&'static str>,
 }
 

@@ -26,7 +26,9 @@ pub const SOLIDS_FILE: &str = "bodies.json";
 /// A body as files and pictures know it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Member {
+    /// What tables and pictures call it.
     pub name: String,
+    /// Its outline, in its own frame.
     pub shape: Shape,
     /// Whether it never moves; pictures show it like a wall.
     pub fixed: bool,
@@ -35,7 +37,9 @@ pub struct Member {
 /// The bodies and walls of a run, without what changes in time.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Solids {
+    /// In the order of every list of a [`Moment`].
     pub bodies: Vec<Member>,
+    /// What bodies cannot enter.
     pub walls: Vec<Wall>,
 }
 
@@ -78,13 +82,17 @@ impl Solids {
 /// The bodies at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
+    /// What never changes.
     pub solids: &'a Solids,
+    /// t
     pub time: f64,
     /// One for each body, as of all lists below.
     pub poses: &'a [Pose],
+    /// How the bodies move.
     pub twists: &'a [Twist],
     /// Of all contacts together; see [`crate::measure::bodies::loads`].
     pub loads: &'a [Load],
+    /// Pairs that are close or touch.
     pub contacts: &'a [Contact],
 }
 
@@ -135,6 +143,9 @@ impl Moment<'_> {
     }
 
     /// What a contact's partner is called: the body's name, or `wall-1`, ….
+    ///
+    /// # Panics
+    /// For a body or wall that there is not.
     pub fn partner(&self, contact: &Contact) -> String {
         match contact.partner {
             Partner::Body(other) => self.solids.bodies[other].name.clone(),

@@ -34,6 +34,7 @@ pub struct Look {
     pub subtitle: String,
     /// Part of the plane that is shown; by default [`view`].
     pub window: Option<Window>,
+    /// What colours tell.
     pub colour: Colour,
     /// Ends of the colour bar; by default 0 and the largest value.
     pub range: Option<[f64; 2]>,

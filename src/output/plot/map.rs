@@ -16,31 +16,36 @@
 //!     layers: vec![Layer::Arrows { name: "|v|".into(), of: &turn }],
 //!     ..Map::new(Window::new([-2., -2.], [4., 2.])?, &ring)
 //! };
-//! let picture = map.draw()?;
-//! assert!(picture.svg().contains("<image"));
+//! # #[cfg(feature = "pictures")]
+//! assert!(map.draw()?.svg().contains("<image"));
 //! # Ok::<(), monolayer::output::plot::PlotError>(())
 //! ```
 //!
 //! Each pixel has the colour of the value at its centre, and is white where there is none. In the SVG the pixels are
 //! one embedded image, and all else is drawn as lines and text. Axes have the same scale in both directions.
 
-mod arrange;
+#[cfg(feature = "pictures")]
+pub(super) mod arrange;
+#[cfg(feature = "pictures")]
 mod arrows;
+#[cfg(feature = "pictures")]
 mod bodies;
+#[cfg(feature = "pictures")]
 mod contour;
+#[cfg(feature = "pictures")]
 mod palette;
+#[cfg(feature = "pictures")]
 mod pixels;
 
 use std::path::{Path, PathBuf};
 
-pub use bodies::{Fill, Link, Placed};
+#[cfg(feature = "pictures")]
 pub use contour::{contours, nice_levels};
-pub use palette::Palette;
 
-use super::scene::Scene;
-use super::text::Font;
-use super::{PlotError, raster, svg, with_suffix, write_file};
+use super::drawn::{self, Drawn};
+use super::{PlotError, with_suffix, write_file};
 use crate::mesh::Point;
+use crate::shape::{Pose, Shape};
 
 /// A scalar at a point; `None`, or a value that is not finite, where there is none.
 pub type Scalar<'a> = &'a (dyn Fn(Point) -> Option<f64> + Sync);
@@ -176,6 +181,7 @@ pub enum Layer<'a> {
     },
     /// Polylines that are hatched on their right, and grey discs.
     Walls {
+        /// Their points.
         lines: Vec<Vec<Point>>,
         /// Centre and radius.
         discs: Vec<(Point, f64)>,
@@ -191,12 +197,58 @@ pub enum Look {
     Mesh,
 }
 
+/// A body where it is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placed {
+    /// Its outline in its own frame.
+    pub shape: Shape,
+    /// Its place.
+    pub pose: Pose,
+    /// Its colour.
+    pub fill: Fill,
+    /// Whether a line from its centre along its first axis shows its angle.
+    pub mark: bool,
+    /// Written on it where there is room; may be empty.
+    pub name: String,
+}
+
+/// Colour of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fill {
+    /// A grey that stands for no value.
+    Neutral,
+    /// The colour of a value in the map's palette.
+    Value(f64),
+    /// One of twelve that differ, modulo 12.
+    Number(usize),
+}
+
+/// A line between two points, as wide as its value is large.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    /// One end.
+    pub from: Point,
+    /// The other end.
+    pub to: Point,
+    /// Such as the force of a contact; its sign decides between a full and a hollow line.
+    pub value: f64,
+}
+
+/// Which colours stand for the values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Palette {
+    /// For values of one sign: from dark to light (viridis), evenly spaced to the eye, and in grey as well.
+    #[default]
+    Sequential,
+    /// For values of both signs: blue below zero, a light grey at zero, red above, equally strong on both sides.
+    Diverging,
+}
+
 /// A map that was drawn.
 pub struct Picture {
-    scene: Scene,
-    font: Font,
-    extent: [f64; 2],
-    range: [f64; 2],
+    pub(super) drawn: Drawn,
+    pub(super) extent: [f64; 2],
+    pub(super) range: [f64; 2],
 }
 
 impl<'a> Map<'a> {
@@ -215,43 +267,36 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// SmallestStep and largest value that the map would show.
+    /// Smallest and largest value that the map would show.
     ///
     /// # Errors
     /// [`PlotError::Font`] if the embedded font cannot be read; [`PlotError::Blank`] where the scalar has no value in
     /// the window.
     pub fn extent(&self) -> Result<[f64; 2], PlotError> {
-        let font = Font::load()?;
-        Ok(arrange::Arranged::new(self, &font)?.extent())
+        drawn::extent(self)
     }
 
     /// Samples the scalar and places everything.
     ///
     /// # Errors
     /// [`PlotError::Font`] if the embedded font cannot be read; [`PlotError::Blank`] where the scalar has no value in
-    /// the window.
+    /// the window; [`PlotError::Off`] in a build without pictures.
     pub fn draw(&self) -> Result<Picture, PlotError> {
-        let font = Font::load()?;
-        let arranged = arrange::Arranged::new(self, &font)?;
-        let (extent, range) = (arranged.extent(), arranged.range);
-        Ok(Picture { scene: arranged.scene(), font, extent, range })
+        drawn::map(self)
     }
 
     /// Places the layers on white: the scalar counts for nothing, and the colour bar shows the values of the bodies;
     /// without such values there is none.
     ///
     /// # Errors
-    /// [`PlotError::Font`] if the embedded font cannot be read.
+    /// [`PlotError::Font`] if the embedded font cannot be read; [`PlotError::Off`] in a build without pictures.
     pub fn draw_layers(&self) -> Result<Picture, PlotError> {
-        let font = Font::load()?;
-        let arranged = arrange::Arranged::plain(self, &font);
-        let (extent, range) = (arranged.extent(), arranged.range);
-        Ok(Picture { scene: arranged.scene(), font, extent, range })
+        drawn::layers(self)
     }
 }
 
 impl Picture {
-    /// SmallestStep and largest value that is shown; NaN where a picture without a scalar shows none.
+    /// Smallest and largest value that is shown; NaN where a picture without a scalar shows none.
     pub fn extent(&self) -> [f64; 2] {
         self.extent
     }
@@ -263,7 +308,7 @@ impl Picture {
 
     /// The SVG document, 840 units wide.
     pub fn svg(&self) -> String {
-        svg::render(&self.scene)
+        self.drawn.svg()
     }
 
     /// The bytes of a PNG file, [`PNG_SCALE`](super::PNG_SCALE) times as large as the SVG, on white.
@@ -271,7 +316,7 @@ impl Picture {
     /// # Errors
     /// [`PlotError::Canvas`] if the picture is too high, [`PlotError::Encode`] if the encoder fails.
     pub fn png(&self) -> Result<Vec<u8>, PlotError> {
-        raster::render(&self.scene, &self.font)
+        self.drawn.png()
     }
 
     /// Writes `<path>.svg` and `<path>.png`; nothing is written if the latter cannot be drawn. The endings are

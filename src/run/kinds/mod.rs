@@ -97,10 +97,13 @@ pub trait Report: fmt::Display {
 /// How much a run takes.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Amounts {
+    /// Of the mesh.
     pub cells: usize,
     /// Of the full length; none of a search for a steady state.
     pub steps: f64,
+    /// Estimate of the peak memory, MiB.
     pub memory_mib: f64,
+    /// Estimate of what is written, MiB.
     pub disk_mib: f64,
 }
 

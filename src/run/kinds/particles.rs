@@ -35,21 +35,29 @@ use crate::shape::{Pose, Twist};
 /// What will be computed, and with how much.
 #[derive(Debug, Clone, Serialize)]
 pub struct ParticlesReport {
+    /// One line for reports.
     pub title: Option<String>,
+    /// The terms of the equations, on and off.
     pub terms: Vec<TermStatus>,
+    /// How many there are.
     pub bodies: usize,
     /// Bodies that forces and contact move.
     pub moving: usize,
-    /// SmallestStep and largest distance of a body's points from its centre.
+    /// Smallest and largest distance of a body's points from its centre.
     pub size: [f64; 2],
+    /// Of all bodies together.
     pub area: f64,
+    /// Of all bodies together.
     pub mass: f64,
+    /// How many there are.
     pub walls: usize,
+    /// At least, to the end.
     pub steps: f64,
     /// How the bodies are and meet.
     pub body: BodiesReport,
     /// Estimate of what a run writes.
     pub disk_mib: f64,
+    /// What a reader should know.
     pub remarks: Vec<String>,
     /// Why a run is refused here and now, by a lack of memory or disk; the rest of the report is right nonetheless.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -1,7 +1,7 @@
 //! Rigid bodies, walls and contact of a scene, checked.
 
-pub mod place;
-pub mod tables;
+pub(crate) mod place;
+pub(crate) mod tables;
 
 use std::collections::BTreeMap;
 
@@ -40,10 +40,13 @@ pub struct Rigid {
 /// How contact is resolved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactSettings {
+    /// How bodies part again.
     pub law: Law,
     /// `η`: `D + Δt G·V ≥ η`.
     pub margin: f64,
+    /// What a gap may miss, relative to the smaller body.
     pub tolerance: f64,
+    /// How the quadratic programme is solved.
     pub solver: Method,
 }
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 
 use crate::contact::Method;
 use crate::expression::{Formula, VectorFormula};
+use crate::model::immersed::flow::Settings;
 use crate::shape::ShapeTable;
 
 /// What a scene of any kind may say about bodies.
@@ -37,7 +38,8 @@ pub struct RigidTable {
 
 impl Default for RigidTable {
     fn default() -> Self {
-        Self { epsilon: 1e-8, order: 2 }
+        let Settings { epsilon, order } = Settings::default();
+        Self { epsilon, order }
     }
 }
 

@@ -56,10 +56,10 @@ impl Checker<'_> {
     /// The smallest step, given or not.
     pub(in crate::scene) fn step_min(&self, step: f64, given: Option<f64>) -> Result<SmallestStep, SceneError> {
         let Some(step_min) = given else {
-            let step_min = 1e-6 * step;
+            let step_min = SmallestStep::of(step);
             let rule = "is so small that a millionth of it, the smallest step, is 0";
-            self.require(step_min > 0.0, "time.step", shown(step), rule, "such as 0.01")?;
-            return Ok(SmallestStep::Default(step_min));
+            self.require(step_min.value() > 0.0, "time.step", shown(step), rule, "such as 0.01")?;
+            return Ok(step_min);
         };
         self.positive("time.step_min", step_min, "without it, a millionth of `step` is taken")?;
         let rule = format!("must not be below time.step_min = {}", shown(step_min));

@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use super::outputs::Scope;
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::model::{ModelKind, Parameters};
+use crate::names::absent;
+use crate::output::plot;
 use crate::output::plot::map::{LONGEST, Window};
 use crate::scene::error::SceneError;
 use crate::scene::kinds::SceneKind;
@@ -27,6 +29,13 @@ impl Checker<'_> {
             let key = if broken.key == "of" { of_key } else { format!("{key}.{}", broken.key) };
             return Err(self.error(&key, broken.value, &broken.rule, &broken.hint));
         }
+        self.map_request(key, options)
+    }
+
+    fn map_request(&self, key: &str, options: MapOptions) -> Result<MapRequest, SceneError> {
+        let rule = absent(plot::FEATURE, plot::DOES);
+        let hint = "remove the maps; fields and cuts tell the same, or build with `--features pictures`";
+        self.require(cfg!(feature = "pictures"), key, "(given)", &rule, hint)?;
         let MapOptions { of, name, arrows, streamlines, mesh, window, range } = options;
         let name = name.unwrap_or_else(|| of.file_name());
         self.file_name(&format!("{key}.name"), &name, "such as \"wake\"")?;
@@ -62,10 +71,7 @@ impl Checker<'_> {
             let key = if broken.key == "of" { of_key } else { format!("{key}.{}", broken.key) };
             return Err(self.error(&key, broken.value, &broken.rule, &broken.hint));
         }
-        let MapOptions { of, name, arrows, streamlines, mesh, window, range } = options;
-        let name = name.unwrap_or_else(|| of.file_name());
-        self.file_name(&format!("{key}.name"), &name, "such as \"wake\"")?;
-        Ok(MapRequest { name, of, arrows, streamlines, mesh, window, range })
+        self.map_request(key, options)
     }
 
     /// Maps of one name would overwrite each other's pictures.
@@ -91,9 +97,13 @@ impl Checker<'_> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("`{key}` = {value}: {rule}; hint: {hint}")]
 pub struct MapRule {
+    /// Of the option.
     pub key: &'static str,
+    /// As it was given.
     pub value: String,
+    /// What is broken.
     pub rule: String,
+    /// What to do.
     pub hint: String,
 }
 

@@ -27,7 +27,7 @@ use crate::element::MAX_DEGREE;
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::NamedCondition;
-use crate::model::{Conditions, ModelError, ModelKind, Parameters};
+use crate::model::{Conditions, Degrees, ModelError, ModelKind, Parameters};
 use crate::time::CouplingKind;
 pub(in crate::scene) use amounts::Course;
 pub(in crate::scene) use outputs::Scope;
@@ -241,12 +241,13 @@ impl Checker<'_> {
             ModelKind::Compressible => "velocity k+1, density k, polarity k+1; k = 1 is the usual choice",
         };
         self.require((1..=3).contains(&k), "space.k", k, "must be 1, 2 or 3", spaces)?;
-        let velocity = *table.degree.velocity.get_or_insert(k + 1);
-        let (least_velocity, usual_polarity) = match kind {
-            ModelKind::Incompressible => (2, k + 2),
-            ModelKind::Compressible => (1, k + 1),
+        let usual = Degrees::of(kind, k);
+        let velocity = *table.degree.velocity.get_or_insert(usual.velocity);
+        let least_velocity = match kind {
+            ModelKind::Incompressible => 2,
+            ModelKind::Compressible => 1,
         };
-        let polarity = *table.degree.polarity.get_or_insert(usual_polarity);
+        let polarity = *table.degree.polarity.get_or_insert(usual.polarity);
         self.degree("velocity", velocity, least_velocity)?;
         let (pressure, density) = match kind {
             ModelKind::Incompressible => (self.pressure_degree(table, velocity)?, 0),

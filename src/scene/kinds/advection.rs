@@ -33,9 +33,11 @@ pub static KIND: SceneKind = SceneKind {
 /// A density that a given velocity carries, checked as far as possible without its mesh.
 #[derive(Debug, Clone)]
 pub struct AdvectionScene {
+    /// One line for reports.
     pub title: Option<String>,
     /// `v(x, t)`
     pub velocity: [Expression; 2],
+    /// What it is computed on.
     pub mesh: MeshScene,
     /// Degree of the density; the velocity has one more.
     pub degree: usize,
@@ -43,11 +45,15 @@ pub struct AdvectionScene {
     pub boundary: BTreeMap<String, Expression>,
     /// At t = 0.
     pub initial: Expression,
+    /// How long steps are.
     pub bounds: StepBounds,
+    /// Time at which it ends.
     pub end: f64,
     /// Highest order of the A-BDF.
     pub order: usize,
+    /// Most steps.
     pub max_steps: Option<usize>,
+    /// What is written, and when.
     pub outputs: Vec<Output>,
     resolved: AdvectionFile,
     source: SceneSource,
@@ -60,14 +66,21 @@ pub struct AdvectionFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
+    /// What is computed.
     pub model: AdvectionModel,
+    /// What it is computed on.
     pub mesh: MeshScene,
+    /// Of finite elements.
     #[serde(default)]
     pub space: AdvectionSpace,
+    /// By tag.
     #[serde(default)]
     pub boundary: BTreeMap<String, AdvectionBoundary>,
+    /// At t = 0.
     pub initial: AdvectionStart,
+    /// Steps and end.
     pub time: AdvectionTime,
+    /// What is written, and when.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<OutputTable>,
 }
@@ -76,6 +89,7 @@ pub struct AdvectionFile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdvectionModel {
+    /// `"advection"`
     pub kind: String,
     /// `v`, formulas of x, y and t.
     pub velocity: VectorFormula,
@@ -107,6 +121,7 @@ pub struct AdvectionBoundary {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdvectionStart {
+    /// `ρ`
     pub density: Formula,
 }
 
@@ -114,7 +129,9 @@ pub struct AdvectionStart {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdvectionTime {
+    /// The first and largest step.
     pub step: f64,
+    /// Time at which it ends.
     pub end: f64,
     /// The smallest step (default: a millionth of `step`).
     #[serde(default, skip_serializing_if = "Option::is_none")]

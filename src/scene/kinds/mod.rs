@@ -31,6 +31,7 @@ pub struct SceneKind {
 
 /// Keys of a kind.
 pub struct Keys {
+    /// Of the whole file.
     pub top: &'static [&'static str],
     /// Of `[model]`.
     pub model: &'static [&'static str],

@@ -35,7 +35,9 @@ pub static KIND: SceneKind = SceneKind {
 /// A computation with particles, checked.
 #[derive(Debug, Clone)]
 pub struct ParticlesScene {
+    /// One line for reports.
     pub title: Option<String>,
+    /// Inertia and drag.
     pub dynamics: Dynamics,
     /// Acceleration of every body, formulas of t.
     pub gravity: [Expression; 2],
@@ -43,7 +45,9 @@ pub struct ParticlesScene {
     pub drag: f64,
     /// At least one; its contact settings are there unless nothing can touch.
     pub bodies: Bodies,
+    /// Steps and end.
     pub time: MotionTime,
+    /// What is written, and when.
     pub outputs: Vec<Output>,
     pub(in crate::scene) resolved: ParticlesFile,
     pub(in crate::scene) source: SceneSource,
@@ -63,7 +67,9 @@ pub enum Dynamics {
 /// Equal steps, but for those that land on an output and those that would be too long.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionTime {
+    /// How long steps are.
     pub bounds: StepBounds,
+    /// The run ends at this time.
     pub end: f64,
     /// What forces that vary with a body's place may change of its way in a step, relative to its size.
     pub tolerance: f64,
@@ -78,18 +84,26 @@ pub struct ParticlesFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
+    /// Which kind, and how bodies move.
     pub model: ParticlesModel,
+    /// How a flow carries bodies; no flow does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid: Option<RigidTable>,
+    /// Single bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodyTable>,
+    /// Bodies in groups.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodiesTable>,
+    /// What bodies cannot enter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub wall: Vec<WallTable>,
+    /// How contact is solved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactTable>,
+    /// Steps and end.
     pub time: MotionTimeTable,
+    /// What is written, and when.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<OutputTable>,
 }
@@ -98,12 +112,15 @@ pub struct ParticlesFile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParticlesModel {
+    /// `"particles"`
     pub kind: String,
+    /// With inertia or without.
     #[serde(default)]
     pub dynamics: Dynamics,
     /// Default 0.
     #[serde(default = "nothing")]
     pub gravity: VectorFormula,
+    /// γ_d, per mass.
     #[serde(default)]
     pub drag: f64,
 }
@@ -116,12 +133,17 @@ fn nothing() -> VectorFormula {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionTimeTable {
+    /// First and largest step.
     pub step: f64,
+    /// End time.
     pub end: f64,
+    /// The run ends when a step would have to be shorter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_min: Option<f64>,
+    /// How well forces that vary with the place are followed, relative to the size of a body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// Most steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<usize>,
 }

@@ -43,6 +43,7 @@ pub static KIND: SceneKind = SceneKind {
 /// A Stokes flow, checked as far as possible without its mesh.
 #[derive(Debug, Clone)]
 pub struct StokesScene {
+    /// One line for reports.
     pub title: Option<String>,
     /// `C_F ≥ 0`, with the substrate.
     pub friction: f64,
@@ -50,13 +51,17 @@ pub struct StokesScene {
     pub mesh: MeshScene,
     /// Degrees of velocity and pressure, `k + 1` and `k`.
     pub degrees: [usize; 2],
+    /// How `v·n = 0` is imposed.
     pub slip: SlipTreatment,
     /// By boundary tag; only the velocity has a meaning.
     pub boundary: BTreeMap<String, Conditions>,
     /// `f_v`
     pub force: Option<[Expression; 2]>,
+    /// The bodies that it carries, and their contact.
     pub bodies: Option<Bodies>,
+    /// Steps and end.
     pub time: MotionTime,
+    /// What is written, and when.
     pub outputs: Vec<Output>,
     pub(in crate::scene) resolved: StokesFile,
     pub(in crate::scene) source: SceneSource,
@@ -69,25 +74,37 @@ pub struct StokesFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
+    /// Which kind, and the friction.
     pub model: StokesModel,
+    /// The domain.
     pub mesh: MeshScene,
+    /// Polynomial degrees.
     #[serde(default)]
     pub space: StokesSpace,
+    /// Conditions by tag.
     #[serde(default)]
     pub boundary: BTreeMap<String, StokesBoundary>,
+    /// The outer force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<StokesSource>,
+    /// How the flow carries bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid: Option<RigidTable>,
+    /// Single bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodyTable>,
+    /// Bodies in groups.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodiesTable>,
+    /// What bodies cannot enter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub wall: Vec<WallTable>,
+    /// How contact is solved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactTable>,
+    /// Steps and end.
     pub time: MotionTimeTable,
+    /// What is written, and when.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<OutputTable>,
 }
@@ -96,6 +113,7 @@ pub struct StokesFile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StokesModel {
+    /// `"stokes"`
     pub kind: String,
     /// Default 0.
     #[serde(default)]
@@ -124,6 +142,7 @@ impl Default for StokesSpace {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StokesBoundary {
+    /// As of a tissue.
     pub velocity: NamedCondition,
 }
 

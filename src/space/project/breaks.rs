@@ -21,13 +21,16 @@ const ROUNDING: f64 = 1e-12;
 
 /// Where a function jumps or has a kink: on the level lines of another one.
 pub struct Break<'f> {
+    /// A function whose level is the line.
     pub of: Box<dyn Fn(Point) -> f64 + Sync + 'f>,
+    /// Which level.
     pub level: Level,
 }
 
 /// Which level lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
+    /// Where it is zero.
     Zero,
     /// Those of all integers.
     Integers,

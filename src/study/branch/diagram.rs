@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::output::plot::{Line, Markers, Plot, Scale, Series, Symbol};
+use crate::output::plot::{Line, Markers, Plot, Scale, Series, Symbol, if_drawn};
 use crate::output::{OutputError, number as number_of};
 use crate::results::names;
 use crate::steady::Stability;
@@ -21,6 +21,7 @@ pub struct Diagram {
     pub measures: Vec<Vec<BTreeMap<&'static str, f64>>>,
     /// Branches that begin and were not followed, for there are `max_branches`.
     pub left: usize,
+    /// Wall seconds that it took.
     pub seconds: f64,
     /// Whether somebody stopped it.
     pub interrupted: bool,
@@ -46,7 +47,7 @@ impl Diagram {
     pub(super) fn write(&self, study: &BranchStudy, out: &Path) -> Result<(), StudyError> {
         write_rows(&out.join("branches.csv"), &self.rows())?;
         let plot = self.plot(study);
-        plot.write(&out.join("branches")).map_err(|error| OutputError::Malformed {
+        if_drawn(plot.write(&out.join("branches"))).map_err(|error| OutputError::Malformed {
             path: out.join("branches.svg").display().to_string(),
             what: error.to_string(),
             hint: "the table beside it is complete",

@@ -80,6 +80,7 @@ fn default_bins() -> [usize; 2] {
 /// A comparison, checked as far as possible without its data.
 #[derive(Debug, Clone)]
 pub struct CompareStudy {
+    /// One line for reports.
     pub title: Option<String>,
     /// Table of positions and velocities, or a pattern of the tables' names.
     pub data: PathBuf,

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::{CompareStudy, Comparison};
 use crate::mesh::Point;
 use crate::output::OutputError;
+use crate::output::plot::if_drawn;
 use crate::output::plot::map::{Layer, Look, Map, Palette, Vector, Window};
 
 /// Pieces of the obstacle's outline.
@@ -19,7 +20,7 @@ pub(super) fn write(study: &CompareStudy, found: &Comparison, folder: &Path) -> 
     let title = study.title.clone().unwrap_or_else(|| "measured velocity".to_owned());
     let draw = |file: &str, map: Map| {
         let path = folder.join(file);
-        map.draw().and_then(|picture| picture.write(&path)).map_err(|error| OutputError::Malformed {
+        if_drawn(map.draw().and_then(|picture| picture.write(&path))).map_err(|error| OutputError::Malformed {
             path: path.display().to_string(),
             what: error.to_string(),
             hint: "the tables beside it are complete",
@@ -59,7 +60,7 @@ pub(super) fn write(study: &CompareStudy, found: &Comparison, folder: &Path) -> 
     draw("difference", map)
 }
 
-/// SmallestStep and largest speed in the bins, of data and run.
+/// Smallest and largest speed in the bins, of data and run.
 fn range(found: &Comparison) -> Option<[f64; 2]> {
     let fields = std::iter::once(&found.measured).chain(found.computed.iter().map(|computed| &computed.field));
     let speeds = fields.flat_map(|field| {

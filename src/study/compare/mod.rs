@@ -32,7 +32,9 @@ const BLOCKS: usize = 20;
 /// A number with its standard error, NaN where the data say nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
+    /// Its column.
     pub name: &'static str,
+    /// The number.
     pub value: f64,
     /// `((g − 1)/g Σ_k (θ_k − θ̄)²)^½`, `θ_k` the number without the k-th of g successive parts of the record.
     pub error: f64,
@@ -41,24 +43,32 @@ pub struct Reading {
 /// The run's side of a comparison.
 #[derive(Debug)]
 pub struct Computed {
+    /// The run that is compared with.
     pub run: RunVelocity,
     /// Averaged over the bins, filtered and corrected as the data are.
     pub field: Binned,
     /// Part of each bin that lies in the tissue: the weights of the difference.
     pub shares: Vec<f64>,
+    /// What it carries through each section.
     pub flux: Option<Flux>,
+    /// How far it is from what was measured.
     pub difference: Difference,
 }
 
 /// What a comparison found.
 #[derive(Debug)]
 pub struct Comparison {
+    /// What was read.
     pub tracks: Tracks,
+    /// Its means in bins.
     pub averages: Averages,
     /// Averaged in time, filtered, corrected.
     pub measured: Binned,
+    /// What is carried through each section, where it can be told.
     pub flux: Option<Flux>,
+    /// Of a run, where one is named.
     pub computed: Option<Computed>,
+    /// What the report shows at its top.
     pub readings: Vec<Reading>,
     /// Number of parts of the record for the standard errors.
     pub blocks: usize,

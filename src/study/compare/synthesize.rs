@@ -22,6 +22,7 @@ pub struct Synthesis {
     pub noise: f64,
     /// `s` of a velocity `s x_1` that is added to the first component.
     pub trend: f64,
+    /// The same seed gives the same data.
     pub seed: u64,
     /// Lower left and upper right corner of the field of view in disc radii; without it the whole domain.
     pub view: Option<[Point; 2]>,

@@ -17,14 +17,18 @@ use crate::study::StudyError;
 /// The last velocity of a run; nothing is solved or factorised to have it.
 #[derive(Debug)]
 pub struct RunVelocity {
+    /// What was computed.
     pub scene: Scene,
+    /// On which cells.
     pub mesh: Arc<Mesh>,
     locator: Locator,
     /// At the time of the run's checkpoint.
     pub velocity: Field,
+    /// Of the state.
     pub time: f64,
     /// Centre and radius of the disc that lengths refer to.
     pub centre: Point,
+    /// Of its disc.
     pub radius: f64,
 }
 

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::{CompareStudy, Comparison, Computed, maps};
 use crate::measure::measured::{Binned, Flux, overshoot};
 use crate::mesh::Point;
-use crate::output::plot::{self, Line, Markers, Plot, Series, Symbol};
+use crate::output::plot::{self, Line, Markers, Plot, Series, Symbol, if_drawn};
 use crate::output::{OutputError, number, write_whole};
 use crate::scene::{Axis, AxisLine};
 use crate::study::StudyError;
@@ -117,7 +117,7 @@ fn write_plots(study: &CompareStudy, found: &Comparison, out: &Path) -> Result<(
     for axis in AXES {
         let Some(plot) = axis_plot(study, found, axis) else { continue };
         let path = folder.join(axis.name());
-        plot.write(&path).map_err(|error| OutputError::Malformed {
+        if_drawn(plot.write(&path)).map_err(|error| OutputError::Malformed {
             path: path.display().to_string(),
             what: error.to_string(),
             hint: "the tables beside it are complete",

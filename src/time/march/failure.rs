@@ -7,6 +7,7 @@ use crate::time::coupling::{CouplingKind, StepFailure};
 
 /// Why the march cannot go on; the last good state is kept.
 #[derive(Debug, Clone, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of an error says what its parts are")]
 pub enum MarchError {
     #[error(
         "step {step} from t = {t} failed and Δt would fall below {step_min}: {}; hint: {hint}",

@@ -12,17 +12,23 @@ use crate::time::{CouplingKind, Phases, Sheet, SheetKind};
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
+    /// Time of the state.
     pub t: f64,
+    /// Totals up to here.
     pub counts: Counts,
+    /// The step control.
     pub control: Control,
     /// Times and carried vectors, newest first; the newest is the current state.
     pub past: Vec<(f64, Vec<f64>)>,
+    /// Coefficients of v.
     pub velocity: Vec<f64>,
     /// Pressure or density.
     pub volume: Vec<f64>,
+    /// `∂_t p`
     pub rate_of_p: Vec<f64>,
     /// Mass at the start and gained since at the times of `past`, and what is gained per time now.
     pub gained: Vec<f64>,
+    /// Net mass that enters per time.
     pub gain: f64,
     /// Cells whose density was limited in the last step.
     pub limited: usize,
@@ -37,6 +43,7 @@ pub struct Checkpoint {
 pub struct Parked {
     settings: MarchSettings,
     saved: Checkpoint,
+    /// Its fields.
     pub state: State,
     phases: Phases,
     kept: KeptFactors,

@@ -31,7 +31,7 @@ const SIMPLER: f64 = 0.08;
 const EDGE_GREY: Rgb = [0x88, 0x88, 0x88];
 
 /// A map whose scalar was sampled.
-pub(super) struct Arranged<'m> {
+pub(in crate::output::plot) struct Arranged<'m> {
     map: &'m Map<'m>,
     font: &'m Font,
     header: Header,
@@ -40,7 +40,7 @@ pub(super) struct Arranged<'m> {
     wide: bool,
     /// None in a picture of layers alone.
     pixels: Option<Pixels>,
-    /// SmallestStep and largest value that has a colour; none without values, and then there is no colour bar.
+    /// Smallest and largest value that has a colour; none without values, and then there is no colour bar.
     extent: Option<[f64; 2]>,
     pub range: [f64; 2],
 }
@@ -94,7 +94,7 @@ impl<'m> Arranged<'m> {
         (Self { map, font, header, frame, ticks, wide, pixels: None, extent: None, range: [0.0, 1.0] }, pixels)
     }
 
-    /// SmallestStep and largest value that is shown, NaN without one.
+    /// Smallest and largest value that is shown, NaN without one.
     pub fn extent(&self) -> [f64; 2] {
         self.extent.unwrap_or([f64::NAN; 2])
     }

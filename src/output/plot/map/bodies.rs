@@ -1,6 +1,6 @@
 //! Rigid bodies, walls, and what joins bodies that touch.
 
-use super::{Layer, Palette};
+use super::{Fill, Layer, Link, Palette, Placed};
 use crate::mesh::Point;
 use crate::output::plot::layout::Frame;
 use crate::output::plot::legend::COLOURS;
@@ -32,38 +32,7 @@ const STROKE: (f64, f64) = (-6.0, 9.0);
 
 type Xy = (f64, f64);
 
-/// A body where it is drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Placed {
-    pub shape: BodyShape,
-    pub pose: Pose,
-    pub fill: Fill,
-    /// Whether a line from its centre along its first axis shows its angle.
-    pub mark: bool,
-    /// Written on it where there is room; may be empty.
-    pub name: String,
-}
-
-/// Colour of a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fill {
-    /// A grey that stands for no value.
-    Neutral,
-    /// The colour of a value in the map's palette.
-    Value(f64),
-    /// One of twelve that differ, modulo 12.
-    Number(usize),
-}
-
-/// A line between two points, as wide as its value is large.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Link {
-    pub from: Point,
-    pub to: Point,
-    pub value: f64,
-}
-
-/// SmallestStep and largest value of the bodies in these layers.
+/// Smallest and largest value of the bodies in these layers.
 pub(super) fn extent(layers: &[Layer]) -> Option<[f64; 2]> {
     let placed = layers.iter().flat_map(|layer| match layer {
         Layer::Bodies(placed) => placed.as_slice(),

@@ -2,17 +2,8 @@
 
 use colorous::{RED_BLUE, VIRIDIS};
 
+use super::Palette;
 use crate::output::plot::scene::Rgb;
-
-/// Which colours stand for the values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Palette {
-    /// For values of one sign: from dark to light (viridis), evenly spaced to the eye, and in grey as well.
-    #[default]
-    Sequential,
-    /// For values of both signs: blue below zero, a light grey at zero, red above, equally strong on both sides.
-    Diverging,
-}
 
 impl Palette {
     /// Red, green and blue of a value where the bar runs from `range[0]` to `range[1]`.

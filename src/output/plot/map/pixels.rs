@@ -11,7 +11,7 @@ pub(super) struct Pixels {
     width: usize,
     height: usize,
     values: Vec<f64>,
-    /// SmallestStep and largest value.
+    /// Smallest and largest value.
     pub extent: [f64; 2],
 }
 

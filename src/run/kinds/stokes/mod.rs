@@ -33,14 +33,20 @@ use stepper::FlowStepper;
 /// What will be solved, and with how much.
 #[derive(Debug, Clone, Serialize)]
 pub struct StokesReport {
+    /// One line for reports.
     pub title: Option<String>,
+    /// The terms of the equations, on and off.
     pub terms: Vec<TermStatus>,
+    /// Size and quality.
     pub mesh: MeshReport,
+    /// How many there are.
     pub bodies: usize,
     /// How they are and meet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<BodiesReport>,
+    /// Of v.
     pub velocity_unknowns: usize,
+    /// Of Π.
     pub pressure_unknowns: usize,
     /// Of the linear system of the flow.
     pub flow_unknowns: usize,
@@ -53,6 +59,7 @@ pub struct StokesReport {
     pub available_mib: Option<f64>,
     /// Estimate of what a run writes.
     pub disk_mib: f64,
+    /// What a reader should know.
     pub remarks: Vec<String>,
     /// Why a run is refused here and now, by a lack of memory or disk; the rest of the report is right nonetheless.
     #[serde(skip_serializing_if = "Vec::is_empty")]

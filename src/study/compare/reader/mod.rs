@@ -2,6 +2,7 @@
 
 mod bytes;
 mod files;
+#[cfg(feature = "parquet")]
 mod parquet;
 mod separator;
 mod text;
@@ -11,6 +12,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Deserializer, de};
 
+#[cfg(not(feature = "parquet"))]
+use crate::names::absent;
 use crate::names::did_you_mean;
 use crate::study::StudyError;
 
@@ -112,11 +115,26 @@ impl Wrong {
 /// A file that cannot be read or is no table, a separator that does not separate it, columns that it has not, an entry
 /// that is neither a number nor missing; with the line.
 pub fn read(file: &Path, cut: Cut, wanted: &[Wanted], names: &mut NameNumbers) -> Result<Rows, StudyError> {
-    let found = bytes::read(file).and_then(|bytes| match parquet::is_parquet(&bytes) {
-        true => parquet::read(file, wanted, names),
+    let found = bytes::read(file).and_then(|bytes| match is_parquet(&bytes) {
+        true => read_parquet(file, wanted, names),
         false => text::read(&bytes::decode(bytes)?, cut, wanted, names),
     });
     found.map_err(|wrong| wrong.in_file(file))
+}
+
+/// Whether these are the bytes of a Parquet file.
+fn is_parquet(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PAR1")
+}
+
+#[cfg(feature = "parquet")]
+use parquet::read as read_parquet;
+
+/// A build without Parquet says what it would need.
+#[cfg(not(feature = "parquet"))]
+fn read_parquet(_: &Path, _: &[Wanted], _: &mut Numbered) -> Result<Rows, Wrong> {
+    let what = format!("is a Parquet file; {}", absent("parquet", "reads them"));
+    Err(Wrong::new(None, what, "write the table as CSV, or build with `--features parquet`"))
 }
 
 /// Where the wanted columns are among those that a table names; `None` for an optional one that is absent.

@@ -11,11 +11,6 @@ use parquet::schema::types::Type;
 use super::separator::number;
 use super::{NameNumbers, Rows, Separator, Wanted, Wrong, find, is_missing};
 
-/// Whether these are the bytes of a Parquet file.
-pub(super) fn is_parquet(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"PAR1")
-}
-
 /// Reads the wanted columns; others are not unpacked.
 ///
 /// # Errors
