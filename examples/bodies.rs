@@ -75,7 +75,7 @@ fn walls(velocity: [&str; 2]) -> Result<Vec<Conditions>, Failure> {
 fn flow(mesh: &Arc<Mesh>, velocity: [&str; 2], body: Body, epsilon: f64) -> Result<Flow, Failure> {
     let settings = Settings { epsilon, order: 1 };
     let friction = (0.0, SlipTreatment::Rotated);
-    Ok(Flow::new(mesh, (2, 1), &walls(velocity)?, friction, vec![body], settings, 0.0)?)
+    Ok(Flow::new(mesh, (2, 1), &walls(velocity)?, friction, vec![body], (settings, 0.0))?)
 }
 
 const MIDDLE: Point = Point::new(0.5, 0.5);

@@ -104,7 +104,7 @@ fn a_channel_with_resisting_walls_has_its_parabola() {
 
         let settings = Settings { epsilon: 1e-8, order: 2 };
         let conditions = &description.conditions;
-        let flow = Flow::new(&mesh, (2, 1), conditions, (0.0, slip), Vec::new(), settings, 0.0).unwrap();
+        let flow = Flow::new(&mesh, (2, 1), conditions, (0.0, slip), Vec::new(), (settings, 0.0)).unwrap();
         let carried = flow.solve(&mass::load(&flow.momentum.velocity, 0, |_| Point::new(PUSH, 0.0))).unwrap();
         is_profile(&Field::new(&flow.momentum.velocity, carried.v), 1.0, tolerance);
 

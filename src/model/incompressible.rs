@@ -77,7 +77,7 @@ impl Incompressible {
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
         let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, parameters, *slip)?;
-        Self::assemble(loops, None, Arc::new(momentum), &space, parameters, conditions, sources)
+        Self::assemble(loops, None, Arc::new(momentum), &space, (parameters, conditions, sources))
     }
 
     /// The same tissue with other parameters, and conditions and sources that may depend on them: keeps the mesh, the
@@ -111,9 +111,7 @@ impl Incompressible {
             self.bodies.clone(),
             momentum,
             &self.polarity.space,
-            parameters,
-            conditions,
-            sources,
+            (parameters, conditions, sources),
         )
     }
 
@@ -122,9 +120,7 @@ impl Incompressible {
         bodies: Option<Arc<Floating>>,
         momentum: Arc<Momentum>,
         space: &Arc<Space>,
-        parameters: &Parameters,
-        conditions: &[Conditions],
-        sources: &Sources,
+        (parameters, conditions, sources): (&Parameters, &[Conditions], &Sources),
     ) -> Result<Self, MomentumError> {
         let slopes = sources.boundary().cloned();
         let polarity = match &bodies {

@@ -195,11 +195,6 @@ fn steady(run: &Results) -> Markup {
     let list = |key: &str| get(run, &format!("/steady/{key}")).and_then(Value::as_array).cloned().unwrap_or_default();
     let (eigenvalues, tries) = (list("eigenvalues"), list("tries"));
     let part = |value: &Value, key: &str| value.get(key).and_then(Value::as_f64).map_or_else(String::new, short);
-    let word = |value: &Value, key: &str| match value.get(key) {
-        Some(Value::String(text)) => text.clone(),
-        Some(other) => other.to_string(),
-        None => String::new(),
-    };
     let stability = get(run, "/steady/stability").and_then(Value::as_str);
     html! {
         @if let Some(stability) = stability { p { "The steady state is " strong { (stability) } "." } }
@@ -229,25 +224,40 @@ fn steady(run: &Results) -> Markup {
                     }
                 }
             }
-            @if !tries.is_empty() {
-                div.scroll {
-                    table {
-                        caption { "Ways that were tried" }
-                        thead {
-                            tr {
-                                th scope="col" { "way" }
-                                th.number scope="col" { "steps" }
-                                th scope="col" { "outcome" }
-                            }
-                        }
-                        tbody {
-                            @for t in &tries {
-                                tr {
-                                    th scope="row" { (word(t, "way")) }
-                                    td.number { (part(t, "steps")) }
-                                    td { (word(t, "outcome")) }
-                                }
-                            }
+            @if !tries.is_empty() { (tried(&tries)) }
+        }
+    }
+}
+
+/// A value as a word.
+fn word(value: &Value, key: &str) -> String {
+    match value.get(key) {
+        Some(Value::String(text)) => text.clone(),
+        Some(other) => other.to_string(),
+        None => String::new(),
+    }
+}
+
+/// The ways in which a steady state was searched for.
+fn tried(tries: &[Value]) -> Markup {
+    let part = |value: &Value, key: &str| value.get(key).and_then(Value::as_f64).map_or_else(String::new, short);
+    html! {
+        div.scroll {
+            table {
+                caption { "Ways that were tried" }
+                thead {
+                    tr {
+                        th scope="col" { "way" }
+                        th.number scope="col" { "steps" }
+                        th scope="col" { "outcome" }
+                    }
+                }
+                tbody {
+                    @for t in tries {
+                        tr {
+                            th scope="row" { (word(t, "way")) }
+                            td.number { (part(t, "steps")) }
+                            td { (word(t, "outcome")) }
                         }
                     }
                 }

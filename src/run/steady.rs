@@ -117,18 +117,7 @@ fn search_from(
     let search = outcome
         .map_err(|stall| RunError::Steady { origin: scene.source().origin().to_owned(), reason: stall.to_string() })?;
     let report = SteadyReport::new(&search);
-    let ending = match &search.found {
-        Found::Steady(_) => Ending::Steady,
-        Found::Oscillating { .. } => Ending::Oscillating,
-        Found::Interrupted => Ending::Interrupted,
-        Found::Nothing => {
-            let tries: Vec<String> = report.tries.iter().map(|t| format!("{}: {}", t.way.name(), t.outcome)).collect();
-            let reason = format!("no steady state was found; {}", tries.join("; "));
-            // tries have hints of their own
-            let suspect = extremes::of_scene(scene).map_or_else(String::new, |suspect| format!("; hint: {suspect}"));
-            Ending::Failed { reason: format!("{reason}{suspect}") }
-        }
-    };
+    let ending = ending_of(scene, &search);
     let state = match search.found {
         Found::Steady(steady) => steady.state,
         Found::Oscillating { .. } | Found::Nothing | Found::Interrupted => {
@@ -140,6 +129,21 @@ fn search_from(
         progress.say("note: the state is unstable; no stable one was found");
     }
     Ok((ending, report))
+}
+
+fn ending_of(scene: &Scene, search: &Search) -> Ending {
+    match &search.found {
+        Found::Steady(_) => Ending::Steady,
+        Found::Oscillating { .. } => Ending::Oscillating,
+        Found::Interrupted => Ending::Interrupted,
+        Found::Nothing => {
+            let tries: Vec<String> = search.tries.iter().map(|t| format!("{}: {}", t.way.name(), t.outcome)).collect();
+            let reason = format!("no steady state was found; {}", tries.join("; "));
+            // tries have hints of their own
+            let suspect = extremes::of_scene(scene).map_or_else(String::new, |suspect| format!("; hint: {suspect}"));
+            Ending::Failed { reason: format!("{reason}{suspect}") }
+        }
+    }
 }
 
 /// Measures what is due after a step of a march on the way of a search.

@@ -44,7 +44,7 @@ pub fn flow_of(
     epsilon: f64,
 ) -> Result<Flow, MomentumError> {
     let settings = Settings { epsilon, order: 2 };
-    Flow::new(mesh, (2, 1), conditions, (0.0, SlipTreatment::Rotated), bodies, settings, 0.0)
+    Flow::new(mesh, (2, 1), conditions, (0.0, SlipTreatment::Rotated), bodies, (settings, 0.0))
 }
 
 pub fn solved(mesh: &Arc<Mesh>, velocity: [&str; 2], bodies: Vec<Body>, epsilon: f64) -> (Flow, FlowWithBodies) {

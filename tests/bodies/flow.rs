@@ -154,7 +154,7 @@ fn friction_of_a_body_is_its_own() {
         let settings = Settings { epsilon: 1e-8, order: 1 };
         let slip = SlipTreatment::Rotated;
         let flow =
-            Flow::new(&mesh, (2, 1), &walls(["1", "0"]), (fluid, slip), vec![body], settings, 0.0).expect("a flow");
+            Flow::new(&mesh, (2, 1), &walls(["1", "0"]), (fluid, slip), vec![body], (settings, 0.0)).expect("a flow");
         flow.solve(&Linear::zero()).expect("a solution").twists[0].velocity.x
     };
     // a fluid without friction and a body without: all at the same speed

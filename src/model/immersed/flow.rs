@@ -20,7 +20,7 @@
 //! let disc = Body::new("disc", Shape::Disc { radius: 0.15 }, Pose { position: Point::new(0.5, 0.5), angle: 0.0 });
 //! let conditions = vec![shear; mesh.tags.len()];
 //! let (slip, settings) = (SlipTreatment::default(), Settings::default());
-//! let mut flow = Flow::new(&mesh, (2, 1), &conditions, (0.0, slip), vec![disc], settings, 0.0)?;
+//! let mut flow = Flow::new(&mesh, (2, 1), &conditions, (0.0, slip), vec![disc], (settings, 0.0))?;
 //! for _ in 0..3 {
 //!     let now = flow.solve(&Linear::zero())?.twists;
 //!     let by = flow.predicted(0.1, &now)?;
@@ -93,8 +93,7 @@ impl Flow {
         conditions: &[Conditions],
         (friction, slip): (f64, SlipTreatment),
         bodies: Vec<Body>,
-        settings: Settings,
-        t: f64,
+        (settings, t): (Settings, f64),
     ) -> Result<Self, MomentumError> {
         let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, velocity, 2));
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, pressure, 1));

@@ -35,7 +35,7 @@ impl Incompressible {
         let rigidity = Rigidity { epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
         let (spaces, bodies) = ((&velocity, &pressure), (immersion, rigidity));
         let momentum = Momentum::with_bodies(&loops, spaces, conditions, parameters, *slip, bodies)?;
-        Self::assemble(loops, Some(floating), Arc::new(momentum), &space, parameters, conditions, sources)
+        Self::assemble(loops, Some(floating), Arc::new(momentum), &space, (parameters, conditions, sources))
     }
 
     /// Moves the bodies: keeps the mesh, the spaces, the structure of the coupled matrix, and of the flow's factors

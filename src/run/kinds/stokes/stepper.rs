@@ -75,8 +75,8 @@ impl FlowStepper {
         let degrees = (scene.degrees[0], scene.degrees[1]);
         let conditions = scene.conditions(mesh);
         let t = resumed.as_ref().map_or(0.0, |resumed| resumed.t);
-        let mut flow =
-            Flow::new(mesh, degrees, &conditions, (scene.friction, scene.slip), bodies, settings, t).map_err(model)?;
+        let mut flow = Flow::new(mesh, degrees, &conditions, (scene.friction, scene.slip), bodies, (settings, t))
+            .map_err(model)?;
         let mut solver = None;
         if let Some(contacts) = scene.bodies.as_ref().and_then(|bodies| bodies.contact) {
             let settings = Settings { overlap: OVERLAP, ..contacts.settings() };
