@@ -87,6 +87,9 @@
 //! | `parquet` | measured tables as Parquet, and such tables of studies |
 //! | `pictures` | plots and maps |
 
+#![warn(clippy::too_many_arguments, clippy::too_many_lines)]
+#![cfg_attr(not(test), warn(clippy::unwrap_used))]
+
 pub mod names;
 
 pub mod element;

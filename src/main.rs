@@ -1,5 +1,7 @@
 //! The program `monolayer`: arguments and printing.
 
+#![warn(clippy::too_many_arguments, clippy::too_many_lines)]
+
 mod command {
     pub mod compare;
     pub mod map;

@@ -262,6 +262,13 @@ macro_rules! from_filled {
 
 from_filled!(bool, u64, usize, f64, [f64; 2]);
 
+/// A number as a program writes it, `with("n", 20)`; below zero it is not a whole number of anything.
+impl From<i32> for Value {
+    fn from(value: i32) -> Self {
+        u64::try_from(value).map_or(Value::Number(f64::from(value)), Value::Whole)
+    }
+}
+
 /// The keys of a generator, read and written as the fields of its struct.
 pub(super) trait Keyed {
     const KEYS: &'static [Key];
