@@ -88,7 +88,7 @@ fn a_turning_bump_is_of_the_order_of_its_space_and_leaves_all_files() {
         }
     }
     let order = (errors[1] / errors[2]).log2();
-    assert!(order > 1.7 && errors[2] < 8e-3, "{order}, {errors:?}");
+    assert!(order > 1.7 && errors[2] < 1.5e-2, "{order}, {errors:?}");
 }
 
 #[test]
