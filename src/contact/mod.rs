@@ -12,11 +12,11 @@
 //! use monolayer::contact::particles::{Dynamics, Particle, Particles};
 //! use monolayer::contact::{Settings, Solver, Wall};
 //! use monolayer::mesh::Point;
-//! use monolayer::shape::{Pose, Shape, Twist};
+//! use monolayer::shape::{Disc, Pose, Twist};
 //!
 //! let disc = |k: usize| {
 //!     let position = Point::new(0.01 * k as f64, 0.3 + 0.25 * k as f64);
-//!     Particle::new(format!("disc-{k}"), Shape::Disc { radius: 0.1 }, Pose { position, angle: 0.0 })
+//!     Particle::new(format!("disc-{k}"), Disc { radius: 0.1 }.into(), Pose { position, angle: 0.0 })
 //! };
 //! let floor = Wall::Segment([Point::new(-2.0, 0.0), Point::new(2.0, 0.0)]);
 //! let solver = Solver::new(&[floor], Settings::default())?;

@@ -11,8 +11,7 @@
 //!
 //! use monolayer::output::progress::Verbosity;
 //! use monolayer::results::Results;
-//! use monolayer::run::{Options, any};
-//! use monolayer::scene::AnyScene;
+//! use monolayer::run::{AnyScene, Options, kinds};
 //!
 //! const SCENE: &str = r#"
 //!     model = { kind = "incompressible", friction = 1, traction = 0, peclet = 1, coherence = 0.3, elasticity = 1 }
@@ -25,7 +24,7 @@
 //! let folder = tempfile::tempdir()?;
 //! let out = folder.path().join("run");
 //! let (verbosity, interrupt) = (Verbosity::Quiet, &AtomicBool::new(false));
-//! any::run(&AnyScene::parse(SCENE, Path::new("disc.toml"))?, &Options { out: out.clone(), resume: false, verbosity, interrupt })?;
+//! kinds::run(&AnyScene::parse(SCENE, Path::new("disc.toml"))?, &Options { out: out.clone(), resume: false, verbosity, interrupt })?;
 //!
 //! let results = Results::read(&out)?;
 //! let history = results.history()?.expect("a run has a history");

@@ -9,7 +9,7 @@
 //! use monolayer::expression::Expression;
 //! use monolayer::mesh::generate::MeshScene;
 //! use monolayer::model::{Conditions, Description, Incompressible, Parameters, start};
-//! use monolayer::steady::{Found, SteadySettings, find};
+//! use monolayer::steady::{Found, SearchSettings, SteadySettings, find};
 //! use monolayer::time::{MarchSettings, Phases};
 //!
 //! let strip = MeshScene::of("strip-with-disc").with("length", [-6.0, 9.0]).with("width", 10.0);
@@ -24,8 +24,9 @@
 //! });
 //! let model = Incompressible::new(&mesh, &problem)?;
 //! let p = start::aligned(&model.loops, &model.polarity.space, &model.conditions, 1.0)?;
-//! let (settings, never, mut phases) = (SteadySettings::default(), AtomicBool::new(false), Phases::default());
-//! let search = find(&model, p.values, &settings, MarchSettings::new(2, 1.0), &never, &mut phases, &mut |_| Ok(()))?;
+//! let settings = SearchSettings { steady: SteadySettings::default(), marching: MarchSettings::new(2, 1.0) };
+//! let (never, mut phases) = (AtomicBool::new(false), Phases::default());
+//! let search = find(&model, p.values, &settings, &never, &mut phases, &mut |_| Ok(()))?;
 //! let Found::Steady(steady) = search.found else { panic!("{:?}", search.tries) };
 //! let fastest = steady.state.v.values.iter().fold(0.0_f64, |most, v| most.max(*v));
 //! assert!(steady.residuals.total() < 1e-9 && fastest > 1.05, "{fastest}");

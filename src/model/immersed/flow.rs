@@ -13,11 +13,12 @@
 //! use monolayer::model::Conditions;
 //! use monolayer::model::immersed::flow::{Flow, Settings};
 //! use monolayer::model::momentum::SlipTreatment;
-//! use monolayer::shape::{Pose, Shape};
+//! use monolayer::shape::{Disc, Pose};
 //!
 //! let mesh = Arc::new(MeshScene::of("square").with("n", 20).build()?);
 //! let shear = Conditions::flow(["y".parse()?, Expression::constant(0.0)]);
-//! let disc = Body::new("disc", Shape::Disc { radius: 0.15 }, Pose { position: Point::new(0.5, 0.5), angle: 0.0 });
+//! let start = Pose { position: Point::new(0.5, 0.5), angle: 0.0 };
+//! let disc = Body::new("disc", Disc { radius: 0.15 }.into(), start);
 //! let conditions = vec![shear; mesh.tags.len()];
 //! let (slip, settings) = (SlipTreatment::default(), Settings::default());
 //! let mut flow = Flow::new(&mesh, (2, 1), &conditions, (0.0, slip), vec![disc], (settings, 0.0))?;

@@ -25,7 +25,10 @@
 //!     value: |&At { p, .. }| mass::load(&p.space, 9, |x| p.vector(&x.site).norm_squared() * p.vector(&x.site)),
 //!     by_polarity: |&At { p, .. }| {
 //!         let slope = |p: Point, d: Point| p.norm_squared() * d + 2.0 * p.dot(&d) * p;
-//!         Bilinear::cells(12, move |x| move |d: Vector, q: Vector| slope(p.vector(&x.site), d.value).dot(&q.value))
+//!         Bilinear::cells(12, move |x| {
+//!             let p = p.vector(&x.site);
+//!             move |d: Vector, q: Vector| slope(p, d.value).dot(&q.value)
+//!         })
 //!     },
 //!     ..Functional::NOTHING
 //! };
