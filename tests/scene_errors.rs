@@ -494,7 +494,8 @@ fn walls_with_friction() {
         says(&message, &[&line]);
         says(&message, parts);
     }
-    for condition in ["{ friction = 3 }", "{ friction = 0.5 }", "{ friction = \"friction + x^2\" }", "{ friction = 0 }"] {
+    for condition in ["{ friction = 3 }", "{ friction = 0.5 }", "{ friction = \"friction + x^2\" }", "{ friction = 0 }"]
+    {
         let scene = Scene::parse(&strip(condition).0, Path::new("strip.toml")).unwrap_or_else(|e| panic!("{e}"));
         let again = Scene::parse(&scene.resolved_toml(), Path::new("strip.toml")).unwrap();
         assert_eq!(again.boundary, scene.boundary);
