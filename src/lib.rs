@@ -30,6 +30,7 @@ pub mod report;
 pub mod results;
 pub mod run;
 pub mod scene;
+pub mod schema;
 pub mod scheme;
 pub mod shape;
 pub mod solve;

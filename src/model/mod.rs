@@ -22,6 +22,7 @@ pub mod scales;
 pub mod sources;
 pub mod start;
 pub mod state;
+mod table;
 pub mod tangent;
 pub mod terms;
 

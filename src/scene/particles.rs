@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Bodies;
@@ -11,6 +12,7 @@ use super::output::{Output, OutputTable};
 use super::resolve;
 use super::source::SceneSource;
 use crate::expression::{Expression, VectorFormula};
+use crate::schema::{self, Range};
 use crate::scheme::pace::PaceSettings;
 
 /// A computation with particles, checked.
@@ -31,13 +33,13 @@ pub struct ParticlesScene {
 }
 
 /// What forces change.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Dynamics {
-    /// `m a = F − drag m V`
+    /// `m V' = F − γ_d m V`, and the same for the spin.
     #[default]
     Inertial,
-    /// `drag m V = F`
+    /// `γ_d m V = F`, and the same for the spin.
     Overdamped,
 }
 
@@ -52,40 +54,57 @@ pub struct MotionTime {
     pub max_steps: Option<usize>,
 }
 
-/// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A scene of particles: rigid bodies with forces and contact, and nothing between them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct ParticlesFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
+    /// What forces change, and forces on all bodies.
     pub model: ParticlesModel,
+    /// What a flow does; refused here, with the reason.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(skip)]
     pub rigid: Option<RigidTable>,
+    /// Rigid bodies, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodyTable>,
+    /// Discs by the dozen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodiesTable>,
+    /// What bodies keep apart from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub wall: Vec<WallTable>,
+    /// How bodies keep apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactTable>,
+    /// Steps and end.
     pub time: MotionTimeTable,
+    /// What is written, and when.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<OutputTable>,
 }
 
 /// `[model]` of particles.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct ParticlesModel {
+    /// Bodies with forces and contact, and nothing between them.
+    #[schemars(extend("const" = "particles"))]
     pub kind: String,
+    /// What forces change.
     #[serde(default)]
     pub dynamics: Dynamics,
-    /// Default 0.
+    /// Acceleration of all bodies.
     #[serde(default = "nothing")]
+    #[schemars(extend("x-rule" = "of `t`"))]
     pub gravity: VectorFormula,
+    /// `γ_d`, per mass.
     #[serde(default)]
+    #[schemars(transform = Range::NOT_NEGATIVE.said(), extend("x-rule" = "overdamped > 0"))]
     pub drag: f64,
 }
 
@@ -94,17 +113,34 @@ fn nothing() -> VectorFormula {
 }
 
 /// `[time]` of particles and of Stokes flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct MotionTimeTable {
+    /// First and largest step.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time", "x-rule" = "at most `end`"))]
     pub step: f64,
+    /// End time; runs start at `t = 0`.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time"))]
     pub end: f64,
+    /// The run fails where it would need a step below this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said())]
+    #[schemars(extend("x-unit" = "time", "x-rule" = "at most `step`", "x-default" = "1e-6 `step`"))]
     pub step_min: Option<f64>,
+    /// What forces that vary with a body's place may change of its way in a step, relative to its size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = MotionTimeTable::TOLERANCE.said(), extend("default" = MotionTimeTable::USUAL_TOLERANCE))]
     pub tolerance: Option<f64>,
+    /// Most steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::SOME.said())]
     pub max_steps: Option<usize>,
+}
+
+impl MotionTimeTable {
+    pub const TOLERANCE: Range = Range::above(0.0, 1.0);
+    pub(super) const USUAL_TOLERANCE: f64 = 1e-3;
 }
 
 impl ParticlesScene {

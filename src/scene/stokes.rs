@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Bodies;
@@ -13,14 +14,15 @@ use super::particles::{MotionTime, MotionTimeTable};
 use super::path::quoted;
 use super::resolve;
 use super::source::SceneSource;
-use super::tables::WallsName;
+use super::tables::{SpaceTable, WallsName};
 use crate::expression::{Expression, VectorFormula};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::Conditions;
-use crate::model::boundary::NamedCondition;
+use crate::model::boundary::{NamedCondition, velocity_schema};
 use crate::model::momentum::SlipTreatment;
 use crate::names;
+use crate::schema::{self, Range};
 
 /// A Stokes flow, checked as far as possible without its mesh.
 #[derive(Debug, Clone)]
@@ -44,55 +46,75 @@ pub struct StokesScene {
     pub(super) source: SceneSource,
 }
 
-/// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A Stokes flow with friction, and the rigid bodies that it carries.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
+    /// Equations and their parameters.
     pub model: StokesModel,
+    /// Domain and mesh.
     pub mesh: MeshScene,
+    /// Polynomial degrees, and how slip walls are imposed.
     #[serde(default)]
     pub space: StokesSpace,
+    /// Conditions by boundary tag, for every tag of the mesh.
     #[serde(default)]
     pub boundary: BTreeMap<String, StokesBoundary>,
+    /// Forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<StokesSource>,
+    /// How the flow carries rigid bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid: Option<RigidTable>,
+    /// Rigid bodies, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodyTable>,
+    /// Discs by the dozen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodiesTable>,
+    /// What bodies keep apart from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub wall: Vec<WallTable>,
+    /// How bodies keep apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactTable>,
+    /// Steps and end.
     pub time: MotionTimeTable,
+    /// What is written, and when.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<OutputTable>,
 }
 
 /// `[model]` of a Stokes flow, whose viscosity is 1.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesModel {
+    /// A Stokes flow of viscosity 1.
+    #[schemars(extend("const" = "stokes"))]
     pub kind: String,
-    /// Default 0.
+    /// Friction with the substrate, `C_F`.
     #[serde(default)]
+    #[schemars(transform = Range::NOT_NEGATIVE.said())]
     pub friction: f64,
 }
 
 /// `[space]` of a Stokes flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesSpace {
-    /// Velocity k+1, pressure k; 1 to 3 (default 1).
+    /// Velocity P(k+1), pressure P(k).
+    #[schemars(transform = SpaceTable::K.said())]
     pub k: usize,
-    /// How slip walls are imposed: `"rotated"` (default) or `"penalty"`.
+    /// How `v·n = 0` is imposed on slip walls.
     pub walls: WallsName,
-    /// `ε_r` of slip by penalty (default 1e-8).
+    /// `ε_r` [10.3], for `walls = "penalty"`, in units of the root of the domain's area.
+    #[schemars(transform = SpaceTable::PENALTY.said())]
     pub penalty: f64,
 }
 
@@ -103,17 +125,21 @@ impl Default for StokesSpace {
 }
 
 /// `[boundary.TAG]` of a Stokes flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesBoundary {
+    /// What holds for the velocity.
+    #[schemars(schema_with = "velocity_schema")]
     pub velocity: NamedCondition,
 }
 
 /// `[source]` of a Stokes flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesSource {
-    /// `f_v`
+    /// `f_v`, the force on the flow.
     pub force: VectorFormula,
 }
 

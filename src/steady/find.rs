@@ -14,7 +14,7 @@ use crate::time::memory::Memory;
 use crate::time::{CouplingKind, March, MarchError, MarchSettings, Phases, Sheet, StepReport};
 
 /// Which steady state is wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Want {
     /// One that small disturbances do not destroy: an unstable one is left along the mode that grows.

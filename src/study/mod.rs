@@ -18,6 +18,7 @@ mod pool;
 pub mod results;
 pub mod richardson;
 pub mod slurm;
+pub mod schema;
 mod source;
 pub mod sweep;
 pub mod sweep_file;

@@ -11,7 +11,7 @@ use super::{Domain, Named, Scale, Track, about};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// Ring between `inner_radius` and `radius`; tags `inner`, `outer`.
+    /// Ring between `inner_radius` and `radius`.
     Annulus {
         /// Radius of the outer circle.
         radius: f64 = 1.0 => Meaning::Length;

@@ -11,7 +11,7 @@ use super::{Domain, Named, Scale, Track, about};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// Disc of radius `radius` about `centre`; tag `wall`.
+    /// Disc.
     Disc {
         /// Radius.
         radius: f64 = 1.0 => Meaning::Length;

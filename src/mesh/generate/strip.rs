@@ -10,9 +10,9 @@ use super::{Domain, Named, Scale};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// Rectangle `length × [−width/2, width/2]`; tags `inlet`, `outlet`, `walls`.
+    /// Rectangle `length × [−width/2, width/2]`.
     Strip {
-        /// Extent along x₁.
+        /// Extent along x₁, `[x₀, x₁]`.
         length: [f64; 2] => Meaning::Interval;
         /// Extent across.
         width: f64 => Meaning::Length;

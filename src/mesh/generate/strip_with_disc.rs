@@ -10,9 +10,9 @@ use super::{Domain, Named, Scale, strip};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// The strip without the disc of radius `radius` about `centre`; tags of the strip and `disc`.
+    /// Strip less a disc.
     StripWithDisc {
-        /// Extent along x₁.
+        /// Extent along x₁, `[x₀, x₁]`.
         length: [f64; 2] => Meaning::Interval;
         /// Extent across.
         width: f64 => Meaning::Length;
@@ -23,7 +23,7 @@ keyed! {
         /// Edge length far from the disc.
         h: f64 => Meaning::Edge;
         /// Edge length on the disc.
-        h_disc: f64 = h => Meaning::Edge;
+        h_disc: f64 = h, "`h`" => Meaning::Edge;
         /// Growth of the edge length per unit of distance from the disc.
         grading: f64 = GRADING => Meaning::Growth;
         /// Cells are this much longer along x₁ than across, away from the disc. About it the mesh stays isotropic; from

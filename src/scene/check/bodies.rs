@@ -1,6 +1,5 @@
 //! The rules of `[[body]]` and `[rigid]`, and of all tables of bodies together.
 
-use super::groups::MOST;
 use super::{Checker, shown};
 use crate::body::{Body, Hold};
 use crate::contact::{Partner, Wall};
@@ -8,7 +7,7 @@ use crate::expression::{Expression, Formula, VectorFormula};
 use crate::mesh::Point;
 use crate::model::ModelError;
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
-use crate::scene::bodies::tables::{BodyTable, BodyTables, MotionTable, ShapeTable, zero};
+use crate::scene::bodies::tables::{BodyTable, BodyTables, MOST, MotionTable, RigidTable, ShapeTable, zero};
 use crate::scene::bodies::{Bodies, Rigid};
 use crate::scene::error::SceneError;
 use crate::shape::{Pose, Shape, ShapeError, Twist};
@@ -24,9 +23,6 @@ pub(super) enum Around {
 
 /// Names and values that formulas may use.
 pub(super) type Symbols<'a> = &'a [(&'static str, f64)];
-
-/// Beyond it, a body's friction leaves no digits to the flow.
-const LARGEST_FRICTION: f64 = 1e12;
 
 impl Checker<'_> {
     /// The bodies of a scene, with every default filled in the tables; `None` where nothing is said.
@@ -102,10 +98,10 @@ impl Checker<'_> {
                 let (epsilon, order) = (table.epsilon, table.order);
                 let rule = "must lie between 0 and 1, both excluded";
                 let hint = "1/ε is how much more viscous a body is than what surrounds it; 1e-8 is usual";
-                let holds = epsilon > 0.0 && epsilon < 1.0;
+                let holds = RigidTable::EPSILON.has(epsilon);
                 self.require(holds, "rigid.epsilon", shown(epsilon), rule, hint)?;
                 let hint = "2 matches bdf2, 1 is explicit Euler";
-                self.require((1..=2).contains(&order), "rigid.order", order, "must be 1 or 2", hint)?;
+                self.require(RigidTable::ORDER.has_count(order), "rigid.order", order, "must be 1 or 2", hint)?;
                 Ok(Rigid { epsilon, order })
             }
         }
@@ -342,7 +338,7 @@ impl Checker<'_> {
         match around {
             Around::Flow => {
                 let friction = *given.get_or_insert(0.0);
-                let holds = (0.0..=LARGEST_FRICTION).contains(&friction);
+                let holds = BodyTable::FRICTION.has(friction);
                 let hint = "friction of the body with the substrate, per area; 0 is none";
                 self.require(holds, key, shown(friction), "must lie between 0 and 1e12", hint)?;
                 Ok(friction)

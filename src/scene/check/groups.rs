@@ -7,12 +7,9 @@ use crate::contact::Wall;
 use crate::expression::{Expression, Formula};
 use crate::mesh::Point;
 use crate::scene::bodies::place::{Region, radii, scatter};
-use crate::scene::bodies::tables::{BodiesTable, CircleTable, GroupMotion, Radii, RingTable};
+use crate::scene::bodies::tables::{BodiesTable, CircleTable, GroupMotion, MOST, Radii, RingTable};
 use crate::scene::error::SceneError;
 use crate::shape::{Pose, Shape, Twist};
-
-/// At most so many bodies.
-pub(super) const MOST: usize = 1_000_000;
 
 impl Checker<'_> {
     pub(super) fn group(
@@ -89,7 +86,7 @@ impl Checker<'_> {
             }
             (None, Some(given)) => {
                 let rule = format!("must lie between 1 and {MOST}");
-                self.require((1..=MOST).contains(&given), &count, given, &rule, "how many bodies to place")?;
+                self.require(BodiesTable::COUNT.has_count(given), &count, given, &rule, "how many bodies to place")?;
                 Ok(given)
             }
             (None, None) => Err(self.missing(key, "count", "add `count = 100`, the number of bodies")),

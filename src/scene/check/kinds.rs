@@ -8,72 +8,31 @@ use super::outputs::Scope;
 use super::{Checker, shown};
 use crate::expression::Expression;
 use crate::model::boundary::BoundaryScene;
-use crate::model::{ModelError, ModelKind, VelocityCondition};
+use crate::model::{ModelError, ModelKind, ModelScene, VelocityCondition};
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
-use crate::scene::particles::{Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesScene};
+use crate::scene::particles::{
+    Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesModel, ParticlesScene,
+};
 use crate::scene::path::quoted;
-use crate::scene::stokes::{StokesFile, StokesScene};
-use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
+use crate::scene::stokes::{StokesFile, StokesModel, StokesScene, StokesSpace};
+use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable, TimeTable};
 use crate::scene::{SceneKind, SceneSource};
+use crate::schema::{Range, fields};
 use crate::scheme::pace::{PaceSettings, Smallest};
 
-/// What forces that vary with a body's place may change of its way in a step, relative to its size.
-const TOLERANCE: f64 = 1e-3;
-
-/// Top-level keys, and keys of `[model]` and `[time]`, that scenes of a kind may have.
+/// Top-level keys, and keys of `[model]`, `[time]` and `[space]`, that scenes of a kind may have.
 fn keys(kind: SceneKind) -> [&'static [&'static str]; 4] {
     match kind {
-        SceneKind::Tissue => [
-            &[
-                "title", "accuracy", "model", "mesh", "space", "boundary", "initial", "source", "exact", "time",
-                "steady", "coupling", "strain", "rigid", "body", "bodies", "wall", "contact", "output",
-            ],
-            &[
-                "kind",
-                "friction",
-                "beta",
-                "traction",
-                "active_stress",
-                "peclet",
-                "coherence",
-                "elasticity",
-                "alignment",
-                "elastic_force",
-                "active_stress_iso",
-                "density",
-            ],
-            &[
-                "scheme",
-                "density_scheme",
-                "step",
-                "step_min",
-                "end",
-                "start",
-                "alternate",
-                "max_steps",
-                "growth",
-                "growth_wait",
-                "growth_rate",
-                "stop",
-            ],
-            &["k", "degree", "walls", "penalty"],
-        ],
-        SceneKind::Stokes => [
-            &[
-                "title", "model", "mesh", "space", "boundary", "source", "time", "rigid", "body", "bodies", "wall",
-                "contact", "output",
-            ],
-            &["kind", "friction"],
-            &["step", "end", "step_min", "tolerance", "max_steps"],
-            &["k", "walls", "penalty"],
-        ],
-        SceneKind::Particles => [
-            &["title", "model", "time", "body", "bodies", "wall", "contact", "output"],
-            &["kind", "dynamics", "gravity", "drag"],
-            &["step", "end", "step_min", "tolerance", "max_steps"],
-            &[],
-        ],
+        SceneKind::Tissue => {
+            [fields::<SceneFile>(), fields::<ModelScene>(), fields::<TimeTable>(), fields::<SpaceTable>()]
+        }
+        SceneKind::Stokes => {
+            [fields::<StokesFile>(), fields::<StokesModel>(), fields::<MotionTimeTable>(), fields::<StokesSpace>()]
+        }
+        SceneKind::Particles => {
+            [fields::<ParticlesFile>(), fields::<ParticlesModel>(), fields::<MotionTimeTable>(), &[]]
+        }
     }
 }
 
@@ -130,13 +89,12 @@ impl Checker<'_> {
         self.step_before_end(step, end)?;
         self.step_counts(step, end)?;
         let step_min = self.step_min(step, table.step_min)?;
-        let tolerance = *table.tolerance.get_or_insert(TOLERANCE);
-        let holds = tolerance > 0.0 && tolerance <= 1.0;
+        let tolerance = *table.tolerance.get_or_insert(MotionTimeTable::USUAL_TOLERANCE);
+        let holds = MotionTimeTable::TOLERANCE.has(tolerance);
         let hint = "1e-3 of a body's size is the usual value; smaller ones make shorter steps where forces vary with \
             the place";
         self.require(holds, "time.tolerance", tolerance, "must be greater than 0 and at most 1", hint)?;
-        let none = "leave it out for no limit";
-        self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
+        self.most_steps(table.max_steps)?;
         Ok(MotionTime { pace: PaceSettings { step, step_min }, end, tolerance, max_steps: table.max_steps })
     }
 }
@@ -149,7 +107,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
     let mut file = source.tables::<ParticlesFile>().map_err(|found| found.1)?;
     let drag = file.model.drag;
     let hint = "force −drag·m·V, torque −drag·I·ω; 0 is none";
-    let holds = drag.is_finite() && drag >= 0.0;
+    let holds = Range::NOT_NEGATIVE.has(drag);
     checker.require(holds, "model.drag", shown(drag), "must be finite and not negative", hint)?;
     let dynamics = file.model.dynamics;
     let rule = "without inertia a body moves as its drag lets it, so there must be some";
@@ -189,7 +147,7 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     checker.keys_of_kind()?;
     let mut file = source.tables::<StokesFile>().map_err(|found| found.1)?;
     let friction = file.model.friction;
-    let holds = friction.is_finite() && friction >= 0.0;
+    let holds = Range::NOT_NEGATIVE.has(friction);
     let hint = "friction of the fluid with the substrate; 0 is none";
     checker.require(holds, "model.friction", shown(friction), "must be finite and not negative", hint)?;
     let sound = friction == 0.0 || (1e-40..=1e40).contains(&friction);
