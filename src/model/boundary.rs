@@ -137,11 +137,7 @@ pub const VELOCITY: [Named; 4] = [
 
 /// The conditions on the polarity.
 pub const POLARITY: [Named; 2] = [
-    Named {
-        name: "dirichlet",
-        alone: Some("`p` is that of `[exact]`, weakly"),
-        with_values: Some("`p = F`, weakly"),
-    },
+    Named { name: "dirichlet", alone: Some("`p` is that of `[exact]`, weakly"), with_values: Some("`p = F`, weakly") },
     Named { name: "neumann", alone: Some("`∂p/∂n = 0`"), with_values: None },
 ];
 
@@ -244,7 +240,9 @@ fn velocity_condition(
             )),
         },
         ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
-        (other, _) => Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &names_of(&VELOCITY))))),
+        (other, _) => {
+            Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &names_of(&VELOCITY)))))
+        }
     }
 }
 
@@ -266,7 +264,9 @@ fn polarity_condition(
             )),
         },
         ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
-        (other, _) => Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &names_of(&POLARITY))))),
+        (other, _) => {
+            Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &names_of(&POLARITY)))))
+        }
     }
 }
 

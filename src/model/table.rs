@@ -217,8 +217,20 @@ impl ModelScene {
             active_stress: finite("active_stress", self.active_stress.unwrap_or(Self::ACTIVE_STRESS))?,
             peclet: require("peclet", pe, Range::POSITIVE.has(pe), "must be greater than 0", stationary)?,
             coherence: require("coherence", kappa, Range::POSITIVE.has(kappa), "must be greater than 0", smooth)?,
-            elasticity: require("elasticity", elasticity, Range::NOT_NEGATIVE.has(elasticity), "must not be negative", elastic)?,
-            alignment: require("alignment", alignment, Self::ALIGNMENT.has(alignment), "must lie in [-1, 1]", objective)?,
+            elasticity: require(
+                "elasticity",
+                elasticity,
+                Range::NOT_NEGATIVE.has(elasticity),
+                "must not be negative",
+                elastic,
+            )?,
+            alignment: require(
+                "alignment",
+                alignment,
+                Self::ALIGNMENT.has(alignment),
+                "must lie in [-1, 1]",
+                objective,
+            )?,
             elastic_force: self.elastic_force.unwrap_or_default(),
             density: match kind {
                 ModelKind::Incompressible => self.check_no_density()?,
@@ -266,7 +278,13 @@ impl ModelScene {
             return Err(ModelError::new("elastic_force", "\"energy-consistent\"", rule, hint));
         }
         let positive = |key: &str, value: f64, hint: &str| {
-            require(&format!("density.{key}"), value, Range::NOT_NEGATIVE.has(value), "must be finite and not negative", hint)
+            require(
+                &format!("density.{key}"),
+                value,
+                Range::NOT_NEGATIVE.has(value),
+                "must be finite and not negative",
+                hint,
+            )
         };
         let iso = self.active_stress_iso.unwrap_or(Self::ACTIVE_STRESS);
         Ok(DensityLaw {

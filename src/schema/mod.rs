@@ -25,7 +25,7 @@ use serde_json::{Map, Value, json};
 
 pub use fields::fields;
 pub use range::Range;
-pub use rows::{row, rows};
+pub use rows::{choices, row, rows};
 
 /// Kinds of scenes that are of tissue, for `x-kinds`.
 pub const TISSUE: &str = "incompressible compressible";

@@ -41,6 +41,37 @@ pub fn row(key: &str, schema: &Value, must: bool, kinds: Option<&str>) -> String
     format!("| {} |", cells.map(|cell| cell.replace('|', "\\|")).join(" | "))
 }
 
+/// `| choice | meaning |` for each value that a key may have.
+pub fn choices(schema: &Value) -> Vec<String> {
+    let all = ["oneOf", "anyOf"].into_iter().filter_map(|key| schema.get(key)?.as_array()).flatten();
+    let several = |one: &Value| one.get("oneOf").is_some_and(Value::is_array);
+    all.flat_map(|one| if several(one) { choices(one) } else { of_choice(one) }).collect()
+}
+
+fn of_choice(one: &Value) -> Vec<String> {
+    let about = |schema: &Value| {
+        let about = text(schema, "description").unwrap_or_default();
+        about.lines().map(str::trim).collect::<Vec<_>>().join(" ").trim_end_matches('.').replace('|', "\\|")
+    };
+    let Some(keys) = one.get("properties").and_then(Value::as_object) else {
+        let kinds = text(one, "x-kinds").filter(|kinds| !kinds.contains(' '));
+        let note = kinds.map(|kind| format!(" ({kind})")).unwrap_or_default();
+        return vec![format!("| {} | {}{note} |", kinds_of_values(one), about(one))];
+    };
+    let row = |(name, value): (&String, &Value)| {
+        let inner: Vec<&str> = self::keys(value);
+        let shown = match (inner.is_empty(), text(value, "type")) {
+            (false, _) => format!("{{ {} }}", inner.join(", ")),
+            (true, Some("array")) => "[…, …]".to_owned(),
+            (true, Some("string")) => "\"…\"".to_owned(),
+            (true, _) => "…".to_owned(),
+        };
+        let about = if text(one, "description").is_some() { about(one) } else { about(value) };
+        format!("| `{{ {name} = {shown} }}` | {about} |")
+    };
+    keys.iter().map(row).collect()
+}
+
 /// With a small first letter, where this is not a symbol.
 fn lowered(text: &str) -> String {
     let mut letters = text.chars();
@@ -60,7 +91,9 @@ fn keys(schema: &Value) -> Vec<&str> {
     let ordered = schema.get("x-order").and_then(Value::as_array);
     match ordered {
         Some(list) => list.iter().filter_map(Value::as_str).filter(|key| *key != "center").collect(),
-        None => schema.get("properties").and_then(Value::as_object).into_iter().flatten().map(|(k, _)| k.as_str()).collect(),
+        None => {
+            schema.get("properties").and_then(Value::as_object).into_iter().flatten().map(|(k, _)| k.as_str()).collect()
+        }
     }
 }
 

@@ -267,7 +267,8 @@ fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
         let rule = "`step` (default 0.05) must be above 0 and at most `max_step` (default 0.2), which is at most 1";
         return Err(refuse(source, key, value, rule, "shares of the range; give both"));
     }
-    let counts = [("max_points", file.max_points, BranchFile::POINTS, 2), ("max_branches", file.max_branches, Range::SOME, 1)];
+    let counts =
+        [("max_points", file.max_points, BranchFile::POINTS, 2), ("max_branches", file.max_branches, Range::SOME, 1)];
     for (key, value, range, least) in counts {
         if !range.has_count(value) {
             let rule = format!("must be at least {least}");

@@ -24,8 +24,7 @@ impl JsonSchema for MeshScene {
         let file = "Gmsh file (MSH 2.0 to 2.2, 4.0 or 4.1), from the scene's folder.";
         properties.insert("file".to_owned(), json!({ "type": "string", "description": file, "x-values": "path" }));
         let slits = "Beside `file`: boundary edges may lie on one another.";
-        properties
-            .insert("slits".to_owned(), json!({ "type": "boolean", "description": slits, "default": false }));
+        properties.insert("slits".to_owned(), json!({ "type": "boolean", "description": slits, "default": false }));
         properties.extend(KEYS.iter().map(|key| (key.name.to_owned(), of_key(key.name))));
         let beside: Vec<&str> = ["file", "slits"].into_iter().chain(BESIDE_FILE).collect();
         let file = json!({ "required": ["file"], "propertyNames": { "enum": beside } });
@@ -67,7 +66,8 @@ fn of_key(name: &str) -> Value {
             defaults.push((text, value, shape.name));
         }
         let number = |key: &Key| {
-            let mut number = schemars::json_schema!({ "type": if key.kind == Kind::Whole { "integer" } else { "number" } });
+            let mut number =
+                schemars::json_schema!({ "type": if key.kind == Kind::Whole { "integer" } else { "number" } });
             if key.kind == Kind::Whole {
                 number.insert("minimum".to_owned(), json!(0));
             }

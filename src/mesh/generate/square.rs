@@ -23,8 +23,11 @@ keyed! {
     }
 }
 
-const DISTORTION: Meaning =
-    Meaning::Within { range: Range::within(0.0, 0.3), rule: "it must lie in 0 to 0.3", hint: "beyond 0.3 cells could turn over" };
+const DISTORTION: Meaning = Meaning::Within {
+    range: Range::within(0.0, 0.3),
+    rule: "it must lie in 0 to 0.3",
+    hint: "beyond 0.3 cells could turn over",
+};
 
 /// Sides of a square.
 pub(super) const SIDES: [&str; 4] = ["left", "right", "bottom", "top"];

@@ -1,5 +1,6 @@
 //! The rules of `[[body]]` and `[rigid]`, and of all tables of bodies together.
 
+use super::groups::Among;
 use super::{Checker, shown};
 use crate::body::{Body, Hold};
 use crate::contact::{Partner, Wall};
@@ -47,7 +48,8 @@ impl Checker<'_> {
             let name = || if at == 0 { "disc".to_owned() } else { format!("disc{}", at + 1) };
             table.name.get_or_insert_with(name);
             let key = format!("bodies.{at}");
-            let group = self.group(&key, table, around, symbols, &bodies, &walls)?;
+            let among = Among { around, symbols, before: &bodies, walls: &walls };
+            let group = self.group(&key, table, among)?;
             bodies.extend(group);
             let rule = format!("there are more than {MOST} bodies");
             self.require(bodies.len() <= MOST, &format!("bodies.{at}.count"), bodies.len(), &rule, "take fewer")?;

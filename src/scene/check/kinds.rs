@@ -11,9 +11,7 @@ use crate::model::boundary::BoundaryScene;
 use crate::model::{ModelError, ModelKind, ModelScene, VelocityCondition};
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
-use crate::scene::particles::{
-    Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesModel, ParticlesScene,
-};
+use crate::scene::particles::{Dynamics, MotionTime, MotionTimeTable, ParticlesFile, ParticlesModel, ParticlesScene};
 use crate::scene::path::quoted;
 use crate::scene::stokes::{StokesFile, StokesModel, StokesScene, StokesSpace};
 use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable, TimeTable};

@@ -17,10 +17,10 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::PathBuf;
 
+use super::bodies::tables::BodyTable;
 use super::error::SceneError;
 use super::path::quoted;
 use super::presets;
-use super::bodies::tables::BodyTable;
 use super::tables::SceneFile;
 use super::{Scene, SceneKind, SceneSource, Sources};
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};

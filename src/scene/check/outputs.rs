@@ -10,9 +10,7 @@ use crate::mesh::generate::{GENERATORS, MeshScene};
 use crate::model::{ModelKind, Parameters};
 use crate::scene::error::SceneError;
 use crate::scene::maps::{MapRequest, MapTable};
-use crate::scene::output::{
-    Cut, CutTable, EveryTable, Field, MOST_POINTS, Output, OutputTable, SectionTable, What,
-};
+use crate::scene::output::{Cut, CutTable, EveryTable, Field, MOST_POINTS, Output, OutputTable, SectionTable, What};
 use crate::scene::{Initial, SceneKind};
 use crate::schema::Range;
 use crate::scheme::Schedule;
@@ -273,7 +271,13 @@ impl Checker<'_> {
         let radius = self.positive(&key("radius"), radius, hint)?;
         let points = circle.points.unwrap_or_default();
         let rule = format!("must lie between 3 and {MOST_POINTS}");
-        self.require(points >= 3 && SectionTable::POINTS.has_count(points), &key("points"), points, &rule, "360 is usual")?;
+        self.require(
+            points >= 3 && SectionTable::POINTS.has_count(points),
+            &key("points"),
+            points,
+            &rule,
+            "360 is usual",
+        )?;
         Ok(Cut::Circle { name: circle.name.clone(), centre: centre.into(), radius, points })
     }
 

@@ -148,7 +148,13 @@ impl Checker<'_> {
         let few = SteadyTable::EIGENVALUES.has_count(count);
         self.require(few, "steady.eigenvalues", count, "must be at most 60", "6 is usual, 0 finds none")?;
         let march = *table.march.get_or_insert(end);
-        self.require(Range::NOT_NEGATIVE.has(march), "steady.march", shown(march), "must be finite and not negative", "time.end is usual")?;
+        self.require(
+            Range::NOT_NEGATIVE.has(march),
+            "steady.march",
+            shown(march),
+            "must be finite and not negative",
+            "time.end is usual",
+        )?;
         self.without_time(boundary, sources)?;
         let want = table.want;
         Ok(Some(SteadySettings { residual, step, max_steps: most, want, eigenvalues: count, march }))
@@ -165,7 +171,13 @@ impl Checker<'_> {
         let ordered = tolerance <= accept && accept < table.diverged && table.diverged.is_finite();
         self.require(ordered, "coupling.accept", shown(accept), &rule, "without it, sqrt(tolerance) is taken")?;
         let (most, depth) = (table.max_iterations, table.depth);
-        self.require(Range::SOME.has_count(most), "coupling.max_iterations", most, "must be at least 1", "100 is usual")?;
+        self.require(
+            Range::SOME.has_count(most),
+            "coupling.max_iterations",
+            most,
+            "must be at least 1",
+            "100 is usual",
+        )?;
         let few = CouplingTable::DEPTH.has_count(depth);
         self.require(few, "coupling.depth", depth, "must lie in 1..100", "10 is usual")?;
         let kind = match table.kind {
