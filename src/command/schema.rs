@@ -19,7 +19,7 @@ pub struct SchemaArgs {
 
 /// Kinds of scenes, then of studies.
 fn kinds() -> impl Iterator<Item = &'static str> {
-    scene::schema::KINDS.into_iter().chain(study::schema::KINDS).map(|(name, _)| name)
+    scene::schema::KINDS.into_iter().chain(study::schema::KINDS).map(|kind| kind.name)
 }
 
 impl SchemaArgs {

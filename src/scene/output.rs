@@ -138,6 +138,8 @@ impl Field {
 
 /// Most points of a cut.
 pub const MOST_POINTS: usize = 10_000_000;
+/// Fewest points of a circle.
+pub const LEAST_ON_A_CIRCLE: usize = 3;
 /// Points of a cut along an axis.
 pub const AXIS_POINTS: usize = 1001;
 
@@ -324,13 +326,17 @@ pub struct SectionTable {
 
 /// A section has the ends of a line, or centre and radius of a circle.
 fn line_or_circle(schema: &mut schemars::Schema) {
-    let needs = |keys: &[&str]| serde_json::json!({ "required": keys });
-    let forms = [needs(&["from", "to"]), needs(&["centre", "radius"]), needs(&["center", "radius"])];
+    let circle = |centre: &str| {
+        let points = serde_json::json!({ "minimum": LEAST_ON_A_CIRCLE });
+        serde_json::json!({ "required": [centre, "radius"], "properties": { "points": points } })
+    };
+    let line = serde_json::json!({ "required": ["from", "to"] });
+    let forms = [line, circle("centre"), circle("center")];
     schema.insert("oneOf".to_owned(), forms.into());
 }
 
 impl SectionTable {
-    /// Points of a line; a circle has at least three.
+    /// Points of a line.
     pub const POINTS: Range = Range::within(2.0, MOST_POINTS as f64);
 
     /// Whether it has a key of circles.

@@ -100,11 +100,11 @@ pub struct ParticlesModel {
     pub dynamics: Dynamics,
     /// Acceleration of all bodies.
     #[serde(default = "nothing")]
-    #[schemars(extend("x-rule" = "of `t`"))]
+    #[schemars(extend("x-rule" = "formulas of `t` alone"))]
     pub gravity: VectorFormula,
     /// `γ_d`, per mass.
     #[serde(default)]
-    #[schemars(transform = Range::NOT_NEGATIVE.said(), extend("x-rule" = "overdamped > 0"))]
+    #[schemars(transform = Range::NOT_NEGATIVE.said(), extend("x-rule" = "> 0 if overdamped"))]
     pub drag: f64,
 }
 

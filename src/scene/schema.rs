@@ -6,20 +6,19 @@ use super::particles::ParticlesFile;
 use super::stokes::StokesFile;
 use super::tables::SceneFile;
 use crate::mesh::generate::{GENERATORS, MeshScene, Scale};
-use crate::schema::{self, printed};
+use crate::schema::{self, FileKind, printed};
 
 /// What `model.kind` may be, and the file of such a scene.
-pub const KINDS: [(&str, fn() -> Value); 4] = [
-    ("incompressible", schema::of::<SceneFile>),
-    ("compressible", schema::of::<SceneFile>),
-    ("stokes", schema::of::<StokesFile>),
-    ("particles", schema::of::<ParticlesFile>),
+pub const KINDS: [FileKind; 4] = [
+    FileKind::of::<SceneFile>("incompressible"),
+    FileKind::of::<SceneFile>("compressible"),
+    FileKind::of::<StokesFile>("stokes"),
+    FileKind::of::<ParticlesFile>("particles"),
 ];
 
 /// The schema of scenes of one kind; `None` of a kind that does not exist.
 pub fn of_kind(kind: &str) -> Option<Value> {
-    let (_, of) = KINDS.iter().find(|(name, _)| *name == kind)?;
-    let mut scene = of();
+    let mut scene = (FileKind::named(kind, &KINDS)?.said)();
     schema::of_kind(&mut scene, kind);
     if scene.pointer("/properties/accuracy").is_some() {
         without_what_a_preset_gives(&mut scene);
@@ -32,7 +31,7 @@ pub fn of_kind(kind: &str) -> Option<Value> {
 /// What holds of a scene is said by its kind in `if` and `then`, so that a message is about the key that is wrong. Editors
 /// look for keys in `anyOf` alone; the last choice there holds always.
 pub fn of_scenes() -> Value {
-    let names = KINDS.map(|(name, _)| name);
+    let names = KINDS.map(|kind| kind.name);
     let mut defs = Map::new();
     for (name, mut scene) in names.into_iter().filter_map(|name| Some((name, of_kind(name)?))) {
         if let Some(scene) = scene.as_object_mut() {

@@ -120,6 +120,7 @@ pub struct DegreeTable {
     /// Of the velocity; in an incompressible sheet at least 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(transform = DegreeTable::ANY.said(), extend("x-default" = "by `k`"))]
+    #[schemars(extend("x-incompressible" = { "minimum": DegreeTable::LEAST_VELOCITY }))]
     pub velocity: Option<usize>,
     /// Of the pressure.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -139,6 +140,8 @@ pub struct DegreeTable {
 impl DegreeTable {
     /// Degrees for which there are bases.
     pub const ANY: Range = Range::within(1.0, MAX_DEGREE as f64);
+    /// Of an incompressible sheet, whose pressure has a lower degree.
+    pub const LEAST_VELOCITY: usize = 2;
 }
 
 /// How `v·n = 0` is imposed on curved boundaries.

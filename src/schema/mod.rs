@@ -10,6 +10,7 @@
 //! | `x-rule` | a rule with other keys, in words |
 //! | `x-values` | which values there are, in words, where type and range do not tell |
 //! | `x-kinds` | kinds of scenes that have the key or the choice, where not all have it |
+//! | `x-incompressible` | what else holds of the key in an incompressible sheet |
 //! | `x-order` | the keys of a table in their order, see [`in_order`] |
 //!
 //! From there come the JSON Schema of files ([`printed`]) and the tables of the docs ([`rows`]).
@@ -31,8 +32,31 @@ pub use rows::{choices, row, rows};
 pub const TISSUE: &str = "incompressible compressible";
 /// Kinds that have a flow.
 pub const FLOWS: &str = "incompressible compressible stokes";
+/// Kinds whose flow may carry rigid bodies.
+pub const IN_A_FLOW: &str = "incompressible stokes";
 /// Kinds that may have rigid bodies.
 pub const WITH_BODIES: &str = "incompressible stokes particles";
+
+/// A kind of file.
+#[derive(Debug, Clone, Copy)]
+pub struct FileKind {
+    /// As in `monolayer schema`.
+    pub name: &'static str,
+    /// Its schema with all extensions.
+    pub said: fn() -> Value,
+}
+
+impl FileKind {
+    /// Files of this struct.
+    pub const fn of<T: JsonSchema>(name: &'static str) -> Self {
+        Self { name, said: of::<T> }
+    }
+
+    /// The kind of this name.
+    pub fn named(name: &str, all: &[Self]) -> Option<Self> {
+        all.iter().find(|kind| kind.name == name).copied()
+    }
+}
 
 /// The schema of a table with all extensions, and no references in it.
 pub fn of<T: JsonSchema>() -> Value {
@@ -153,6 +177,9 @@ pub fn of_kind(schema: &mut Value, kind: &str) {
             if let Some(properties) = map.get_mut("properties").and_then(Value::as_object_mut) {
                 properties.retain(|_, one| has(one));
             }
+            if let Some(Value::Object(more)) = map.remove("x-incompressible").filter(|_| kind == "incompressible") {
+                map.extend(more);
+            }
             map.values_mut().for_each(|one| of_kind(one, kind));
         }
         Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => {}
@@ -177,13 +204,13 @@ fn tell(schema: &mut Value) {
                 said = format!("{said}{dot}{}{text}", if said.is_empty() { "" } else { " " });
             };
             if let Some(Value::String(rule)) = map.remove("x-rule") {
-                add(format!("Must be {rule}."));
+                add(format!("Rule: {rule}."));
             }
             if let Some(Value::String(default)) = map.remove("x-default") {
                 add(format!("Default: {default}."));
             }
             if let Some(Value::String(unit)) = map.get("x-unit") {
-                add(format!("A {unit}."));
+                add(format!("Unit: {unit}."));
             }
             if !said.is_empty() {
                 map.insert("description".to_owned(), Value::String(said));

@@ -7,19 +7,18 @@ use super::compare::CompareFile;
 use super::file::OrderFile;
 use super::sweep_file::SweepFile;
 use super::tradeoff_file::TradeoffFile;
-use crate::schema::{self, printed};
+use crate::schema::{FileKind, printed};
 
 /// Every kind of study by its command, with its file: all that is said of its keys.
-pub const KINDS: [(&str, fn() -> Value); 5] = [
-    ("study", schema::of::<SweepFile>),
-    ("order", schema::of::<OrderFile>),
-    ("branch", schema::of::<BranchFile>),
-    ("tradeoff", schema::of::<TradeoffFile>),
-    ("compare", schema::of::<CompareFile>),
+pub const KINDS: [FileKind; 5] = [
+    FileKind::of::<SweepFile>("study"),
+    FileKind::of::<OrderFile>("order"),
+    FileKind::of::<BranchFile>("branch"),
+    FileKind::of::<TradeoffFile>("tradeoff"),
+    FileKind::of::<CompareFile>("compare"),
 ];
 
 /// The schema of the studies of a command; `None` of one that has none.
 pub fn of_kind(command: &str) -> Option<Value> {
-    let (_, of) = KINDS.iter().find(|(name, _)| *name == command)?;
-    Some(printed(of()))
+    FileKind::named(command, &KINDS).map(|kind| printed((kind.said)()))
 }

@@ -39,10 +39,21 @@ fn wrong(validator: &Validator, text: &str) -> Vec<String> {
     validator.iter_errors(&value).map(|error| format!("{}: {error}", error.instance_path())).collect()
 }
 
-/// Whether a text is a scene without a mistake, as if it lay in this folder.
+/// Whether a text is a scene without a mistake, its mesh included, as if it lay in this folder.
 fn check(text: &str, folder: &Path) -> Result<AnyScene, String> {
     let source = SceneSource::parse(text, &folder.join("scene.toml")).map_err(|error| error.to_string())?;
-    AnyScene::check(source).map_err(|error| error.to_string())
+    let scene = AnyScene::check(source).map_err(|error| error.to_string())?;
+    let mesh = match &scene {
+        AnyScene::Tissue(scene) => Some(&scene.mesh),
+        AnyScene::Stokes(scene) => Some(&scene.mesh),
+        AnyScene::Particles(_) => None,
+    };
+    match mesh {
+        Some(mesh) if mesh.shape().is_some() && mesh.expected().is_none() => {
+            Err(mesh.build().expect_err("a mesh that is refused").to_string())
+        }
+        Some(_) | None => Ok(scene),
+    }
 }
 
 fn root() -> &'static Path {

@@ -6,7 +6,7 @@ use monolayer::measure::list::ALL;
 use monolayer::mesh::generate::{key_rows, shape_rows};
 use monolayer::model::boundary::{POLARITY, VELOCITY, rows as conditions};
 use monolayer::model::terms::factor;
-use monolayer::schema::{choices, rows};
+use monolayer::schema::{FileKind, choices, rows};
 use monolayer::{scene, study};
 use serde_json::Value;
 
@@ -16,8 +16,8 @@ const KEYS: &str = "| key | meaning | values | default |";
 const CHOICES: &str = "| value | meaning |";
 
 /// What is said of a kind of scene or study.
-fn said(kinds: &[(&'static str, fn() -> Value)], kind: &str) -> Value {
-    kinds.iter().find(|(name, _)| *name == kind).unwrap().1()
+fn said(kinds: &[FileKind], kind: &str) -> Value {
+    (FileKind::named(kind, kinds).unwrap().said)()
 }
 
 fn table(header: &str, rows: Vec<String>) -> String {

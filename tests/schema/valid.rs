@@ -12,8 +12,8 @@ use super::{check, files, json, root, validator, wrong};
 
 #[test]
 fn every_schema_is_one_of_draft_2020_12() {
-    let scenes = scene::schema::KINDS.iter().map(|(name, _)| (*name, scene::schema::of_kind(name).unwrap()));
-    let studies = study::schema::KINDS.iter().map(|(name, _)| (*name, study::schema::of_kind(name).unwrap()));
+    let scenes = scene::schema::KINDS.iter().map(|kind| (kind.name, scene::schema::of_kind(kind.name).unwrap()));
+    let studies = study::schema::KINDS.iter().map(|kind| (kind.name, study::schema::of_kind(kind.name).unwrap()));
     for (name, schema) in scenes.chain(studies).chain([("all", scene::schema::of_scenes())]) {
         assert!(jsonschema::draft202012::meta::is_valid(&schema), "{name}");
         let text = schema.to_string();

@@ -38,7 +38,7 @@ pub use self::free_energy::FREE_ENERGY;
 pub use self::mean_speed::MEAN_SPEED;
 pub use self::overshoot::OVERSHOOT;
 use super::MeasureError;
-use crate::schema::{self, FLOWS, TISSUE, WITH_BODIES};
+use crate::schema::{self, FLOWS, IN_A_FLOW, TISSUE, WITH_BODIES};
 
 /// Every measure, in the order of its columns.
 pub const ALL: &[&Measure] = &[
@@ -166,7 +166,7 @@ impl Measure {
             Of::Flow(_) => FLOWS,
             Of::Tissue(..) => TISSUE,
             Of::Compressible(_) => "compressible",
-            Of::Bodies(Which::InAFlow, _) => "incompressible stokes",
+            Of::Bodies(Which::InAFlow, _) => IN_A_FLOW,
             Of::Bodies(Which::Any | Which::Moving, _) => WITH_BODIES,
         }
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 
 use crate::contact::Method;
 use crate::expression::{Formula, VectorFormula};
-use crate::schema::{self, Range};
+use crate::schema::{self, IN_A_FLOW, Range};
 
 /// What a scene of any kind may say about bodies.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -68,15 +68,15 @@ pub struct BodyTable {
     pub position: Option<[f64; 2]>,
     /// Counterclockwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-unit" = "angle in radians", "default" = 0))]
+    #[schemars(extend("x-unit" = "radians", "default" = 0))]
     pub angle: Option<f64>,
-    /// At `t = 0`; inertial particles that are free or pinned.
+    /// At `t = 0`, with inertia, of what is free or pinned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("default" = [0, 0]))]
+    #[schemars(extend("default" = [0, 0], "x-kinds" = "particles"))]
     pub velocity: Option<[f64; 2]>,
-    /// At `t = 0`; inertial particles that are free or pinned.
+    /// At `t = 0`, with inertia, of what is free or pinned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("default" = 0))]
+    #[schemars(extend("default" = 0, "x-kinds" = "particles"))]
     pub spin: Option<f64>,
     /// Mass per area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -96,7 +96,7 @@ pub struct BodyTable {
     pub torque: Option<Formula>,
     /// With the substrate, per area; tissue and Stokes flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(transform = BodyTable::FRICTION.said(), extend("default" = 0))]
+    #[schemars(transform = BodyTable::FRICTION.said(), extend("default" = 0, "x-kinds" = IN_A_FLOW))]
     pub friction: Option<f64>,
 }
 
@@ -264,7 +264,7 @@ pub struct BodiesTable {
     pub torque: Option<Formula>,
     /// With the substrate, per area; tissue and Stokes flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(transform = BodyTable::FRICTION.said(), extend("default" = 0))]
+    #[schemars(transform = BodyTable::FRICTION.said(), extend("default" = 0, "x-kinds" = IN_A_FLOW))]
     pub friction: Option<f64>,
 }
 
@@ -372,7 +372,7 @@ pub struct WallTable {
     pub hollow: Option<CircleTable>,
     /// Bodies stay on the inner side of this part of the mesh's boundary; tissue and Stokes flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-values" = "a tag"))]
+    #[schemars(extend("x-values" = "a tag", "x-kinds" = IN_A_FLOW))]
     pub tag: Option<String>,
 }
 

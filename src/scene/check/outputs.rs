@@ -10,7 +10,9 @@ use crate::mesh::generate::{GENERATORS, MeshScene};
 use crate::model::{ModelKind, Parameters};
 use crate::scene::error::SceneError;
 use crate::scene::maps::{MapRequest, MapTable};
-use crate::scene::output::{Cut, CutTable, EveryTable, Field, MOST_POINTS, Output, OutputTable, SectionTable, What};
+use crate::scene::output::{
+    Cut, CutTable, EveryTable, Field, LEAST_ON_A_CIRCLE, MOST_POINTS, Output, OutputTable, SectionTable, What,
+};
 use crate::scene::{Initial, SceneKind};
 use crate::schema::Range;
 use crate::scheme::Schedule;
@@ -270,9 +272,9 @@ impl Checker<'_> {
         let radius = circle.radius.ok_or_else(|| self.missing(table, "radius", hint))?;
         let radius = self.positive(&key("radius"), radius, hint)?;
         let points = circle.points.unwrap_or_default();
-        let rule = format!("must lie between 3 and {MOST_POINTS}");
+        let rule = format!("must lie between {LEAST_ON_A_CIRCLE} and {MOST_POINTS}");
         self.require(
-            points >= 3 && SectionTable::POINTS.has_count(points),
+            points >= LEAST_ON_A_CIRCLE && SectionTable::POINTS.has_count(points),
             &key("points"),
             points,
             &rule,

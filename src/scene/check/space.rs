@@ -17,7 +17,7 @@ impl Checker<'_> {
         self.require(SpaceTable::K.has_count(k), "space.k", k, "must be 1, 2 or 3", spaces)?;
         let velocity = *table.degree.velocity.get_or_insert(k + 1);
         let (least_velocity, usual_polarity) = match kind {
-            ModelKind::Incompressible => (2, k + 2),
+            ModelKind::Incompressible => (DegreeTable::LEAST_VELOCITY, k + 2),
             ModelKind::Compressible => (1, k + 1),
         };
         let polarity = *table.degree.polarity.get_or_insert(usual_polarity);

@@ -165,10 +165,11 @@ impl Checker<'_> {
         let tolerance = self.positive("coupling.tolerance", table.tolerance, "1e-8 is the usual value")?;
         let small = CouplingTable::TOLERANCE.has(tolerance);
         self.require(small, "coupling.tolerance", tolerance, "must be less than 1", "1e-8 is usual")?;
+        self.positive("coupling.diverged", table.diverged, "1e4 is the usual value")?;
         let accept = *table.accept.get_or_insert(tolerance.sqrt());
         let (low, high) = (shown(tolerance), shown(table.diverged));
         let rule = format!("must lie between the tolerance {low} and `diverged` = {high}");
-        let ordered = tolerance <= accept && accept < table.diverged && table.diverged.is_finite();
+        let ordered = tolerance <= accept && accept < table.diverged;
         self.require(ordered, "coupling.accept", shown(accept), &rule, "without it, sqrt(tolerance) is taken")?;
         let (most, depth) = (table.max_iterations, table.depth);
         self.require(
