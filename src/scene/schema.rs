@@ -23,7 +23,7 @@ pub fn of_kind(kind: &str) -> Option<Value> {
     if scene.pointer("/properties/accuracy").is_some() {
         without_what_a_preset_gives(&mut scene);
     }
-    Some(printed(scene))
+    Some(printed(scene, &format!("A scene of monolayer: kind = \"{kind}\"")))
 }
 
 /// The schema of scenes of any kind.

@@ -61,7 +61,9 @@ impl FileKind {
 /// The schema of a table with all extensions, and no references in it.
 pub fn of<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
-    let mut schema = settings.into_generator().into_root_schema_for::<T>().to_value();
+    let mut schema = settings.into_generator().into_root_schema_for::<T>();
+    schema.remove("title");
+    let mut schema = schema.to_value();
     tidy(&mut schema);
     schema
 }
@@ -89,9 +91,9 @@ pub fn not_empty(schema: &mut Schema) {
     schema.insert("minItems".to_owned(), json!(1));
 }
 
-/// A transform of a text that names files.
+/// A transform of a text that names files: no blanks, and of the marks of ASCII only `-` and `_`.
 pub fn file_name(schema: &mut Schema) {
-    schema.insert("pattern".to_owned(), json!(r"^[\p{L}\p{N}_-]+$"));
+    schema.insert("pattern".to_owned(), json!(r"^[^\s!-,./:-@\[-^\x60{-~]+$"));
     schema.insert("x-values".to_owned(), json!("letters, digits, `-`, `_`"));
 }
 
@@ -188,8 +190,11 @@ pub fn of_kind(schema: &mut Value, kind: &str) {
 
 /// The schema as editors read it: extensions are told in the descriptions, but for `x-unit`, which stays.
 #[must_use]
-pub fn printed(mut schema: Value) -> Value {
+pub fn printed(mut schema: Value, title: &str) -> Value {
     tell(&mut schema);
+    if let Some(map) = schema.as_object_mut() {
+        map.insert("title".to_owned(), json!(title));
+    }
     schema
 }
 
@@ -198,7 +203,9 @@ fn tell(schema: &mut Value) {
         Value::Array(list) => list.iter_mut().for_each(tell),
         Value::Object(map) => {
             map.values_mut().for_each(tell);
-            let mut said = map.get("description").and_then(Value::as_str).unwrap_or_default().replace('\n', " ");
+            let about = map.get("description").and_then(Value::as_str).unwrap_or_default();
+            // lines are those of the code, but for examples
+            let mut said = if about.contains("```") { about.to_owned() } else { about.replace('\n', " ") };
             let mut add = |text: String| {
                 let dot = if said.is_empty() || said.ends_with(['.', '…']) { "" } else { "." };
                 said = format!("{said}{dot}{}{text}", if said.is_empty() { "" } else { " " });

@@ -20,5 +20,6 @@ pub const KINDS: [FileKind; 5] = [
 
 /// The schema of the studies of a command; `None` of one that has none.
 pub fn of_kind(command: &str) -> Option<Value> {
-    FileKind::named(command, &KINDS).map(|kind| printed((kind.said)()))
+    let title = format!("A file of `monolayer {command}`");
+    FileKind::named(command, &KINDS).map(|kind| printed((kind.said)(), &title))
 }
