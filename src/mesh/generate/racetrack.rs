@@ -15,9 +15,9 @@ keyed! {
     /// Closed band about the origin: two arms along x₁ joined by half rings, a disc taken out of the middle of each
     /// arm, of the upper one alone, or of none.
     Racetrack {
-        /// Extent across the band.
+        /// Extent across the strip or the band.
         width: f64 => Meaning::Length;
-        /// Radius of the discs.
+        /// Radius of the disc.
         radius: Option<f64> = None => Meaning::Length;
         /// Length of a straight arm.
         arm: f64 => Meaning::Length;
@@ -25,15 +25,15 @@ keyed! {
         turn_radius: f64 => Meaning::Length;
         /// Discs on the racetrack; 1 is not `symmetric`.
         discs: usize = 2 => DISCS;
-        /// Edge length far from the discs.
+        /// Edge length far from the disc.
         h: f64 => Meaning::Edge;
-        /// Edge length on the discs.
+        /// Edge length on the disc.
         h_disc: Option<f64> = None, "`h`" => Meaning::Edge;
-        /// Growth of the edge length per unit of distance from the discs.
+        /// Growth of the edge length per unit of distance from the disc.
         grading: Option<f64> = None => Meaning::Growth;
         /// The mesh is its own exact mirror image in x₂ = 0.
         symmetric: bool = false => Meaning::Free;
-        /// Isoparametric degree of cells on the circles.
+        /// Degree of the geometry of cells on circles; 1 leaves them straight.
         curved: usize = 3 => Meaning::CURVED;
     }
 }

@@ -14,7 +14,7 @@ keyed! {
     Strip {
         /// Extent along x₁, `[x₀, x₁]`.
         length: [f64; 2] => Meaning::Interval;
-        /// Extent across.
+        /// Extent across the strip or the band.
         width: f64 => Meaning::Length;
         /// Edge length.
         h: f64 => Meaning::Edge;
