@@ -29,9 +29,7 @@ fn below(schema: &Value, around: &str, kinds: Option<&str>, rows: &mut Vec<Strin
 /// The row of a key.
 pub fn row(key: &str, schema: &Value, must: bool, kinds: Option<&str>) -> String {
     let of_one = kinds.filter(|kinds| !kinds.contains(' ')).map(|kind| format!("{kind}: ")).unwrap_or_default();
-    let about = text(schema, "description").unwrap_or_default();
-    let about = about.lines().map(str::trim).collect::<Vec<_>>().join(" ");
-    let mut about = about.trim_end_matches('.').to_owned();
+    let mut about = about(schema) + &of_choices(schema);
     if !of_one.is_empty() {
         about = of_one + &lowered(&about);
     }
@@ -39,6 +37,24 @@ pub fn row(key: &str, schema: &Value, must: bool, kinds: Option<&str>) -> String
     let default = if must { "–".to_owned() } else { given.unwrap_or_else(|| "none".to_owned()) };
     let cells = [format!("`{key}`"), about, values(schema), default];
     format!("| {} |", cells.map(|cell| cell.replace('|', "\\|")).join(" | "))
+}
+
+/// What a key means, in a line.
+fn about(schema: &Value) -> String {
+    let about = text(schema, "description").unwrap_or_default();
+    about.lines().map(str::trim).collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned()
+}
+
+/// What its choices mean, where they say it and no other words stand for them.
+fn of_choices(schema: &Value) -> String {
+    let choices = schema.get("oneOf").and_then(Value::as_array).filter(|_| schema.get("x-values").is_none());
+    let said = |one: &Value| {
+        let about = about(one);
+        let name = one.get("const").filter(|_| !about.is_empty())?;
+        Some(format!("{}: {}", shown(name), lowered(&about)))
+    };
+    let said: Option<Vec<String>> = choices.and_then(|choices| choices.iter().map(said).collect());
+    said.filter(|said| !said.is_empty()).map_or_else(String::new, |said| format!(". {}", said.join("; ")))
 }
 
 /// `| choice | meaning |` for each value that a key may have.
@@ -49,10 +65,7 @@ pub fn choices(schema: &Value) -> Vec<String> {
 }
 
 fn of_choice(one: &Value) -> Vec<String> {
-    let about = |schema: &Value| {
-        let about = text(schema, "description").unwrap_or_default();
-        about.lines().map(str::trim).collect::<Vec<_>>().join(" ").trim_end_matches('.').replace('|', "\\|")
-    };
+    let about = |schema: &Value| about(schema).replace('|', "\\|");
     let Some(keys) = one.get("properties").and_then(Value::as_object) else {
         let kinds = text(one, "x-kinds").filter(|kinds| !kinds.contains(' '));
         let note = kinds.map(|kind| format!(" ({kind})")).unwrap_or_default();
