@@ -1,8 +1,10 @@
 //! Conditions on a boundary tag [5.45]: one for the velocity, one for the polarity, and the density of what flows in.
 
+mod named;
+
 use std::fmt;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator};
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser::SerializeMap};
 
 use super::ModelError;
@@ -12,6 +14,7 @@ use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::Point;
 use crate::names;
 use crate::schema;
+pub use named::{Form, Named, POLARITY, VELOCITY, polarity_schema, rows, velocity_schema};
 
 /// What holds for the velocity on a tag.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,75 +112,6 @@ pub struct BoundaryScene {
     pub density: Option<Formula>,
 }
 
-/// A name that a condition may have.
-#[derive(Debug, Clone, Copy)]
-pub struct Named {
-    pub name: &'static str,
-    /// What it says where it stands alone, `"name"`; none where it cannot.
-    pub alone: Option<&'static str>,
-    /// What it says with a pair of formulas, `{ name = F }`; none where it has none.
-    pub with_values: Option<&'static str>,
-}
-
-/// The conditions on the velocity, as a scene names them.
-pub const VELOCITY: [Named; 4] = [
-    Named {
-        name: "dirichlet",
-        alone: Some("`v` is that of `[exact]`, which must be there"),
-        with_values: Some("`v = F`"),
-    },
-    Named { name: "traction", alone: Some("`n·σ = 0`"), with_values: Some("`n·σ = F`") },
-    Named {
-        name: "slip",
-        alone: Some("a slip wall: `v·n = 0`, no tangential stress (no-slip is `{ dirichlet = [0, 0] }`)"),
-        with_values: None,
-    },
-    Named { name: "no-tangential", alone: Some("`v·t = 0`, no normal stress"), with_values: None },
-];
-
-/// The conditions on the polarity.
-pub const POLARITY: [Named; 2] = [
-    Named { name: "dirichlet", alone: Some("`p` is that of `[exact]`, weakly"), with_values: Some("`p = F`, weakly") },
-    Named { name: "neumann", alone: Some("`∂p/∂n = 0`"), with_values: None },
-];
-
-/// The schema of a condition on the velocity.
-pub fn velocity_schema(generator: &mut SchemaGenerator) -> Schema {
-    named_schema(&VELOCITY, generator)
-}
-
-/// The schema of a condition on the polarity.
-pub fn polarity_schema(generator: &mut SchemaGenerator) -> Schema {
-    named_schema(&POLARITY, generator)
-}
-
-fn named_schema(all: &[Named], generator: &mut SchemaGenerator) -> Schema {
-    let alone = all.iter().filter_map(|one| Some(schema::choice(one.name, one.alone?)));
-    let pair = |one: &Named| {
-        let mut pair = generator.subschema_for::<VectorFormula>();
-        pair.insert("description".to_owned(), one.with_values?.into());
-        Some((one.name.to_owned(), pair.to_value()))
-    };
-    let with_values = schema::one_of_keys(all.iter().filter_map(pair).collect());
-    schemars::json_schema!({ "oneOf": alone.collect::<Vec<_>>().into_iter().chain([with_values]).collect::<Vec<_>>() })
-}
-
-/// `| value | condition |` for every condition of a list, as the docs have it.
-pub fn rows(key: &str, all: &[Named]) -> Vec<String> {
-    let of = |one: &Named| {
-        let with = one.with_values.map(|says| (format!("{{ {} = F }}", one.name), says));
-        let alone = one.alone.map(|says| (format!("\"{}\"", one.name), says));
-        [with, alone].into_iter().flatten().collect::<Vec<_>>()
-    };
-    let lines = all.iter().flat_map(of);
-    lines.map(|(value, says)| format!("| `{key}` | `{value}` | {says} |")).collect()
-}
-
-/// The names of a list.
-fn names_of(all: &[Named]) -> Vec<&'static str> {
-    all.iter().map(|one| one.name).collect()
-}
-
 const VELOCITY_HINT: &str =
     "the choices are \"slip\", \"no-tangential\", \"traction\", { traction = [s_1, s_2] }, { dirichlet = [v_1, v_2] }";
 const POLARITY_HINT: &str = "the choices are \"neumann\", { dirichlet = [p_1, p_2] }";
@@ -240,9 +174,10 @@ fn velocity_condition(
             )),
         },
         ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
-        (other, _) => {
-            Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &names_of(&VELOCITY)))))
-        }
+        (other, _) => Err(wrong(format!(
+            "no such velocity condition{}",
+            names::did_you_mean(other, &VELOCITY.map(|one| one.name))
+        ))),
     }
 }
 
@@ -264,9 +199,10 @@ fn polarity_condition(
             )),
         },
         ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
-        (other, _) => {
-            Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &names_of(&POLARITY)))))
-        }
+        (other, _) => Err(wrong(format!(
+            "no such polarity condition{}",
+            names::did_you_mean(other, &POLARITY.map(|one| one.name))
+        ))),
     }
 }
 
