@@ -88,6 +88,7 @@
 //! | `pictures` | plots and maps |
 
 pub mod names;
+pub mod schema;
 
 pub mod element;
 pub mod mesh;

@@ -9,8 +9,9 @@ use std::path::Path;
 use sources::sources;
 
 /// From the ground up.
-const FLOORS: [&str; 22] = [
+const FLOORS: [&str; 23] = [
     "names",
+    "schema",
     "element",
     "mesh",
     "space",
@@ -82,17 +83,7 @@ fn the_page_about_the_house_has_its_floors() {
 const LONGEST: usize = 450;
 
 /// Files that are longer and are still to be divided. A name may only leave this list.
-const TOO_LONG: [&str; 9] = [
-    "form/integrate.rs",
-    "model/incompressible.rs",
-    "model/momentum.rs",
-    "report/run.rs",
-    "run/mod.rs",
-    "run/writer.rs",
-    "scene/check/mod.rs",
-    "steady/find.rs",
-    "time/march.rs",
-];
+const TOO_LONG: [&str; 1] = ["run/writer.rs"];
 
 #[test]
 fn no_file_is_too_long() {
