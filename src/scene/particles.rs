@@ -140,7 +140,7 @@ pub struct MotionTimeTable {
 
 impl MotionTimeTable {
     pub const TOLERANCE: Range = Range::above(0.0, 1.0);
-    pub(super) const USUAL_TOLERANCE: f64 = 1e-3;
+    pub const USUAL_TOLERANCE: f64 = 1e-3;
 }
 
 impl ParticlesScene {
