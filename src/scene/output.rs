@@ -257,7 +257,7 @@ pub struct OutputTable {
     /// Sections through the fields.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(transform = schema::not_empty, extend("x-kinds" = FLOWS))]
-    #[schemars(extend("x-values" = "list of `axis-1`, `axis-2a`, `axis-2b`, `axis-3`, `axis-4`, `axis-5`, lines, circles"))]
+    #[schemars(extend("x-values" = "list of `axis-1`, `-2a`, `-2b`, `-3`, `-4`, `-5`, lines, circles"))]
     pub cuts: Option<Vec<CutTable>>,
     /// Pictures, see [maps](#maps).
     #[serde(default, skip_serializing_if = "Option::is_none")]

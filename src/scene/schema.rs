@@ -24,8 +24,8 @@ pub fn of_kind(kind: &str) -> Option<Value> {
 
 /// The schema of scenes of any kind.
 ///
-/// What holds of a scene is said by its kind in `if` and `then`, so that a message is about the key that is wrong. Editors
-/// look for keys in `anyOf` alone; the last choice there holds always.
+/// What holds of a scene is said by its kind in `if` and `then`, so that a message is about the key that is wrong.
+/// Editors look for keys in `anyOf` alone; the last choice there holds always.
 pub fn of_scenes() -> Value {
     let names: Vec<&str> = kinds().iter().map(|kind| kind.name).collect();
     let mut defs = Map::new();

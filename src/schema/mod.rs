@@ -1,7 +1,8 @@
 //! What the keys of a file are, said once beside the fields that they fill: meaning, range, default, unit.
 //!
-//! The structs of files derive [`schemars::JsonSchema`]. Comments of fields are what keys mean, serde's defaults are the
-//! defaults, and what neither says stands in attributes: a [`Range`] (which the checks read, too), and these extensions.
+//! The structs of files derive [`schemars::JsonSchema`]. Comments of fields are what keys mean, serde's defaults are
+//! the defaults, and what neither says stands in attributes: a [`Range`] (which the checks read, too), and these
+//! extensions.
 //!
 //! | extension | what it says |
 //! | --- | --- |

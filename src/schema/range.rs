@@ -134,7 +134,11 @@ impl Range {
 impl fmt::Display for Range {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shown = |x: f64| {
-            let short = if x.fract() == 0.0 && x.abs() < 1e5 { format!("{x}") } else { format!("{x:?}") };
+            let short = match (x.fract() == 0.0, x.abs() < 1e5) {
+                (true, true) => format!("{x}"),
+                (_, true) => format!("{x:?}"),
+                (_, false) => format!("{x:e}"),
+            };
             short.replace('-', if x < 0.0 { "−" } else { "-" })
         };
         let (low, high) = (shown(self.low), shown(self.high));
@@ -184,5 +188,6 @@ mod tests {
         }
         assert_eq!(Range::within(1e-16, 0.01).to_string(), "1e-16 to 0.01");
         assert_eq!(Range::within(-1.0, 1.0).to_string(), "−1 to 1");
+        assert_eq!(Range::within(2.0, 1e7).to_string(), "2 to 1e7");
     }
 }

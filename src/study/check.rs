@@ -108,7 +108,7 @@ pub fn check(kind: StudyKind, file: &Path, sets: &[(String, String)]) -> Result<
             let study = OrderStudy::read(file, sets)?;
             let all = study.variants.iter().flat_map(|variant| study.levels.iter().map(move |n| (variant, *n)));
             let runs = all.map(|(variant, n)| {
-                let scene = study.scene_at(variant, n).map(|scene| AnyScene::new(scene));
+                let scene = study.scene_at(variant, n).map(AnyScene::new);
                 (format!("{}{}n = {n}", variant.name, if variant.name.is_empty() { "" } else { ", " }), scene)
             });
             gather(kind, study.title.clone(), runs)?
@@ -116,14 +116,14 @@ pub fn check(kind: StudyKind, file: &Path, sets: &[(String, String)]) -> Result<
         StudyKind::Tradeoff => {
             let study = TradeoffStudy::read(file, sets)?;
             let runs = study.settings.iter().map(|setting| {
-                let scene = study.scene_of(setting, None).map(|scene| AnyScene::new(scene));
+                let scene = study.scene_of(setting, None).map(AnyScene::new);
                 (setting.name.clone(), scene)
             });
             gather(kind, study.title.clone(), runs)?
         }
         StudyKind::Branch => {
             let study = BranchStudy::read(file, sets)?;
-            let scene = study.scene_at(study.start).map(|scene| AnyScene::new(scene));
+            let scene = study.scene_at(study.start).map(AnyScene::new);
             let name = format!("{} = {}", study.parameter, study.start);
             let mut report = gather(kind, study.title.clone(), std::iter::once((name, scene)))?;
             report.runs = study.settings.max_points.saturating_mul(study.settings.max_branches);

@@ -1,4 +1,5 @@
-//! What is said of keys beside their fields: the schemas that editors take, the checks, and the tables of the docs agree.
+//! What is said of keys beside their fields: the schemas that editors take, the checks, and the tables of the docs
+//! agree.
 
 mod misspelt;
 mod pages;

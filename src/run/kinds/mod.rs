@@ -19,8 +19,11 @@ use crate::scene::kinds::{self, SceneKind};
 use crate::scene::maps::MapOptions;
 use crate::scene::{MapRule, Output, Scene, SceneError, SceneSource};
 
-/// Every kind that [`kinds::ALL`] names: how its scenes are checked.
-static ALL: [(&SceneKind, fn(SceneSource) -> Result<AnyScene, SceneError>); 4] = [
+/// How scenes of a kind are checked.
+type Check = fn(SceneSource) -> Result<AnyScene, SceneError>;
+
+/// Every kind that [`kinds::ALL`] names.
+static ALL: [(&SceneKind, Check); 4] = [
     (&kinds::TISSUE, |source| Ok(AnyScene::new(Scene::check(source)?))),
     (&kinds::stokes::KIND, |source| Ok(AnyScene::new(kinds::stokes::StokesScene::check(source)?))),
     (&kinds::particles::KIND, |source| Ok(AnyScene::new(kinds::particles::ParticlesScene::check(source)?))),

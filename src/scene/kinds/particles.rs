@@ -160,7 +160,8 @@ pub struct MotionTimeTable {
 impl MotionTimeTable {
     /// Shares of a body's size that make sense.
     pub const TOLERANCE: Range = Range::above(0.0, 1.0);
-    pub(in crate::scene) const USUAL_TOLERANCE: f64 = 1e-3;
+    /// Where a scene says nothing.
+    pub const USUAL_TOLERANCE: f64 = 1e-3;
 }
 
 impl ParticlesScene {
