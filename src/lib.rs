@@ -91,6 +91,7 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used))]
 
 pub mod names;
+pub mod schema;
 
 pub mod element;
 pub mod mesh;

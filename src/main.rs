@@ -7,6 +7,7 @@ mod command {
     pub mod map;
     pub mod plot;
     pub mod report;
+    pub mod schema;
     pub mod signals;
     pub mod study;
     pub mod tradeoff;
@@ -122,6 +123,8 @@ enum Command {
     Plot(command::plot::Args),
     /// One self-contained HTML page of what runs and studies found.
     Report(command::report::Args),
+    /// Print the JSON Schema of scenes or studies, for editors that complete and check TOML.
+    Schema(command::schema::SchemaArgs),
     /// Build or read a mesh, report its quality, write it as VTU and Gmsh.
     Mesh {
         /// A scene (.toml) or a Gmsh 4.1 file (.msh).
@@ -196,6 +199,7 @@ fn execute(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Map(args) => command::map::run(args, cli.quiet).map(|()| ExitCode::SUCCESS),
         Command::Plot(args) => tell(cli, args.execute()?),
         Command::Report(args) => tell(cli, args.execute()?),
+        Command::Schema(args) => args.execute(),
         Command::Tradeoff { study, sets, out, repeat } => {
             let (pairs, out, repeat) =
                 (pairs_of_study(cli, study, sets)?, study_folder(study, out.as_deref()), usize::from(*repeat));

@@ -59,16 +59,6 @@ fn every_tag_in_the_code_is_on_the_model_page() {
 }
 
 #[test]
-fn every_factor_of_a_term_is_on_the_page_of_scenes() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let page = std::fs::read_to_string(root.join("docs/scene.md")).unwrap();
-    for (factor, _) in monolayer::model::terms::factor::all() {
-        let row = format!("| `{}` | {} | `{}` |", factor.key, factor.help, factor.symbol);
-        assert!(page.contains(&row), "docs/scene.md has no row\n{row}");
-    }
-}
-
-#[test]
 fn every_shape_is_on_the_page_of_scenes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = std::fs::read_to_string(root.join("docs/scene.md")).unwrap();

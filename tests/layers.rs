@@ -9,8 +9,9 @@ use std::path::Path;
 use sources::sources;
 
 /// From the ground up.
-const FLOORS: [&str; 22] = [
+const FLOORS: [&str; 23] = [
     "names",
+    "schema",
     "element",
     "mesh",
     "space",

@@ -1,4 +1,4 @@
-//! Every measure of the list: its names and words, the scenes that have it, its numbers there, and its row in the docs.
+//! Every measure of the list: its names and words, the scenes that have it, and its numbers there.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -265,14 +265,4 @@ end = 0.1
 "#;
     let (_, values) = taken(&measuring(flow, &["mean_speed"]).unwrap());
     assert!((values["mean_speed"] - 2.0 / 3.0).abs() < 1e-9, "{values:?}");
-}
-
-#[test]
-fn every_measure_is_on_the_page_of_scenes() {
-    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md")).unwrap();
-    for measure in ALL {
-        let columns: Vec<String> = measure.column_names().map(|name| format!("`{name}`")).collect();
-        let row = format!("| `{}` | {} | {} | {} |", measure.name, measure.help, measure.subject(), columns.join(", "));
-        assert!(page.contains(&row), "docs/scene.md has no row\n{row}");
-    }
 }

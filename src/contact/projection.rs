@@ -52,7 +52,7 @@ pub struct Problem {
 }
 
 /// How it is projected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Augmented Lagrangian with a semismooth Newton method; where that fails twice, the accelerated one.

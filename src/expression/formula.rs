@@ -1,9 +1,12 @@
 //! A formula as a scene file holds it: a string, or a plain number.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
+use super::parse::MAX_LENGTH;
 use super::{Expression, ExpressionError};
 
 /// A string or a number; written back as it was read.
@@ -56,6 +59,16 @@ impl fmt::Display for Formula {
             Formula::Number(value) => write!(out, "{value}"),
             Formula::Text(text) => out.write_str(text),
         }
+    }
+}
+
+impl JsonSchema for Formula {
+    fn schema_name() -> Cow<'static, str> {
+        "Formula".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": ["number", "string"], "minLength": 1, "maxLength": MAX_LENGTH, "x-values": "formula" })
     }
 }
 

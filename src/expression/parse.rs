@@ -6,7 +6,7 @@ use crate::names;
 
 /// Deeper nesting and longer texts are refused, so that no formula can exhaust the stack.
 const MAX_DEPTH: usize = 100;
-const MAX_LENGTH: usize = 10_000;
+pub(super) const MAX_LENGTH: usize = 10_000;
 
 const CONSTANTS: [(&str, f64); 6] = [
     ("pi", std::f64::consts::PI),

@@ -1,7 +1,9 @@
 //! Conditions on a boundary tag [5.45]: one for the velocity, one for the polarity, and the density of what flows in.
 
 mod given;
+mod named;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::ModelError;
@@ -10,7 +12,9 @@ use super::parameters::ModelKind;
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::Point;
 use crate::names;
+use crate::schema;
 pub use given::{NamedCondition, Values};
+pub use named::{Form, Named, POLARITY, VELOCITY, polarity_schema, rows, velocity_schema};
 
 /// What holds for the velocity on a tag.
 #[derive(Debug, Clone, PartialEq)]
@@ -225,23 +229,24 @@ impl Conditions {
 }
 
 /// The table `[boundary.TAG]` of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct BoundaryScene {
-    /// `"slip"`, `{ friction = β_w }`, `"no-tangential"`, `"traction"`, `{ traction = [s_1, s_2] }` or
-    /// `{ dirichlet = [v_1, v_2] }`.
+    /// What holds for the velocity.
+    #[schemars(schema_with = "velocity_schema")]
     pub velocity: NamedCondition,
-    /// `"neumann"` or `{ dirichlet = [p_1, p_2] }`.
+    /// What holds for the polarity.
+    #[schemars(schema_with = "polarity_schema")]
     pub polarity: NamedCondition,
-    /// `ρ_in`, a formula; compressible only, and needed where tissue may flow in.
+    /// `ρ` where `v·n < 0`; needed on every tag but those with `"slip"` or `friction`, which must not have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "compressible", "x-rule" = "≥ 0", "x-default" = "that of `[exact]`"))]
     pub density: Option<Formula>,
 }
 
-const VELOCITY: [&str; 5] = ["slip", "friction", "no-tangential", "traction", "dirichlet"];
 const VELOCITY_HINT: &str = "the choices are \"slip\", { friction = b }, \"no-tangential\", \"traction\", { traction = [s_1, s_2] }, \
                              { dirichlet = [v_1, v_2] }";
-const POLARITY: [&str; 2] = ["neumann", "dirichlet"];
 const POLARITY_HINT: &str = "the choices are \"neumann\", { dirichlet = [p_1, p_2] }";
 
 impl BoundaryScene {
@@ -310,7 +315,10 @@ fn velocity_condition(
             Err(wrong(format!("`{}` takes two components", given.name)))
         }
         ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
-        (other, _) => Err(wrong(format!("no such velocity condition{}", names::did_you_mean(other, &VELOCITY)))),
+        (other, _) => Err(wrong(format!(
+            "no such velocity condition{}",
+            names::did_you_mean(other, &VELOCITY.map(|one| one.name))
+        ))),
     }
 }
 
@@ -347,7 +355,10 @@ fn polarity_condition(
         },
         ("dirichlet", Some(Values::One(_))) => Err(wrong("`dirichlet` takes two components".to_owned())),
         ("neumann", Some(_)) => Err(wrong("`neumann` takes no values".to_owned())),
-        (other, _) => Err(wrong(format!("no such polarity condition{}", names::did_you_mean(other, &POLARITY)))),
+        (other, _) => Err(wrong(format!(
+            "no such polarity condition{}",
+            names::did_you_mean(other, &POLARITY.map(|one| one.name))
+        ))),
     }
 }
 

@@ -24,6 +24,7 @@ pub(crate) mod scales;
 pub mod sources;
 pub mod start;
 pub mod state;
+mod table;
 pub mod tangent;
 pub mod terms;
 pub mod walls;

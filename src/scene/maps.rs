@@ -2,53 +2,68 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::output::Field;
+use crate::schema::{self, FLOWS, TISSUE, WITH_DENSITY, WITH_PRESSURE};
 
 /// A scalar that a map shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// `|v|`
+    #[schemars(extend("x-kinds" = FLOWS))]
     Speed,
     /// `v_1`
     #[serde(rename = "velocity_1")]
+    #[schemars(extend("x-kinds" = FLOWS))]
     Velocity1,
     /// `v_2`
     #[serde(rename = "velocity_2")]
+    #[schemars(extend("x-kinds" = FLOWS))]
     Velocity2,
     /// `|p|`
+    #[schemars(extend("x-kinds" = TISSUE))]
     Polarity,
     /// `p_1`
     #[serde(rename = "polarity_1")]
+    #[schemars(extend("x-kinds" = TISSUE))]
     Polarity1,
     /// `p_2`
     #[serde(rename = "polarity_2")]
+    #[schemars(extend("x-kinds" = TISSUE))]
     Polarity2,
     /// `Π`, in a compressible sheet `ρΠ`.
+    #[schemars(extend("x-kinds" = WITH_PRESSURE))]
     Pressure,
-    /// `ρ`, of a compressible sheet.
+    /// `ρ`, of a compressible sheet and of advection.
+    #[schemars(extend("x-kinds" = WITH_DENSITY))]
     Density,
     /// `|κ²Δ_h p|`
+    #[schemars(extend("x-kinds" = TISSUE))]
     PolarityLaplacian,
     /// `(κ²Δ_h p)_1`
     #[serde(rename = "polarity_laplacian_1")]
+    #[schemars(extend("x-kinds" = TISSUE))]
     PolarityLaplacian1,
     /// `(κ²Δ_h p)_2`
     #[serde(rename = "polarity_laplacian_2")]
+    #[schemars(extend("x-kinds" = TISSUE))]
     PolarityLaplacian2,
     /// No field: the rigid bodies alone, without tissue around them.
+    #[schemars(extend("x-kinds" = "stokes particles"))]
     Bodies,
 }
 
 /// A vector that a map shows as arrows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ArrowsOf {
     /// `v`
     Velocity,
     /// `p`
+    #[schemars(extend("x-kinds" = TISSUE))]
     Polarity,
 }
 
@@ -126,7 +141,7 @@ pub struct MapRequest {
 }
 
 /// An element of `maps`: a quantity, or `{ of = "…", … }`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MapTable {
     /// What the colours show; the rest by default.
@@ -136,28 +151,36 @@ pub enum MapTable {
 }
 
 /// `{ of = "speed", arrows = "velocity", window = [[x0, y0], [x1, y1]] }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct MapOptions {
-    /// What the colours show.
+    /// The quantity.
     pub of: Quantity,
-    /// Name of the files (default: the quantity).
+    /// Name of the files, which no other map has.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::file_name, extend("x-default" = "the quantity"))]
     pub name: Option<String>,
-    /// Vector that arrows show (default: none).
+    /// Vector shown by arrows on a regular grid, lengths in proportion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = FLOWS))]
     pub arrows: Option<ArrowsOf>,
-    /// Whether contour lines of the stream function are drawn (default: no).
+    /// Contour lines of the stream function at even distances `Δψ`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("x-kinds" = "incompressible stokes advection", "default" = false))]
     pub streamlines: bool,
-    /// Whether the edges of the cells are drawn (default: no).
+    /// Edges of the cells.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("x-kinds" = FLOWS, "default" = false))]
     pub mesh: bool,
-    /// Lower left and upper right corner (default: the whole domain).
+    /// Lower left and upper right corner, in the scene's lengths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-rule" = "sides differ at most 25 times", "x-default" = "the domain"))]
     pub window: Option<[[f64; 2]; 2]>,
-    /// Ends of the colour bar (default: the smallest and the largest value).
+    /// Ends of the colour bar; values beyond have the colour of the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = FLOWS, "x-default" = "smallest and largest value shown"))]
+    #[schemars(extend("x-rule" = "the smaller one first"))]
     pub range: Option<[f64; 2]>,
 }
 

@@ -14,6 +14,7 @@ pub mod path;
 pub mod presets;
 pub mod renamed;
 mod resolve;
+pub mod schema;
 mod source;
 pub mod start;
 pub(crate) mod tables;

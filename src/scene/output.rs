@@ -2,40 +2,49 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::maps::{MapRequest, MapTable};
 use crate::measure::Measure;
 use crate::measure::list::ALL;
 use crate::mesh::Point;
+use crate::schema::{self, FLOWS, Range, TISSUE, WITH_BODIES, WITH_DENSITY, WITH_PRESSURE};
 use crate::scheme::Schedule;
 
 /// Fields that can be written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Field {
     /// `v`
     Velocity,
     /// `Π`, in a compressible sheet `ρΠ`, which follows from density and polarity.
+    #[schemars(extend("x-kinds" = WITH_PRESSURE))]
     Pressure,
-    /// `ρ`, of a compressible sheet.
+    /// `ρ`, of a compressible sheet and of advection.
+    #[schemars(extend("x-kinds" = WITH_DENSITY))]
     Density,
     /// `p`
+    #[schemars(extend("x-kinds" = TISSUE))]
     Polarity,
-    /// `L_h`
+    /// `L_h`, needs `B > 0`.
+    #[schemars(extend("x-kinds" = TISSUE))]
     MolecularField,
     /// `ψ` of [B.54]
     StreamFunction,
-    /// `v − (T_a/C_F) e_1`
+    /// `v − (T_a/C_F) e_1`, needs `C_F > 0`.
+    #[schemars(extend("x-kinds" = TISSUE))]
     TissueVelocity,
-    /// `κ²Δ_h p`
+    /// `κ²Δ_h p`, in a compressible sheet `κ² div_h(ρ∇p)`.
+    #[schemars(extend("x-kinds" = TISSUE))]
     PolarityLaplacian,
-    /// `ε`, the elastic strain carried by the flow [12.3].
+    /// `ε`, the elastic strain carried by the flow [12.3], needs `[strain]`; in the order 11, 22, 33, 12, 23, 13.
+    #[schemars(extend("x-kinds" = TISSUE))]
     ElasticStrain,
 }
 
 /// The six axes of the strip, lengths in disc radii.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Axis {
     /// `x_2 = 0`
     #[serde(rename = "axis-1")]
@@ -127,6 +136,10 @@ impl Field {
     }
 }
 
+/// Most points of a cut.
+pub const MOST_POINTS: usize = 10_000_000;
+/// Fewest points of a circle.
+pub const LEAST_ON_A_CIRCLE: usize = 3;
 /// Points of a cut along an axis.
 pub const AXIS_POINTS: usize = 1001;
 
@@ -225,52 +238,74 @@ pub struct Output {
 }
 
 /// `[[output]]` as the file has it: exactly one of `fields`, `measures`, `cuts`, `maps`, `bodies`, `checkpoint`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>, transform = one_each)]
 pub struct OutputTable {
-    /// Fields to write whole.
+    /// Fields for ParaView.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::not_empty, extend("x-kinds" = FLOWS, "x-values" = "list of [fields](#fields)"))]
     pub fields: Option<Vec<Field>>,
-    /// Measures to take.
+    /// Numbers of each step, or of the last state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::not_empty, extend("x-values" = "list of [measures](#measures)"))]
     pub measures: Option<Vec<&'static Measure>>,
-    /// Beside `measures`: their discretisation errors are estimated at the end (default false).
+    /// Beside `measures`: their errors are [estimated](#estimates) at the end; not with `mesh.file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = TISSUE, "default" = false))]
     pub estimate: Option<bool>,
-    /// Lines and circles along which fields are written.
+    /// Sections through the fields.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::not_empty, extend("x-kinds" = FLOWS))]
+    #[schemars(extend("x-values" = "list of `axis-1`, `-2a`, `-2b`, `-3`, `-4`, `-5`, lines, circles"))]
     pub cuts: Option<Vec<CutTable>>,
-    /// Pictures to draw.
+    /// Pictures, see [maps](#maps).
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::not_empty, extend("x-values" = "list of quantities and of tables"))]
     pub maps: Option<Vec<MapTable>>,
-    /// Rigid bodies: `true`, or left out.
+    /// Polydata and a table of the rigid bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::only_true, extend("x-kinds" = WITH_BODIES))]
     pub bodies: Option<bool>,
-    /// Beside `bodies`: a table of the contacts (default false).
+    /// Beside `bodies`: a table of their contacts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = WITH_BODIES, "default" = false))]
     pub contacts: Option<bool>,
-    /// All that a restart needs: `true`, or left out.
+    /// The exact state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::only_true)]
     pub checkpoint: Option<bool>,
-    /// Absent: only at the end.
+    /// How often; measures without it stand in `summary.json`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-values" = "`{ time = T }`, T > 0, or `{ steps = N }`, N ≥ 1", "x-default" = "at the end"))]
     pub every: Option<EveryTable>,
 }
 
+/// What an output writes is exactly one of these.
+fn one_each(schema: &mut schemars::Schema) {
+    let one = ["fields", "measures", "cuts", "maps", "bodies", "checkpoint"];
+    schema.insert("oneOf".to_owned(), one.map(|key| serde_json::json!({ "required": [key] })).into());
+    let beside = serde_json::json!({ "estimate": ["measures"], "contacts": ["bodies"] });
+    schema.insert("dependentRequired".to_owned(), beside);
+}
+
 /// `every = { time = … }` or `every = { steps = … }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>, extend("minProperties" = 1, "maxProperties" = 1))]
 pub struct EveryTable {
-    /// After this much time.
+    /// Between two outputs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time"))]
     pub time: Option<f64>,
-    /// After so many steps.
+    /// Steps between two outputs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::SOME.said())]
     pub steps: Option<usize>,
 }
 
 /// An element of `cuts`: the name of an axis, a line or a circle.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum CutTable {
     /// One of those that have a name.
@@ -281,29 +316,48 @@ pub enum CutTable {
 
 /// `{ name = "…", from = [x, y], to = [x, y], points = 200 }` or
 /// `{ name = "…", centre = [x, y], radius = r, points = 360 }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>, transform = schema::centre_or_center, transform = line_or_circle)]
 pub struct SectionTable {
-    /// Name of the file that is written.
+    /// Name of the file, which no other cut has.
+    #[schemars(transform = schema::file_name)]
     pub name: String,
-    /// Ends of a line.
+    /// First point of a line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
-    /// Last point of a line.
+    /// Its last point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<[f64; 2]>,
-    /// Centre of a circle.
+    /// Centre of a circle; also spelled `center`.
     #[serde(default, alias = "center", skip_serializing_if = "Option::is_none")]
     pub centre: Option<[f64; 2]>,
     /// Its radius.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "length"))]
     pub radius: Option<f64>,
-    /// Number of points, both ends of a line included (default 200; 360 of a circle).
+    /// Number of points: both ends of a line included, or at equal angles on a circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = SectionTable::POINTS.said())]
+    #[schemars(extend("x-default" = "200; of a circle 360", "x-rule" = "of a circle at least 3"))]
     pub points: Option<usize>,
 }
 
+/// A section has the ends of a line, or centre and radius of a circle.
+fn line_or_circle(schema: &mut schemars::Schema) {
+    let circle = |centre: &str| {
+        let points = serde_json::json!({ "minimum": LEAST_ON_A_CIRCLE });
+        serde_json::json!({ "required": [centre, "radius"], "properties": { "points": points } })
+    };
+    let line = serde_json::json!({ "required": ["from", "to"] });
+    let forms = [line, circle("centre"), circle("center")];
+    schema.insert("oneOf".to_owned(), forms.into());
+}
+
 impl SectionTable {
+    /// Points of a line.
+    pub const POINTS: Range = Range::within(2.0, MOST_POINTS as f64);
+
     /// Whether it has a key of circles.
     pub fn is_circle(&self) -> bool {
         self.centre.is_some() || self.radius.is_some()

@@ -1,5 +1,6 @@
 //! `accuracy`: values for the keys that a scene leaves out, and what they were measured to give.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml_edit::{Item, Table, TableLike};
 
@@ -9,7 +10,7 @@ use super::tables::SceneFile;
 use crate::mesh::generate::{MeshScene, Scale};
 
 /// How much accuracy is wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Accuracy {
     /// For a first look.

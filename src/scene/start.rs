@@ -1,19 +1,24 @@
 //! `[initial]`: what a run starts from.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use crate::expression::{Formula, VectorFormula};
+use crate::schema::{self, Range};
 
 /// `[initial]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct InitialTable {
-    /// The polarity at t = 0.
+    /// Polarity at the start.
     pub polarity: PolarityStart,
-    /// Compressible only, and needed there unless there are exact fields.
+    /// Density at the start; needed there unless there are exact fields.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "compressible", "x-default" = "`\"exact\"` with `[exact]`"))]
     pub density: Option<DensityStart>,
 }
 
@@ -29,29 +34,58 @@ pub enum PolarityStart {
     Table(StartTable),
 }
 
+/// Starts of the polarity that have a name, and what they are.
+pub const NAMED: [(&str, &str); 3] = [
+    ("aligned-around-disc", "`e_1` smoothed over `mesh.radius` (or 1), tangential to slip tags, `p_D` on Dirichlet"),
+    ("circulating", "the unit vector along the track, counterclockwise, in a `racetrack`, `annulus` or `disc`"),
+    ("exact", "the polarity of `[exact]` at `t = 0`"),
+];
+
+/// What `{ file = "…" }` is.
+pub const OF_FILE: &str = "last polarity of a run on the same domain; mesh and degree may differ";
+
+impl JsonSchema for PolarityStart {
+    fn schema_name() -> Cow<'static, str> {
+        "PolarityStart".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let named = NAMED.iter().map(|(name, help)| schema::choice(name, help));
+        let mut formulas = generator.subschema_for::<VectorFormula>();
+        formulas.insert("description".to_owned(), "two formulas, at `t = 0`".into());
+        let tables = generator.subschema_for::<StartTable>();
+        let all: Vec<_> = named.chain([formulas.to_value(), tables.to_value()]).collect();
+        json_schema!({ "oneOf": all })
+    }
+}
+
 /// The forms of `initial.polarity` that carry values.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StartTable {
-    /// Vectors at random.
+    /// Random at the nodes of a lattice, linear between.
     Random(RandomTable),
-    /// The last state of another run.
+    /// Path of a checkpoint, from the scene's folder.
     File(String),
 }
 
 /// `{ random = { seed, amplitude, h_coarse } }` [10.4.4].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct RandomTable {
-    /// Same seed, same start (default 1).
+    /// Same seed, same start.
     pub seed: u64,
-    /// Standard deviation of the length of p at a coarse node (default 0.1).
+    /// Root mean square of `|p|` at a node.
+    #[schemars(transform = Range::POSITIVE.said())]
     pub amplitude: f64,
-    /// Edge length of the coarse mesh whose nodes are drawn (default 0.25, the side of the unit disc's 25-gon).
+    /// Edge length of the triangular lattice, which follows from the domain's extent and not from the mesh.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "length"))]
     pub h_coarse: f64,
 }
 
 impl Default for RandomTable {
+    /// The edges of the lattice are as long as the sides of the unit disc's 25-gon.
     fn default() -> Self {
         Self { seed: 1, amplitude: 0.1, h_coarse: 0.25 }
     }
@@ -67,11 +101,22 @@ pub enum DensityStart {
     Table(DensityTable),
 }
 
+impl JsonSchema for DensityStart {
+    fn schema_name() -> Cow<'static, str> {
+        "DensityStart".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let (formula, file) = (generator.subschema_for::<Formula>(), generator.subschema_for::<DensityTable>());
+        json_schema!({ "anyOf": [formula, file], "x-values": "formula ≥ 0, `\"exact\"`, `{ file = \"…\" }`" })
+    }
+}
+
 /// The form of `initial.density` that is a table.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DensityTable {
-    /// The last state of another run.
+    /// Path of a compressible run's checkpoint, from the scene's folder.
     File(String),
 }
 

@@ -1,24 +1,30 @@
 //! The tables of a scene file. What depends on no other key is filled in by serde, so that writing a table back shows
 //! every default.
 
+mod solving;
+
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable};
 use super::output::OutputTable;
 use super::start::InitialTable;
+use crate::element::MAX_DEGREE;
 use crate::expression::{Formula, VectorFormula};
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::BoundaryScene;
 use crate::model::parameters::ModelScene;
+use crate::schema::{self, Range};
 use crate::scheme::ControlSettings;
-use crate::steady::{SteadySettings, Want};
-use crate::time::CouplingSettings;
 
-/// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub use solving::{CouplingName, CouplingTable, SteadyTable, StrainTable};
+
+/// A scene of tissue: one computation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct SceneFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -26,22 +32,30 @@ pub struct SceneFile {
     /// Preset that fills in what the scene leaves out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<super::presets::Accuracy>,
+    /// Equations and their parameters.
     pub model: ModelScene,
+    /// Domain and mesh.
     pub mesh: MeshScene,
+    /// Polynomial degrees, and how slip walls are imposed.
     #[serde(default)]
     pub space: SpaceTable,
-    /// Conditions by boundary tag.
+    /// Conditions by boundary tag, for every tag of the mesh.
     #[serde(default)]
     pub boundary: BTreeMap<String, BoundaryScene>,
+    /// What a run starts from.
     pub initial: InitialTable,
+    /// Forces and sources.
     #[serde(default, skip_serializing_if = "SourceTable::is_empty")]
     pub source: SourceTable,
+    /// Fields that solve the equations with the sources that follow from them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exact: Option<ExactTable>,
+    /// Time scheme, steps and endings.
     pub time: TimeTable,
-    /// A steady state is searched for instead of marching.
+    /// A steady state is searched for instead of marching in time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady: Option<SteadyTable>,
+    /// How velocity and polarity are made to agree within a step.
     #[serde(default)]
     pub coupling: CouplingTable,
     /// The elastic strain that the flow carries.
@@ -49,31 +63,51 @@ pub struct SceneFile {
     pub strain: Option<StrainTable>,
     /// How the tissue carries rigid bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "incompressible"))]
     pub rigid: Option<RigidTable>,
+    /// Rigid bodies, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("x-kinds" = "incompressible"))]
     pub body: Vec<BodyTable>,
+    /// Discs by the dozen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("x-kinds" = "incompressible"))]
     pub bodies: Vec<BodiesTable>,
+    /// What bodies keep apart from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("x-kinds" = "incompressible"))]
     pub wall: Vec<WallTable>,
+    /// How bodies keep apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "incompressible"))]
     pub contact: Option<ContactTable>,
+    /// What is written, and when.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<OutputTable>,
 }
 
 /// `[space]`: polynomial degrees, and how `v·n = 0` is imposed on slip walls.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct SpaceTable {
-    /// 1 to 3 (default 1): velocity k+1, pressure k, polarity k+2; compressible: velocity k+1, density k, polarity k+1.
+    /// Velocity P(k+1), pressure P(k), polarity discontinuous P(k+2); compressible: velocity P(k+1), density and
+    /// polarity discontinuous P(k), P(k+1).
+    #[schemars(transform = SpaceTable::K.said())]
     pub k: usize,
     /// Single degrees in place of those that `k` gives.
     pub degree: DegreeTable,
-    /// How slip walls are imposed: `"rotated"` (default) or `"penalty"`.
+    /// How `v·n = 0` is imposed on slip walls.
     pub walls: WallsName,
-    /// `ε_r` of [10.3], used by `walls = "penalty"` (default 1e-8).
+    /// `ε_r` [10.3], for `walls = "penalty"`, in units of the root of the domain's area.
+    #[schemars(transform = SpaceTable::PENALTY.said())]
     pub penalty: f64,
+}
+
+impl SpaceTable {
+    pub const K: Range = Range::within(1.0, 3.0);
+    /// Above, tissue leaks through slip walls; below, no digit is left for the rest.
+    pub const PENALTY: Range = Range::within(1e-16, 0.01);
 }
 
 impl Default for SpaceTable {
@@ -83,41 +117,61 @@ impl Default for SpaceTable {
 }
 
 /// `space.degree`
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct DegreeTable {
+    /// Of the velocity; in an incompressible sheet at least 2.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = DegreeTable::ANY.said(), extend("x-default" = "by `k`"))]
+    #[schemars(extend("x-incompressible" = { "minimum": DegreeTable::LEAST_VELOCITY }))]
     pub velocity: Option<usize>,
-    /// Incompressible only.
+    /// Of the pressure.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::SOME.said())]
+    #[schemars(extend("x-default" = "by `k`", "x-rule" = "less than the velocity's", "x-kinds" = "incompressible"))]
     pub pressure: Option<usize>,
-    /// Compressible only.
+    /// Of the density.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = DegreeTable::ANY.said(), extend("x-default" = "by `k`", "x-kinds" = "compressible"))]
     pub density: Option<usize>,
+    /// Of the polarity.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = DegreeTable::ANY.said(), extend("x-default" = "by `k`"))]
     pub polarity: Option<usize>,
 }
 
+impl DegreeTable {
+    /// Degrees for which there are bases.
+    pub const ANY: Range = Range::within(1.0, MAX_DEGREE as f64);
+    /// Of an incompressible sheet, whose pressure has a lower degree.
+    pub const LEAST_VELOCITY: usize = 2;
+}
+
 /// How `v·n = 0` is imposed on curved boundaries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallsName {
+    /// At every node, in directions along and across the wall.
     Rotated,
+    /// By a penalty.
     Penalty,
 }
 
 /// `[source]`: manufactured sources, zero in a physical scene.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct SourceTable {
-    /// `f_v`
+    /// `f_v`, the force on the flow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<[Formula; 2]>,
-    /// `f_p`
+    /// `f_p`, the source of the polarity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarity: Option<[Formula; 2]>,
-    /// `f_ρ`; compressible only.
+    /// `f_ρ`, the source of the density.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "compressible"))]
     pub density: Option<Formula>,
 }
 
@@ -128,26 +182,29 @@ impl SourceTable {
 }
 
 /// `[exact]`: fields that solve the equations with the sources that follow from them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct ExactTable {
     /// `v`, in an incompressible sheet with `div v = 0`.
     pub velocity: VectorFormula,
-    /// `Π`; incompressible only, and needed there.
+    /// `Π`, needed there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "incompressible"))]
     pub pressure: Option<Formula>,
-    /// `ρ`; compressible only, and needed there.
+    /// `ρ`, needed there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "compressible", "x-rule" = "≥ 0"))]
     pub density: Option<Formula>,
-    /// `p`
+    /// `p`.
     pub polarity: VectorFormula,
-    /// Where the data of natural boundary conditions come from (default `"exact"`).
+    /// Whose data natural boundary conditions have.
     #[serde(default)]
     pub boundary: ExactBoundary,
 }
 
 /// `exact.boundary`
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExactBoundary {
     /// `n·σ` (on slip its tangential part) and `∂p/∂n` are those of the exact fields.
@@ -158,44 +215,62 @@ pub enum ExactBoundary {
 }
 
 /// `[time]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct TimeTable {
+    /// BDF of order 1 to 6 on the polarity.
     pub scheme: Scheme,
-    /// How the density is marched (default `"abdf"`); compressible only.
+    /// How the density is marched, see below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "compressible", "default" = DensityScheme::default()))]
     pub density_scheme: Option<DensityScheme>,
-    /// Largest and first step `Δt_0 > 0`.
+    /// First and largest step, `Δt_0`.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time", "x-rule" = "at most `end`"))]
     pub step: f64,
-    /// The run ends when a failure would halve Δt below this (default `1e-6 step`).
+    /// The run fails when halving takes `Δt` below this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said())]
+    #[schemars(extend("x-unit" = "time", "x-rule" = "at most `step`", "x-default" = "1e-6 `step`"))]
     pub step_min: Option<f64>,
-    /// End time.
+    /// End time; runs start at `t = 0`.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time"))]
     pub end: f64,
-    /// How a scheme of order b gets its first past values (default `"low-order"`).
+    /// How a scheme of order b gets its first past values.
     #[serde(default)]
     pub start: TimeStart,
-    /// Ratio in which successive steps alternate about `step` (default 1), to try the variable-step formulas.
+    /// Ratio of successive steps, which alternate about `step`.
     #[serde(default = "default_alternate", skip_serializing_if = "is_one")]
+    #[schemars(transform = TimeTable::ALTERNATE.said(), extend("default" = default_alternate()))]
     pub alternate: f64,
-    /// Most accepted steps `n_max` (default no limit).
+    /// Most accepted steps, those before a `--resume` included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::SOME.said())]
     pub max_steps: Option<usize>,
-    /// Δt grows by this factor (default 1.25), never above `step`,
+    /// After halvings `Δt` grows by this factor, up to `step`, …
     #[serde(default = "default_growth")]
+    #[schemars(transform = TimeTable::GROWTH.said())]
     pub growth: f64,
-    /// after `⌈growth_wait Δt_0/Δt⌉` steps in a row without a halving (default 50)
+    /// … after `⌈growth_wait · Δt_0/Δt⌉` good steps in a row, …
     #[serde(default = "default_growth_wait")]
+    #[schemars(transform = Range::POSITIVE.said())]
     pub growth_wait: f64,
-    /// and with a rate `η_k` above this (default 0.55).
+    /// … good if their rate `η_k` is above this.
     #[serde(default = "default_growth_rate")]
     pub growth_rate: f64,
+    /// Endings before `end`.
     #[serde(default, skip_serializing_if = "StopTable::is_empty")]
     pub stop: StopTable,
 }
 
+impl TimeTable {
+    /// Beyond, a step takes a lower order.
+    pub const ALTERNATE: Range = Range::within(1.0, 5.0);
+    pub const GROWTH: Range = Range::at_least(1.0);
+}
+
 /// `time.start`
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeStart {
     /// Step n has order min(n, b).
@@ -231,7 +306,7 @@ fn default_growth_rate() -> f64 {
 }
 
 /// BDF of order 1 to 6 on the polarity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Scheme {
     Bdf1,
@@ -256,7 +331,7 @@ impl Scheme {
 }
 
 /// `time.density_scheme`
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DensityScheme {
     /// A-BDF(θ*) wherever its coefficients are positive and it is stable, else BDF.
@@ -267,14 +342,17 @@ pub enum DensityScheme {
 }
 
 /// `time.stop`: endings before `time.end`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StopTable {
-    /// Total residual of the stationary equations [9.8–9.10] below this.
+    /// Ends the run when the stationary residual [9.8–9.10] is below this.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said())]
     pub residual: Option<f64>,
-    /// `|dF/dt|` below this.
+    /// … when `|dF/dt|` was below this ten steps in a row; needs `B > 0` or `c_0 > 0`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said())]
     pub energy_rate: Option<f64>,
 }
 
@@ -282,76 +360,4 @@ impl StopTable {
     fn is_empty(&self) -> bool {
         self.residual.is_none() && self.energy_rate.is_none()
     }
-}
-
-/// `[steady]`: how a steady state is searched for.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SteadyTable {
-    /// Bound on the total residual of the stationary equations [9.8–9.10] (default 1e-9).
-    pub residual: f64,
-    /// First pseudo-step, in units of time (default 1).
-    pub step: f64,
-    /// Most pseudo-steps of each try (default 300).
-    pub max_steps: usize,
-    /// `"stable"` (default): an unstable state is left along the mode that grows; `"any"`: the first that is found.
-    pub want: Want,
-    /// Leading eigenvalues to find (default 6); 0 asks for none, and then nothing is known of the stability.
-    pub eigenvalues: usize,
-    /// Time that the last resort, marching with `time.step`, may cover (default `time.end`); 0 does without it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub march: Option<f64>,
-}
-
-impl Default for SteadyTable {
-    fn default() -> Self {
-        let SteadySettings { residual, step, max_steps, want, eigenvalues, .. } = SteadySettings::default();
-        Self { residual, step, max_steps, want, eigenvalues, march: None }
-    }
-}
-
-/// `[strain]`: the elastic strain that the flow carries [12.3].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StrainTable {
-    /// `We > 0`, the time in which the strain relaxes.
-    pub weissenberg: f64,
-    /// Polynomial degree (default that of the velocity less one).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub degree: Option<usize>,
-}
-
-/// `[coupling]`: how velocity and polarity are iterated within a step.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CouplingTable {
-    /// `"newton"` (default), `"anderson"` or `"fixed-point"`.
-    pub kind: CouplingName,
-    /// `δ_fp`: converged when `e_k` is below (default 1e-8).
-    pub tolerance: f64,
-    /// At `k_max` accepted when `e_k` is below this (default `sqrt(tolerance)`).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accept: Option<f64>,
-    /// Failed when `e_k` is above this (default 1e4).
-    pub diverged: f64,
-    /// `k_max` (default 100).
-    pub max_iterations: usize,
-    /// Iterates that `anderson` combines (default 10).
-    pub depth: usize,
-}
-
-impl Default for CouplingTable {
-    fn default() -> Self {
-        let CouplingSettings { tolerance, diverged, max_iterations, .. } = CouplingSettings::default();
-        Self { kind: CouplingName::Newton, tolerance, accept: None, diverged, max_iterations, depth: 10 }
-    }
-}
-
-/// `coupling.kind`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum CouplingName {
-    FixedPoint,
-    Anderson,
-    Newton,
 }

@@ -2,14 +2,16 @@
 
 use std::f64::consts::PI;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::{NARROWEST, THICKER};
 use super::figure::{Core, Figure, from_round};
-use super::form::{Checked, Described, Form, LENGTH, Rules};
+use super::form::{Checked, Described, Form, LENGTH, LENGTHS, Rules};
 use super::outline::Piece;
 use super::{Shape, ShapeError};
 use crate::mesh::Point;
+use crate::schema;
 
 /// All points within `radius` of the segment from `(−half_length, 0)` to `(half_length, 0)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,12 +23,15 @@ pub struct Capsule {
 }
 
 /// `{ capsule = { length, radius } }`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct CapsuleTable {
     /// Of the straight part.
+    #[schemars(transform = LENGTHS.said(), extend("x-unit" = "length"))]
     pub length: f64,
-    /// What the core is thickened by.
+    /// Of the half discs.
+    #[schemars(transform = LENGTHS.said(), extend("x-unit" = "length"))]
     pub radius: f64,
 }
 

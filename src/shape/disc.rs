@@ -2,12 +2,14 @@
 
 use std::f64::consts::PI;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::figure::{Core, Figure};
-use super::form::{Checked, Described, Form, LENGTH, Rules};
+use super::form::{Checked, Described, Form, LENGTH, LENGTHS, Rules};
 use super::{Shape, ShapeError};
 use crate::mesh::Point;
+use crate::schema;
 
 /// All points within `radius` of the origin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,10 +19,12 @@ pub struct Disc {
 }
 
 /// `{ disc = { radius } }`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct DiscTable {
-    /// Its radius.
+    /// Radius.
+    #[schemars(transform = LENGTHS.said(), extend("x-unit" = "length"))]
     pub radius: f64,
 }
 

@@ -1,12 +1,14 @@
 //! The ellipse.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::{NARROWEST, THICKER};
 use super::figure::Figure;
-use super::form::{Checked, Described, Form, LENGTH, Rules};
+use super::form::{Checked, Described, Form, LENGTH, LENGTHS, Rules};
 use super::{Shape, ShapeError};
 use crate::mesh::Point;
+use crate::schema;
 
 /// Semi-axes along the frame's axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,10 +18,12 @@ pub struct Ellipse {
 }
 
 /// `{ ellipse = { semi_axes = [a, b] } }`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct EllipseTable {
     /// Along the body's own axes.
+    #[schemars(transform = LENGTHS.said(), extend("x-unit" = "length"))]
     pub semi_axes: [f64; 2],
 }
 

@@ -4,6 +4,7 @@ use super::figure::{Core, Figure};
 use super::outline::Piece;
 use super::{Shape, ShapeError};
 use crate::mesh::Point;
+use crate::schema::Range;
 
 /// A convex shape in its own frame, whose origin is its centre of area.
 ///
@@ -101,15 +102,18 @@ pub trait Rules {
     /// Of one that is not positive, or far from the unit of the scene.
     fn length(&self, key: &str, value: f64, hint: &str) -> Result<f64, Self::Error>;
 
-    /// A value outside of `[low, high]` is refused.
+    /// A value outside of the range is refused.
     ///
     /// # Errors
     /// Of such a value, with the rule and the hint.
-    fn within(&self, key: &str, value: f64, range: [f64; 2], rule: &str, hint: &str) -> Result<f64, Self::Error>;
+    fn within(&self, key: &str, value: f64, range: Range, rule: &str, hint: &str) -> Result<f64, Self::Error>;
 
     /// The error of a shape, at the key that it comes from.
     fn wrong(&self, key: &str, value: String, error: &ShapeError) -> Self::Error;
 }
+
+/// Lengths of bodies, whose areas and moments of inertia stay within the range of numbers.
+pub const LENGTHS: Range = Range::within(1e-9, 1e9);
 
 /// The hint of a key that is a length.
 pub(super) const LENGTH: &str = "a length, such as 0.1";

@@ -16,19 +16,20 @@ mod regular_polygon;
 
 use std::ops::Deref;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::mesh::Point;
 
 pub use error::ShapeError;
 pub use figure::{Core, Figure, edges};
-pub use form::{Checked, Described, Form, Rules};
+pub use form::{Checked, Described, Form, LENGTHS, Rules};
 pub use outline::Placed;
 pub use pose::{Pose, Twist, Wrench, perpendicular, rigid_motion, turned};
 
 /// Makes of the list of shapes: the shape of a body, the table of a shape in scenes, and the rows that tests go through.
 macro_rules! shapes {
-    ($($name:literal => $file:ident::$shape:ident, $table:ident;)+) => {
+    ($($(#[doc = $about:literal])+ $name:literal => $file:ident::$shape:ident, $table:ident;)+) => {
         $(pub use $file::{$shape, $table};)+
 
         /// The list of all shapes, by the name of their row.
@@ -38,10 +39,10 @@ macro_rules! shapes {
         }
 
         /// `body.shape`
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         pub enum ShapeTable {
             $(
-                /// Its table.
+                $(#[doc = $about])+
                 #[serde(rename = $name)]
                 $shape($table),
             )+
@@ -101,10 +102,15 @@ macro_rules! shapes {
 }
 
 shapes! {
+    /// A disc.
     "disc" => disc::Disc, DiscTable;
+    /// An ellipse.
     "ellipse" => ellipse::Ellipse, EllipseTable;
+    /// A straight part between two half discs.
     "capsule" => capsule::Capsule, CapsuleTable;
+    /// A convex polygon.
     "polygon" => polygon::Polygon, PolygonTable;
+    /// All points within `rounding` of a regular polygon, one of whose corners is on the body's first axis.
     "regular-polygon" => regular_polygon::RegularPolygon, RegularPolygonTable;
 }
 

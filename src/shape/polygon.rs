@@ -1,5 +1,6 @@
 //! The convex polygon.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::NARROWEST;
@@ -7,6 +8,7 @@ use super::figure::{Core, Figure, edges};
 use super::form::{Checked, Described, Form, Rules};
 use super::{Shape, ShapeError};
 use crate::mesh::Point;
+use crate::schema;
 
 /// Convex, counterclockwise, about the centre of its area.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,10 +18,12 @@ pub struct Polygon {
 }
 
 /// `{ polygon = { vertices = [[x, y], …] } }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct PolygonTable {
-    /// Of a convex polygon, one way round or the other.
+    /// Corners, either way round.
+    #[schemars(extend("minItems" = 3))]
     pub vertices: Vec<[f64; 2]>,
 }
 

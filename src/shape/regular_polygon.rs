@@ -1,12 +1,14 @@
 //! The regular polygon, with corners that may be round.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::figure::{Core, Figure};
-use super::form::{Checked, Described, Form, LENGTH, Rules};
+use super::form::{Checked, Described, Form, LENGTH, LENGTHS, Rules};
 use super::polygon::Polygon;
 use super::{Shape, ShapeError};
 use crate::mesh::Point;
+use crate::schema::{self, Range};
 
 /// All points within `rounding` of a regular polygon about the origin, one of whose corners is on the first axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,16 +19,28 @@ pub struct RegularPolygon {
 }
 
 /// `{ regular-polygon = { sides, radius, rounding } }`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct RegularPolygonTable {
-    /// How many sides, at least 3.
+    /// How many sides.
+    #[schemars(transform = RegularPolygonTable::SIDES.said())]
     pub sides: usize,
     /// From the centre to the corners, before they are rounded.
+    #[schemars(transform = LENGTHS.said(), extend("x-unit" = "length"))]
     pub radius: f64,
-    /// By how much the polygon is thickened, which makes its corners round (default 0).
+    /// By how much the polygon is thickened, which makes its corners round.
     #[serde(default)]
+    #[schemars(transform = RegularPolygonTable::ROUNDING.said())]
+    #[schemars(extend("x-unit" = "length", "x-rule" = "0 or at least 1e-9"))]
     pub rounding: f64,
+}
+
+impl RegularPolygonTable {
+    /// Of the number of sides.
+    pub const SIDES: Range = Range::within(3.0, 100.0);
+    /// A length, or nothing.
+    pub const ROUNDING: Range = Range::within(0.0, 1e9);
 }
 
 impl Described for RegularPolygonTable {
@@ -39,7 +53,7 @@ impl Described for RegularPolygonTable {
 
     fn make<R: Rules>(&self, rules: &R) -> Result<(Shape, Option<Point>), R::Error> {
         let hint = "6 makes a hexagon; a disc is round";
-        rules.within("sides", self.sides as f64, [3.0, 100.0], "must lie between 3 and 100", hint)?;
+        rules.within("sides", self.sides as f64, Self::SIDES, "must lie between 3 and 100", hint)?;
         let radius = rules.length("radius", self.radius, LENGTH)?;
         let rounding = match self.rounding {
             0.0 => 0.0,

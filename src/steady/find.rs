@@ -16,7 +16,7 @@ use crate::time::{CouplingKind, CouplingSettings, March, MarchSettings, Phases, 
 use marching::Marched;
 
 /// Which steady state is wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Want {
     /// One that small disturbances do not destroy: an unstable one is left along the mode that grows.

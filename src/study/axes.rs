@@ -1,13 +1,16 @@
 //! What varies in a sweep: lists, ranges, keys that vary together, seeds; and every combination of them.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, de};
 
 use super::StudyError;
 use super::source::{Values, below, refuse, value_text};
 use crate::scene::{SceneSource, renamed};
+use crate::schema::{Range, not_empty, one_of_keys};
 
 /// Key of the scene that `seeds` sets.
 pub const SEED: &str = "initial.polarity.random.seed";
@@ -44,6 +47,39 @@ pub struct Axis {
 }
 
 const RANGE: &str = "a sequence of values, { linspace = [a, b, n] } or { logspace = [a, b, n] }";
+
+impl JsonSchema for AxisValues {
+    fn schema_name() -> Cow<'static, str> {
+        "AxisValues".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let range = |about: &str| {
+            let (items, most) = (serde_json::json!({ "type": "number" }), 3);
+            serde_json::json!({ "type": "array", "items": items, "minItems": 3, "maxItems": most, "description": about })
+        };
+        let ranges = [
+            ("linspace".to_owned(), range("`[a, b, n]`: n from a to b, equally far apart.")),
+            ("logspace".to_owned(), range("`[a, b, n]`: n from a to b, each the same multiple of the one before.")),
+        ];
+        let list = serde_json::json!({ "type": "array", "minItems": 1, "description": "These values." });
+        json_schema!({ "oneOf": [list, one_of_keys(ranges.into_iter().collect())] })
+    }
+}
+
+impl JsonSchema for Seeds {
+    fn schema_name() -> Cow<'static, str> {
+        "Seeds".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut count = generator.subschema_for::<u64>();
+        Range::SOME.said()(&mut count);
+        let mut list = generator.subschema_for::<Vec<u64>>();
+        not_empty(&mut list);
+        json_schema!({ "oneOf": [count, list] })
+    }
+}
 
 impl<'de> Deserialize<'de> for AxisValues {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
@@ -10,6 +11,7 @@ use super::source::{self, StudyFileKind, check_values, override_of, refuse};
 use crate::measure::list::is_of_a_march;
 use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
+use crate::schema::{self, Range};
 use crate::steady::branch::BranchSettings;
 
 /// Branches of steady states of one scene in one of its parameters.
@@ -21,39 +23,66 @@ use crate::steady::branch::BranchSettings;
 /// start = 2.0                       # where the first steady state is searched for
 /// measure = "asymmetry_velocity"    # what the diagram shows
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct BranchFile {
+#[schemars(transform = schema::in_order::<Self>)]
+pub(super) struct BranchFile {
+    /// Title of the diagram.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     title: Option<String>,
+    /// The scene, from the study's folder.
+    #[schemars(extend("x-values" = "path"))]
     scene: String,
-    /// Values of the scene that hold on all branches.
+    /// Values that the scene has on all branches.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schemars(schema_with = "schema::any_values")]
     set: BTreeMap<String, toml::Value>,
+    /// What changes.
+    #[schemars(extend("enum" = parameters(), "x-values" = "`model.` and a number of that table"))]
     parameter: String,
+    /// Where it may go.
+    #[schemars(extend("x-values" = "`[a, b]`, `a < b`"))]
     range: [f64; 2],
+    /// Where the first steady states are searched for.
+    #[schemars(extend("x-values" = "in the range"))]
     start: f64,
+    /// Whether steps and diagram go by the parameter or its logarithm.
     #[serde(default)]
     scale: ParameterScale,
+    /// What the diagram shows, a column that the scene's measures fill, or a residual.
+    #[schemars(extend("x-values" = "such as `\"asymmetry_velocity\"`, `\"free_energy\"`"))]
     measure: String,
+    /// First step, a share of the range.
     #[serde(default = "default_step")]
+    #[schemars(transform = BranchFile::SHARE.said(), extend("x-rule" = "at most `max_step`"))]
     step: f64,
+    /// Longest step, a share of the range.
     #[serde(default = "default_max_step")]
+    #[schemars(transform = BranchFile::SHARE.said())]
     max_step: f64,
+    /// Most points of a branch in each direction; the output says where it ended for lack of points.
     #[serde(default = "default_max_points")]
+    #[schemars(transform = BranchFile::POINTS.said())]
     max_points: usize,
+    /// Most branches, both directions of one count once; the output says how many were not followed.
     #[serde(default = "default_max_branches")]
+    #[schemars(transform = Range::SOME.said())]
     max_branches: usize,
 }
 
+impl BranchFile {
+    const SHARE: Range = Range::above(0.0, 1.0);
+    const POINTS: Range = Range::at_least(2.0);
+}
+
 /// Whether steps count on the parameter or on its logarithm, and how the diagram shows it.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParameterScale {
-    /// Steps are differences.
+    /// By the parameter.
     #[default]
     Linear,
-    /// Steps are ratios.
+    /// By its logarithm.
     Log,
 }
 
@@ -110,6 +139,11 @@ const PARAMETERS: [&str; 12] = [
     "density.exponent",
     "density.critical",
 ];
+
+/// The same, as keys of a scene.
+fn parameters() -> Vec<String> {
+    PARAMETERS.iter().map(|key| format!("model.{key}")).collect()
+}
 
 impl BranchStudy {
     /// Reads a study and the scene it names; `sets` change keys of the study or else of the scene.
@@ -205,7 +239,7 @@ impl BranchStudy {
 fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
     let number = file.parameter.strip_prefix("model.").filter(|key| PARAMETERS.contains(key));
     if number.is_none() {
-        let known: Vec<String> = PARAMETERS.iter().map(|key| format!("model.{key}")).collect();
+        let known = parameters();
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
         let rule = format!("must be a number of [model]{}", names::did_you_mean(&file.parameter, &known));
         let (value, hint) = (format!("\"{}\"", file.parameter), format!("the choices are {}", known.join(", ")));
@@ -230,15 +264,18 @@ fn check(source: &SceneSource, file: &BranchFile) -> Result<(), StudyError> {
             "such as its middle",
         ));
     }
-    let ordered = 0.0 < file.step && file.step <= file.max_step && file.max_step <= 1.0;
+    let share = |step: f64| BranchFile::SHARE.has(step);
+    let ordered = share(file.step) && share(file.max_step) && file.step <= file.max_step;
     if !ordered {
         let key = if source.has("step") { "step" } else { "max_step" };
         let value = format!("{:?}", if source.has("step") { file.step } else { file.max_step });
         let rule = "`step` (default 0.05) must be above 0 and at most `max_step` (default 0.2), which is at most 1";
         return Err(refuse(source, key, value, rule, "shares of the range; give both"));
     }
-    for (key, value, least) in [("max_points", file.max_points, 2), ("max_branches", file.max_branches, 1)] {
-        if value < least {
+    let counts =
+        [("max_points", file.max_points, BranchFile::POINTS, 2), ("max_branches", file.max_branches, Range::SOME, 1)];
+    for (key, value, range, least) in counts {
+        if !range.has_count(value) {
             let rule = format!("must be at least {least}");
             return Err(refuse(source, key, value.to_string(), &rule, "leave it out for the usual value"));
         }

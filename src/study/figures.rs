@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::StudyError;
@@ -14,10 +15,12 @@ use crate::output::OutputError;
 use crate::output::plot::{self, Plot, Scale, Series};
 use crate::results::{label, names};
 use crate::scene::{SceneSource, renamed};
+use crate::schema::in_order;
 
 /// `plot = { x = "model.peclet", y = "overshoot_velocity", series = "model.elasticity", log = "x" }`
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = in_order::<Self>)]
 pub struct PlotSpec {
     /// A key that varies, or a column of counts.
     pub x: String,
@@ -25,7 +28,8 @@ pub struct PlotSpec {
     pub y: String,
     /// A key that varies: a curve for each of its values.
     pub series: Option<String>,
-    /// `"x"`, `"y"` or `"xy"`.
+    /// Axes that are logarithmic.
+    #[schemars(extend("enum" = ["x", "y", "xy"]))]
     pub log: Option<String>,
 }
 

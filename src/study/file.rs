@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
@@ -12,6 +13,7 @@ use crate::measure::errors::ErrorField;
 use crate::mesh::Point;
 use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
+use crate::schema::{self, Range};
 
 /// A sequence of runs of one scene, each level finer than the one before, for the observed orders of convergence.
 ///
@@ -20,28 +22,43 @@ use crate::scene::{Scene, SceneError, SceneSource};
 /// levels = [8, 16, 32]
 /// vary = { "mesh.n" = "n", "time.step" = "1/(3*n)" }    # formulas of the level n
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct OrderFile {
+#[schemars(transform = schema::in_order::<Self>)]
+pub(super) struct OrderFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Of the plot.
     title: Option<String>,
+    /// The scene, from the study's folder.
+    #[schemars(extend("x-values" = "path"))]
     scene: String,
+    /// The values of `n`, coarse to fine.
+    #[schemars(transform = Range::POSITIVE.said())]
+    #[schemars(extend("minItems" = 2, "x-values" = "two or more rising numbers > 0"))]
     levels: Vec<f64>,
+    /// Keys of the scene and their values.
+    #[schemars(extend("x-values" = "table of formulas of `n`"))]
     vary: BTreeMap<String, Formula>,
-    /// Least order that the fit of a field must have: the program fails below it. Without it, the orders that the
-    /// degrees promise.
+    /// Least orders of `velocity`, `pressure`, `polarity`, `laplacian`, below which the program fails; `{}` for none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-values" = "table of numbers", "x-default" = "by degree"))]
     expect: Option<BTreeMap<String, f64>>,
+    /// The same levels with other values of the scene, `[[variant]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("x-values" = "tables with `name`, `set`, `expect`", "x-default" = "one, no name"))]
     variant: Vec<VariantTable>,
 }
 
 /// `[[variant]]`: the same levels with other values.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 struct VariantTable {
+    /// Name of its folder.
     name: String,
+    /// Values of the scene.
     #[serde(default)]
+    #[schemars(schema_with = "schema::any_values")]
     set: BTreeMap<String, toml::Value>,
     /// In place of the study's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]

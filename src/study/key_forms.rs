@@ -1,7 +1,9 @@
 //! Keys of a study that have more than one form.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, de};
 
 use super::figures::PlotSpec;
@@ -14,6 +16,16 @@ pub(super) enum WarmStart {
     /// Along the first axis.
     First,
     Along(String),
+}
+
+impl JsonSchema for WarmStart {
+    fn schema_name() -> Cow<'static, str> {
+        "WarmStart".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": ["boolean", "string"] })
+    }
 }
 
 impl<'de> Deserialize<'de> for WarmStart {
@@ -44,6 +56,17 @@ impl de::Visitor<'_> for WarmVisitor {
 /// One plot or several.
 #[derive(Debug, Clone)]
 pub(super) struct Plots(pub Vec<PlotSpec>);
+
+impl JsonSchema for Plots {
+    fn schema_name() -> Cow<'static, str> {
+        "Plots".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let plot = generator.subschema_for::<PlotSpec>();
+        json_schema!({ "anyOf": [plot, { "type": "array", "items": plot }] })
+    }
+}
 
 impl<'de> Deserialize<'de> for Plots {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

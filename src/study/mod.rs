@@ -17,6 +17,7 @@ pub mod order;
 pub mod results;
 pub(crate) mod richardson;
 mod run_launcher;
+pub mod schema;
 pub mod slurm;
 mod source;
 pub mod sweep;

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::source::refuse;
@@ -12,14 +13,16 @@ use super::{StudyError, memory_gate};
 use crate::output::{OutputError, write_whole};
 use crate::run::memory::MIB;
 use crate::scene::SceneSource;
+use crate::schema::in_order;
 
 /// `[slurm]`: what `sbatch` is told beside what the study knows.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = in_order::<Self>)]
 pub struct SlurmTable {
     /// Limit on the time of a task, such as `"02:00:00"`.
     pub time: Option<String>,
-    /// The partition that does the runs.
+    /// Where it runs.
     pub partition: Option<String>,
     /// Further options of `sbatch`, such as `"--account=tissue"`.
     #[serde(default)]

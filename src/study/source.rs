@@ -6,9 +6,14 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::StudyError;
+use super::branch_file::BranchFile;
+use super::file::OrderFile;
+use super::sweep_file::SweepFile;
+use super::tradeoff_file::TradeoffFile;
 use crate::names;
 use crate::scene::path::quoted;
 use crate::scene::{Place, SceneError, SceneSource, renamed};
+use crate::schema::fields;
 
 /// Keys of the scene and their values, as [`SceneSource::set`] takes them.
 pub type Values = Vec<(String, String)>;
@@ -26,37 +31,10 @@ impl StudyFileKind {
     /// Keys of the study itself; all others are the scene's.
     pub fn own(self) -> &'static [&'static str] {
         match self {
-            StudyFileKind::Order => &["title", "scene", "levels", "vary", "variant", "expect"],
-            StudyFileKind::Sweep => &[
-                "title",
-                "scene",
-                "set",
-                "vary",
-                "case",
-                "richardson",
-                "together",
-                "seeds",
-                "measures",
-                "duration",
-                "warm_start",
-                "plot",
-                "slurm",
-            ],
-            StudyFileKind::Tradeoff => &["title", "scene", "set", "measures", "reference", "setting"],
-            StudyFileKind::Branch => &[
-                "title",
-                "scene",
-                "set",
-                "parameter",
-                "range",
-                "start",
-                "scale",
-                "measure",
-                "step",
-                "max_step",
-                "max_points",
-                "max_branches",
-            ],
+            StudyFileKind::Order => fields::<OrderFile>(),
+            StudyFileKind::Sweep => fields::<SweepFile>(),
+            StudyFileKind::Tradeoff => fields::<TradeoffFile>(),
+            StudyFileKind::Branch => fields::<BranchFile>(),
         }
     }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::axes::{self, Axis, AxisValues, SEED, Seeds};
@@ -13,6 +14,7 @@ use super::source::{self, StudyFileKind, Values, check_name, check_values, overr
 use super::{StudyError, results};
 use crate::run::AnyScene;
 use crate::scene::{SceneError, SceneSource};
+use crate::schema::{self, Range};
 
 /// One scene with other values, run by run.
 ///
@@ -21,45 +23,79 @@ use crate::scene::{SceneError, SceneSource};
 /// set = { "time.end" = 0.5 }                    # in all runs
 /// vary = { "model.alignment" = [-1, 0, 1] }          # a run for each; of several lists, for each combination
 /// ```
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct SweepFile {
+#[schemars(transform = schema::in_order::<Self>)]
+pub(super) struct SweepFile {
+    /// What it is.
     title: Option<String>,
+    /// The scene, from the study's folder.
+    #[schemars(extend("x-values" = "path"))]
     scene: String,
-    #[serde(default)]
-    set: BTreeMap<String, toml::Value>,
-    #[serde(default)]
-    vary: BTreeMap<String, AxisValues>,
-    #[serde(default)]
-    case: Vec<CaseTable>,
-    richardson: Option<RichardsonTable>,
-    #[serde(default)]
-    together: Vec<BTreeMap<String, AxisValues>>,
-    seeds: Option<Seeds>,
-    measures: Option<Vec<String>>,
+    /// How long it takes on 2 cores; printed at the start.
     duration: Option<String>,
+    /// Values that the scene has in all runs.
     #[serde(default)]
+    #[schemars(schema_with = "schema::any_values")]
+    set: BTreeMap<String, toml::Value>,
+    /// Keys of the scene and the values of each; every combination.
+    #[serde(default)]
+    #[schemars(extend("x-values" = "table of [values](#values)"))]
+    vary: BTreeMap<String, AxisValues>,
+    /// Keys that vary together: first values, second values, …
+    #[serde(default)]
+    #[schemars(extend("x-values" = "list of tables of [values](#values) of one length"))]
+    together: Vec<BTreeMap<String, AxisValues>>,
+    /// `initial.polarity.random.seed`: from 1 to a number, or these.
+    #[schemars(extend("x-values" = "whole number or list"))]
+    seeds: Option<Seeds>,
+    /// More runs with values of their own, `[[case]]`.
+    #[serde(default)]
+    #[schemars(extend("x-values" = "tables with `name`, `set`"))]
+    case: Vec<CaseTable>,
+    /// Columns of measures in the table, named as in `summary.json`.
+    #[schemars(extend("x-default" = "all"))]
+    measures: Option<Vec<String>>,
+    /// Along the first axis, or along this key, each run [starts from its neighbour](#warm-starts).
+    #[serde(default)]
+    #[schemars(extend("default" = false, "x-values" = "`true`, a key"))]
     warm_start: WarmStart,
+    /// [Plots](#plots) of the table.
+    #[schemars(extend("x-values" = "a table or a list of tables"))]
     plot: Option<Plots>,
+    /// Cases on ever finer meshes, from which measures are extrapolated.
+    richardson: Option<RichardsonTable>,
+    /// What [Slurm](#slurm) is told.
     slurm: Option<SlurmTable>,
 }
 
 /// `[richardson]`: named cases that refine the mesh again and again by the same ratio.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 struct RichardsonTable {
-    /// Coarse to fine.
+    /// Names of three or more cases, coarse to fine.
+    #[schemars(extend("minItems" = 3))]
     cases: Vec<String>,
     /// Size of the cells in a case over that in the next.
+    #[schemars(transform = RichardsonTable::RATIO.said())]
     ratio: f64,
 }
 
+impl RichardsonTable {
+    const RATIO: Range = Range::more_than(1.0);
+}
+
 /// `[[case]]`: a run of its own.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 struct CaseTable {
+    /// Name of the run and of its folder.
     name: String,
+    /// Values of the scene.
     #[serde(default)]
+    #[schemars(schema_with = "schema::any_values")]
     set: BTreeMap<String, toml::Value>,
 }
 
@@ -329,7 +365,7 @@ fn check_richardson(
     if table.cases.len() < 3 {
         return Err(refuse(source, key, value, "must be at least three", "coarse to fine"));
     }
-    if !(table.ratio.is_finite() && table.ratio > 1.0) {
+    if !RichardsonTable::RATIO.has(table.ratio) {
         let (value, rule) = (format!("{:?}", table.ratio), "must be above 1: sizes of a case over those of the next");
         return Err(refuse(source, "richardson.ratio", value, rule, "2.0 halves the cells"));
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::StudyError;
@@ -12,6 +13,7 @@ use crate::measure::errors::{ErrorField, Norm};
 use crate::measure::list::ALL;
 use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
+use crate::schema::{self, Range};
 
 /// One scene with many settings of its accuracy, each timed and compared with a reference.
 ///
@@ -24,37 +26,55 @@ use crate::scene::{Scene, SceneError, SceneSource};
 /// set = { "space.k" = 1 }
 /// vary = { "mesh.n" = [4, 8, 16] }                   # a setting for each; of several lists, for each combination
 /// ```
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct TradeoffFile {
+#[schemars(transform = schema::in_order::<Self>)]
+pub(super) struct TradeoffFile {
+    /// Title of the plots.
     title: Option<String>,
+    /// The scene, from the study's folder.
+    #[schemars(extend("x-values" = "path"))]
     scene: String,
+    /// Values that the scene has in all runs.
     #[serde(default)]
+    #[schemars(schema_with = "schema::any_values")]
     set: BTreeMap<String, toml::Value>,
-    measures: Vec<String>,
+    /// What errors are measured against.
+    #[schemars(extend("x-values" = "`\"exact\"`, or a table"))]
     reference: ReferenceValue,
+    /// What is compared.
+    #[schemars(transform = schema::not_empty, extend("x-values" = "list"))]
+    measures: Vec<String>,
+    /// Runs with other values, `[[setting]]`.
     #[serde(default)]
+    #[schemars(transform = schema::not_empty)]
+    #[schemars(extend("x-values" = "tables with `name`, `set`, `vary`", "x-default" = "–"))]
     setting: Vec<SettingTable>,
 }
 
 /// `reference`
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 enum ReferenceValue {
-    Name(String),
-    Table(toml::Table),
+    /// The exact fields of the scene.
+    Name(#[schemars(extend("const" = "exact"))] String),
+    Table(#[schemars(with = "ReferenceTable")] toml::Table),
 }
 
 /// `reference = { … }`
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct ReferenceTable {
-    /// Of the finest run.
+#[schemars(transform = schema::in_order::<Self>)]
+pub(super) struct ReferenceTable {
+    /// Values of the finest run.
+    #[schemars(schema_with = "schema::any_values")]
     set: BTreeMap<String, toml::Value>,
-    /// Of the next coarser one.
+    /// Values of the next coarser one.
+    #[schemars(schema_with = "schema::any_values")]
     coarser: BTreeMap<String, toml::Value>,
-    /// Order of the differences between the two (default 2).
+    /// Order of the difference between the two.
     #[serde(default = "default_order")]
+    #[schemars(transform = Range::POSITIVE.said())]
     order: f64,
     /// Whether all other runs begin at the state of the finest.
     #[serde(default)]
@@ -66,13 +86,19 @@ fn default_order() -> f64 {
 }
 
 /// `[[setting]]`
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 struct SettingTable {
+    /// In tables and pictures.
     name: String,
+    /// Values of the scene.
     #[serde(default)]
+    #[schemars(schema_with = "schema::any_values")]
     set: BTreeMap<String, toml::Value>,
+    /// Keys with lists of values: a setting for each combination.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, Vec<serde_json::Value>>")]
     vary: BTreeMap<String, Vec<toml::Value>>,
 }
 
@@ -246,7 +272,7 @@ fn check_reference(source: &SceneSource, value: &ReferenceValue) -> Result<Refer
         refuse(source, "reference", "(a table)".into(), &rule, hint)
     })?;
     let order = table.order;
-    if !(order.is_finite() && order > 0.0) {
+    if !Range::POSITIVE.has(order) {
         return Err(refuse(
             source,
             "reference.order",

@@ -1,5 +1,6 @@
 //! Every shape of the list, made of the tables that its file gives as examples.
 
+use monolayer::schema::Range;
 use monolayer::shape::{Rules, SHAPES, Shape, ShapeError, ShapeTable};
 
 /// Rules that a program without scenes would have.
@@ -12,8 +13,8 @@ impl Rules for Plain {
         if value > 0.0 && value.is_finite() { Ok(value) } else { Err(format!("{key} = {value}; {hint}")) }
     }
 
-    fn within(&self, key: &str, value: f64, range: [f64; 2], rule: &str, hint: &str) -> Result<f64, String> {
-        if (range[0]..=range[1]).contains(&value) { Ok(value) } else { Err(format!("{key} = {value} {rule}; {hint}")) }
+    fn within(&self, key: &str, value: f64, range: Range, rule: &str, hint: &str) -> Result<f64, String> {
+        if range.has(value) { Ok(value) } else { Err(format!("{key} = {value} {rule}; {hint}")) }
     }
 
     fn wrong(&self, key: &str, value: String, error: &ShapeError) -> String {

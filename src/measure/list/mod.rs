@@ -17,8 +17,10 @@ mod mean_speed;
 mod overshoot;
 mod subject;
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{EnumAccess, VariantAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -36,6 +38,7 @@ pub use self::free_energy::FREE_ENERGY;
 pub use self::mean_speed::MEAN_SPEED;
 pub use self::overshoot::OVERSHOOT;
 use super::MeasureError;
+use crate::schema::{self, FLOWS, IN_A_FLOW, TISSUE, WITH_BODIES};
 
 /// Every measure, in the order of its columns.
 pub const ALL: &[&Measure] = &[
@@ -157,6 +160,17 @@ impl Measure {
         }
     }
 
+    /// Kinds of scenes that may have it.
+    fn kinds(&self) -> &'static str {
+        match self.of {
+            Of::Flow(_) => FLOWS,
+            Of::Tissue(..) => TISSUE,
+            Of::Compressible(_) => "compressible",
+            Of::Bodies(Which::InAFlow, _) => IN_A_FLOW,
+            Of::Bodies(Which::Any | Which::Moving, _) => WITH_BODIES,
+        }
+    }
+
     /// Whether it is about rigid bodies.
     pub fn is_of_bodies(&self) -> bool {
         match self.of {
@@ -258,6 +272,21 @@ impl<'de> Deserialize<'de> for &'static Measure {
     /// As an enum, so that the messages are those of every other choice.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_enum("Measure", &NAMES, OneOfAll)
+    }
+}
+
+impl JsonSchema for Measure {
+    fn schema_name() -> Cow<'static, str> {
+        "Measure".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let choice = |measure: &&Measure| {
+            let mut choice = schema::choice(measure.name, measure.help);
+            choice["x-kinds"] = measure.kinds().into();
+            choice
+        };
+        json_schema!({ "oneOf": ALL.iter().map(choice).collect::<Vec<_>>() })
     }
 }
 

@@ -11,19 +11,19 @@ use super::{Domain, Named, Scale, Track, about};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// Ring between `inner_radius` and `radius`; tags `inner`, `outer`.
+    /// Ring between `inner_radius` and `radius`.
     Annulus {
         /// Radius of the outer circle.
         radius: f64 = 1.0 => Meaning::Length;
         /// Radius of the inner circle.
         inner_radius: f64 => Meaning::Length;
-        /// Centre of both.
+        /// Centre of both circles.
         centre: [f64; 2] = [0.0, 0.0] => Meaning::Place;
         /// Edge length.
         h: f64 => Meaning::Edge;
         /// The mesh is its own exact mirror image in x₂ = 0.
         symmetric: bool = false => Meaning::Free;
-        /// Isoparametric degree of cells on the circles.
+        /// Degree of the geometry of cells on circles; 1 leaves them straight.
         curved: usize = 3 => Meaning::CURVED;
     }
 }

@@ -11,17 +11,17 @@ use super::{Domain, Named, Scale, Track, about};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// Disc of radius `radius` about `centre`; tag `wall`.
+    /// Disc.
     Disc {
-        /// Radius.
+        /// Radius of the disc.
         radius: f64 = 1.0 => Meaning::Length;
-        /// Centre.
+        /// Centre of the disc.
         centre: [f64; 2] = [0.0, 0.0] => Meaning::Place;
         /// Edge length.
         h: f64 => Meaning::Edge;
         /// The mesh is its own exact mirror image in x₂ = 0.
         symmetric: bool = false => Meaning::Free;
-        /// Isoparametric degree of cells on the circle.
+        /// Degree of the geometry of cells on circles; 1 leaves them straight.
         curved: usize = 3 => Meaning::CURVED;
     }
 }

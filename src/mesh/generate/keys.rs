@@ -5,6 +5,8 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::schema::Range;
+
 /// What is given under a key.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -88,6 +90,9 @@ impl ValueKind {
     }
 }
 
+/// Smallest and largest length; beyond, points could coincide by rounding.
+pub(super) const LENGTHS: [f64; 2] = [1e-9, 1e9];
+
 /// What a value means, from which follow the rules on it alone and how it changes with the size of the cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Meaning {
@@ -106,7 +111,7 @@ pub enum Meaning {
     /// A number between two others.
     Within {
         /// Both ends included.
-        range: [f64; 2],
+        range: Range,
         /// What messages say of it.
         rule: &'static str,
         /// What they advise.
@@ -119,10 +124,30 @@ pub enum Meaning {
 impl Meaning {
     /// Isoparametric degrees of cells on circles.
     pub(super) const CURVED: Meaning = Meaning::Within {
-        range: [1.0, 3.0],
+        range: Range::within(1.0, 3.0),
         rule: "it must be 1, 2 or 3",
         hint: "3 is the default, 1 keeps straight cells",
     };
+
+    /// The numbers that it may consist of.
+    pub fn range(self) -> Range {
+        match self {
+            Meaning::Count => Range::SOME,
+            Meaning::Edge | Meaning::Length => Range::within(LENGTHS[0], LENGTHS[1]),
+            Meaning::Growth => Range::within(1e-3, 1.0),
+            Meaning::Place | Meaning::Interval => Range::within(-LENGTHS[1], LENGTHS[1]),
+            Meaning::Within { range, .. } => range,
+            Meaning::Free => Range::ANY,
+        }
+    }
+
+    /// What the number is, where it is not plain.
+    pub(super) fn unit(self) -> Option<&'static str> {
+        match self {
+            Meaning::Edge | Meaning::Length | Meaning::Place | Meaning::Interval => Some("length"),
+            Meaning::Count | Meaning::Growth | Meaning::Within { .. } | Meaning::Free => None,
+        }
+    }
 
     /// The value on cells that are longer by `ratio`, where it has to do with them.
     pub(super) fn coarser(self, value: Value, ratio: f64) -> Option<Value> {
@@ -155,6 +180,8 @@ pub struct Key {
     pub kind: ValueKind,
     /// Whether it must be given.
     pub must: bool,
+    /// A default that follows from other keys, in words.
+    pub otherwise: Option<&'static str>,
     /// What its value means.
     pub meaning: Meaning,
 }
@@ -271,6 +298,8 @@ impl From<i32> for Value {
 
 /// The keys of a generator, read and written as the fields of its struct.
 pub(super) trait Keyed {
+    /// What the domain is.
+    const ABOUT: &'static str;
     const KEYS: &'static [Key];
 
     /// What is given, and defaults; a key that must be given and is not stays at zero, for the check to refuse.
@@ -283,25 +312,30 @@ pub trait Written {
     fn values(&self) -> Vec<Option<Value>>;
 }
 
-/// Declares the struct of a generator: `key: type => meaning;` must be given, `key: type = default => meaning;` may be,
-/// and its default may use the fields above it.
+/// Declares the struct of a generator: `key: type => meaning;` must be given, `key: type = default => meaning;` may be.
+/// A default may use the fields above it; then it is also told in words, `= default, "words" =>`.
 macro_rules! keyed {
     (
-        $(#[$about:meta])*
-        $name:ident { $($(#[doc = $doc:literal])+ $key:ident: $type:ty $(= $default:expr)? => $meaning:expr;)+ }
+        $(#[doc = $about:literal])+
+        $name:ident { $(
+            $(#[doc = $doc:literal])+
+            $key:ident: $type:ty $(= $default:expr $(, $words:literal)?)? => $meaning:expr;
+        )+ }
     ) => {
-        $(#[$about])*
+        $(#[doc = $about])+
         #[derive(Debug, Clone)]
         pub(super) struct $name {
             $($(#[doc = $doc])+ pub $key: $type,)+
         }
 
         impl $crate::mesh::generate::keys::Keyed for $name {
+            const ABOUT: &'static str = concat!($($about),+).trim_ascii();
             const KEYS: &'static [$crate::mesh::generate::keys::Key] = &[$($crate::mesh::generate::keys::Key {
                 name: stringify!($key),
                 about: concat!($($doc),+).trim_ascii(),
                 kind: <$type as $crate::mesh::generate::keys::Filled>::KIND,
                 must: $crate::mesh::generate::keys::keyed!(@must $($default)?),
+                otherwise: $crate::mesh::generate::keys::keyed!(@words $($($words)?)?),
                 meaning: $meaning,
             }),+];
 
@@ -320,6 +354,8 @@ macro_rules! keyed {
             }
         }
     };
+    (@words) => { None };
+    (@words $words:literal) => { Some($words) };
     (@must) => { true };
     (@must $default:expr) => { false };
     (@default) => { Default::default() };

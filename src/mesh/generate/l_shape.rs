@@ -9,9 +9,9 @@ use super::{Domain, Named, Scale};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// The square `length × length` without its upper right quarter; tag `wall`.
+    /// Square `[x₀, x₁]²` less its upper right quarter.
     LShape {
-        /// The longer sides, `[x₀, x₁]` along both axes.
+        /// Extent along both axes, `[x₀, x₁]`.
         length: [f64; 2] = [0.0, 1.0] => Meaning::Interval;
         /// Edge length.
         h: f64 => Meaning::Edge;

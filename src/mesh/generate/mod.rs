@@ -13,6 +13,7 @@ mod outline;
 mod racetrack;
 mod relax;
 mod rules;
+mod schema;
 mod size;
 mod square;
 mod square_with_circle;
@@ -29,6 +30,7 @@ use rules::Check;
 use super::{Mesh, MeshError};
 
 pub use keys::{Filled, Key, Meaning, Value, ValueKind};
+pub use schema::{key_rows, shape_rows};
 pub use table::{MeshScene, lengths};
 pub use track::Track;
 
@@ -49,6 +51,8 @@ pub static GENERATORS: [Generator; 8] = [
 pub struct Generator {
     /// As in `mesh.shape`.
     pub name: &'static str,
+    /// What its domains are.
+    pub about: &'static str,
     /// What a scene may say about the shape.
     pub keys: &'static [Key],
     /// The domain of these values, with defaults for those that are missing.
@@ -57,7 +61,7 @@ pub struct Generator {
 
 impl Generator {
     const fn of<D: Named + Domain + Keyed + 'static>() -> Self {
-        Self { name: D::NAME, keys: D::KEYS, read: read::<D> }
+        Self { name: D::NAME, about: D::ABOUT, keys: D::KEYS, read: read::<D> }
     }
 
     /// The generator of this name.

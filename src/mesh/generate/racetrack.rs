@@ -9,34 +9,40 @@ use super::size::{GRADING, Size};
 use super::triangulated::Plan;
 use super::{Domain, Named, Scale, Track};
 use crate::mesh::{Mesh, MeshError, Point};
+use crate::schema::Range;
 
 keyed! {
-    /// Closed stadium-shaped band of width `width` with two straight arms of length `arm` (along x₁) joined by half
-    /// rings whose centre line has radius `turn_radius`, a disc of radius `radius` in the middle of each arm, of the
-    /// upper one alone (`discs = 1`) or of none (`discs = 0`); tags `outer`, `inner`, `disc`.
+    /// Closed band about the origin: two arms along x₁ joined by half rings, a disc taken out of the middle of each
+    /// arm, of the upper one alone, or of none.
     Racetrack {
-        /// Extent across the band.
+        /// Extent across the strip or the band.
         width: f64 => Meaning::Length;
-        /// Radius of the discs.
+        /// Radius of the disc.
         radius: Option<f64> = None => Meaning::Length;
         /// Length of a straight arm.
         arm: f64 => Meaning::Length;
         /// Radius of the centre line of the half rings.
         turn_radius: f64 => Meaning::Length;
-        /// Discs: 0, 1 or 2.
-        discs: usize = 2 => Meaning::Free;
-        /// Edge length far from the discs.
+        /// Discs on the racetrack; 1 is not `symmetric`.
+        discs: usize = 2 => DISCS;
+        /// Edge length far from the disc.
         h: f64 => Meaning::Edge;
-        /// Edge length on the discs.
-        h_disc: Option<f64> = None => Meaning::Edge;
-        /// Growth of the edge length per unit of distance from the discs.
+        /// Edge length on the disc.
+        h_disc: Option<f64> = None, "`h`" => Meaning::Edge;
+        /// Growth of the edge length per unit of distance from the disc.
         grading: Option<f64> = None => Meaning::Growth;
         /// The mesh is its own exact mirror image in x₂ = 0.
         symmetric: bool = false => Meaning::Free;
-        /// Isoparametric degree of cells on the circles.
+        /// Degree of the geometry of cells on circles; 1 leaves them straight.
         curved: usize = 3 => Meaning::CURVED;
     }
 }
+
+const DISCS: Meaning = Meaning::Within {
+    range: Range::within(0.0, 2.0),
+    rule: "it must be 0, 1 or 2",
+    hint: "a disc in each arm, in the upper one, or none",
+};
 
 impl Named for Racetrack {
     const NAME: &'static str = "racetrack";
@@ -71,9 +77,6 @@ impl Racetrack {
     /// The discs and what is said of them.
     fn check_discs(&self) -> Check {
         let discs = self.discs;
-        if discs > 2 {
-            return Err(bad("discs", discs, "it must be 0, 1 or 2", "a disc in each arm, in the upper one, or none"));
-        }
         if discs == 1 && self.symmetric {
             let rule = "a symmetric racetrack has a disc in both arms or in none";
             return Err(bad("discs", discs, rule, "set symmetric = false, or discs = 2"));

@@ -1,15 +1,14 @@
 //! Rules on the values of `[mesh]`: those on each alone, and those that several generators share.
 
-use super::keys::{Key, Meaning, Value};
+use super::keys::{Key, LENGTHS, Meaning, Value};
 use super::size::Size;
 use crate::mesh::MeshError;
+use crate::schema::Range;
 
 /// More cells than this are taken for a misprint in `h`.
 pub(super) const MOST_CELLS: f64 = 5e6;
 
-/// Smallest and largest length; beyond, and for edges below `FINEST` times the largest coordinate, points could
-/// coincide by rounding.
-const LENGTHS: [f64; 2] = [1e-9, 1e9];
+/// Edges below this share of the largest coordinate could have both ends in one point by rounding.
 const FINEST: f64 = 1e-9;
 
 pub(super) type Check = Result<(), MeshError>;
@@ -26,13 +25,13 @@ pub(super) fn of_each(all: &[(&Key, Value)]) -> Check {
         match (key.meaning, *value) {
             (Meaning::Length | Meaning::Edge, Value::Number(_)) => {
                 let hint = "a length in units of the scene";
-                within(key.name, *value, LENGTHS, "it must be positive, between 1e-9 and 1e9", hint)?;
+                within(key, *value, "it must be positive, between 1e-9 and 1e9", hint)?;
             }
             (Meaning::Growth, Value::Number(_)) => {
                 let hint = "0.15 lets an edge grow by 15 percent of its distance from the disc";
-                within(key.name, *value, [1e-3, 1.0], "it must lie in 0.001 to 1", hint)?;
+                within(key, *value, "it must lie in 0.001 to 1", hint)?;
             }
-            (Meaning::Within { range, rule, hint }, _) => within(key.name, *value, range, rule, hint)?,
+            (Meaning::Within { rule, hint, .. }, _) => within(key, *value, rule, hint)?,
             (Meaning::Count, Value::Whole(0)) => {
                 return Err(bad(key.name, 0, "it must be at least 1", "the square has 2 n² cells"));
             }
@@ -60,14 +59,16 @@ fn edges(all: &[(&Key, Value)]) -> Check {
     for (key, value) in all.iter().filter(|(key, _)| key.meaning == Meaning::Edge) {
         let rule = "it must exceed 1e-9 of the largest coordinate, or rounding makes vertices coincide";
         let hint = "choose it larger, or lengths smaller";
-        within(key.name, *value, [FINEST * largest, f64::INFINITY], rule, hint)?;
+        let long = Range::at_least(FINEST * largest);
+        if !value.numbers().into_iter().all(|x| long.has(x)) {
+            return Err(bad(key.name, value, rule, hint));
+        }
     }
     Ok(())
 }
 
 /// Coordinates, against whose rounding edges must be long.
 fn places(all: &[(&Key, Value)]) -> Check {
-    let [low, high] = [-LENGTHS[1], LENGTHS[1]];
     let pair = |(key, value): &(&Key, Value)| match (key.meaning, *value) {
         (Meaning::Place | Meaning::Interval, Value::Pair(pair)) => Some((key.name, pair, key.meaning)),
         (
@@ -83,8 +84,8 @@ fn places(all: &[(&Key, Value)]) -> Check {
         ) => None,
     };
     let pairs: Vec<_> = all.iter().filter_map(pair).collect();
-    for (key, pair, _) in &pairs {
-        if !pair.iter().all(|x| (low..=high).contains(x)) {
+    for (key, pair, meaning) in &pairs {
+        if !pair.iter().all(|x| meaning.range().has(*x)) {
             let rule = "both numbers must be finite, at most 1e9 in size";
             return Err(bad(key, format!("{pair:?}"), rule, "for example [-30.0, 50.0]"));
         }
@@ -105,12 +106,12 @@ fn places(all: &[(&Key, Value)]) -> Check {
     Ok(())
 }
 
-/// Refuses a number outside `[low, high]` (and what is no number).
-fn within(key: &str, value: Value, [low, high]: [f64; 2], rule: &str, hint: &str) -> Check {
-    if value.numbers().iter().all(|x| (low..=high).contains(x)) {
+/// Refuses a number outside the range of its key (and what is no number).
+fn within(key: &Key, value: Value, rule: &str, hint: &str) -> Check {
+    if value.numbers().into_iter().all(|x| key.meaning.range().has(x)) {
         return Ok(());
     }
-    Err(bad(key, value, rule, hint))
+    Err(bad(key.name, value, rule, hint))
 }
 
 /// The edge length `h` under `key` must not exceed the size called `name`.

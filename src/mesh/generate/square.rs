@@ -7,23 +7,27 @@ use super::keys::{Meaning, keyed};
 use super::rules::{Check, MOST_CELLS, bad};
 use super::{Domain, Named, Scale};
 use crate::mesh::{BoundaryEdge, Mesh, MeshError, Point};
+use crate::schema::Range;
 
 keyed! {
-    /// Structured unit-cell square, `2 n²` cells; tags `left`, `right`, `bottom`, `top`.
+    /// Square `[x₀, x₁]²`, `2n²` equal cells.
     Square {
         /// Cells per side.
         n: usize => Meaning::Count;
-        /// Inner vertices are moved by this fraction of the cell size, seeded by `seed`.
+        /// Inner vertices move at random by up to this share of the cell size.
         distortion: f64 = 0.0 => DISTORTION;
-        /// Seed of what is random in the mesh.
+        /// Seed of the distortion.
         seed: u64 = 0 => Meaning::Free;
-        /// The side, `[x₀, x₁]`.
+        /// Extent along both axes, `[x₀, x₁]`.
         length: [f64; 2] = [0.0, 1.0] => Meaning::Interval;
     }
 }
 
-const DISTORTION: Meaning =
-    Meaning::Within { range: [0.0, 0.3], rule: "it must lie in 0 to 0.3", hint: "beyond 0.3 cells could turn over" };
+const DISTORTION: Meaning = Meaning::Within {
+    range: Range::within(0.0, 0.3),
+    rule: "it must lie in 0 to 0.3",
+    hint: "beyond 0.3 cells could turn over",
+};
 
 /// Sides of a square.
 pub(super) const SIDES: [&str; 4] = ["left", "right", "bottom", "top"];

@@ -12,17 +12,16 @@ use crate::mesh::{BoundaryEdge, Mesh, MeshError, Point};
 const MIDDLE: f64 = 0.55;
 
 keyed! {
-    /// The square with a circle of radius `radius` about `centre` in it, which edges follow: `4n` of them, about
-    /// `14 n²` cells; tags of the square.
+    /// The square, edges follow a circle in it: `4n` of them, about `14n²` cells.
     SquareWithCircle {
         /// Cells per side, and on a quarter of the circle.
         n: usize => Meaning::Count;
-        /// The side, `[x₀, x₁]`.
+        /// Extent along both axes, `[x₀, x₁]`.
         length: [f64; 2] = [0.0, 1.0] => Meaning::Interval;
         /// Radius of the circle.
         radius: f64 => Meaning::Length;
         /// Centre of the circle.
-        centre: [f64; 2] = [0.5 * (length[0] + length[1]); 2] => Meaning::Place;
+        centre: [f64; 2] = [0.5 * (length[0] + length[1]); 2], "the square's middle" => Meaning::Place;
     }
 }
 

@@ -2,10 +2,14 @@
 
 use super::keys::Meaning;
 use super::size::Size;
+use crate::schema::Range;
 
 /// How much longer cells may be.
-pub(super) const STRETCH: Meaning =
-    Meaning::Within { range: [1.0, 1000.0], rule: "it must lie in 1 to 1000", hint: "1 gives isotropic cells" };
+pub(super) const STRETCH: Meaning = Meaning::Within {
+    range: Range::within(1.0, 1000.0),
+    rule: "it must lie in 1 to 1000",
+    hint: "1 gives isotropic cells",
+};
 
 /// Growth of the cell length per cell, where the stretch sets in.
 const GROWTH: f64 = 0.3;

@@ -10,11 +10,11 @@ use super::{Domain, Named, Scale};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// Rectangle `length × [−width/2, width/2]`; tags `inlet`, `outlet`, `walls`.
+    /// Rectangle `length × [−width/2, width/2]`.
     Strip {
-        /// Extent along x₁.
+        /// Extent along x₁, `[x₀, x₁]`.
         length: [f64; 2] => Meaning::Interval;
-        /// Extent across.
+        /// Extent across the strip or the band.
         width: f64 => Meaning::Length;
         /// Edge length.
         h: f64 => Meaning::Edge;

@@ -10,11 +10,11 @@ use super::{Domain, Named, Scale, strip};
 use crate::mesh::{Mesh, MeshError, Point};
 
 keyed! {
-    /// The strip without the disc of radius `radius` about `centre`; tags of the strip and `disc`.
+    /// Strip less a disc.
     StripWithDisc {
-        /// Extent along x₁.
+        /// Extent along x₁, `[x₀, x₁]`.
         length: [f64; 2] => Meaning::Interval;
-        /// Extent across.
+        /// Extent across the strip or the band.
         width: f64 => Meaning::Length;
         /// Radius of the disc.
         radius: f64 = 1.0 => Meaning::Length;
@@ -23,15 +23,14 @@ keyed! {
         /// Edge length far from the disc.
         h: f64 => Meaning::Edge;
         /// Edge length on the disc.
-        h_disc: f64 = h => Meaning::Edge;
+        h_disc: f64 = h, "`h`" => Meaning::Edge;
         /// Growth of the edge length per unit of distance from the disc.
         grading: f64 = GRADING => Meaning::Growth;
-        /// Cells are this much longer along x₁ than across, away from the disc. About it the mesh stays isotropic; from
-        /// there the cells grow by a third each until the stretch is reached.
+        /// Cells are this much longer along x₁ than across, away from the disc.
         stretch: f64 = 1.0 => STRETCH;
         /// The mesh is its own exact mirror image in x₂ = 0.
         symmetric: bool = false => Meaning::Free;
-        /// Isoparametric degree of cells on the disc.
+        /// Degree of the geometry of cells on circles; 1 leaves them straight.
         curved: usize = 3 => Meaning::CURVED;
     }
 }

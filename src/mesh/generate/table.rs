@@ -19,7 +19,7 @@ const OWN: [&str; 3] = ["shape", "file", "slits"];
 
 /// Keys of shapes that mean something beside a file: the place of the disc for measures and cuts, and the degree of
 /// curved cells.
-const BESIDE_FILE: [&str; 3] = ["radius", "centre", "curved"];
+pub(super) const BESIDE_FILE: [&str; 3] = ["radius", "centre", "curved"];
 
 /// The table `[mesh]`.
 #[derive(Debug, Clone, Default)]
@@ -238,7 +238,7 @@ pub fn lengths() -> Vec<&'static str> {
 }
 
 /// Keys of all shapes, in an order that is that of every shape.
-static KEYS: LazyLock<Vec<&'static Key>> = LazyLock::new(|| {
+pub(super) static KEYS: LazyLock<Vec<&'static Key>> = LazyLock::new(|| {
     let mut lists: Vec<&[Key]> = GENERATORS.iter().map(|generator| generator.keys).collect();
     let mut merged: Vec<&Key> = Vec::new();
     loop {

@@ -85,41 +85,10 @@ impl Bodies {
                 return error(&format!("wall.{number}.tag"), format!("\"{tag}\""), rule, &hint);
             }
         }
-        let (low, high) =
-            mesh.vertices.iter().fold((mesh.vertices[0], mesh.vertices[0]), |(a, b), x| (a.inf(x), b.sup(x)));
-        let extent = high - low;
-        let area = (0..mesh.cells.len()).map(|cell| mesh.cell_area(cell)).sum::<f64>();
-        let locator = Locator::new(mesh);
+        let extent = Extent::of(mesh);
         for body in &self.bodies {
-            let key = &body.key;
-            let outline = place::outline(&body.shape, &body.start);
-            let (a, b) = outline.iter().fold((outline[0], outline[0]), |(a, b), x| (a.inf(x), b.sup(x)));
-            let size = b - a;
-            let value = format!("`{}`", body.name);
-            if size.x >= extent.x || size.y >= extent.y || body.shape.area() >= area {
-                let rule = format!(
-                    "the body, {} by {}, is larger than the domain, {} by {}",
-                    short(size.x),
-                    short(size.y),
-                    short(extent.x),
-                    short(extent.y)
-                );
-                return error(key, value, rule, "take a smaller body, or a larger mesh");
-            }
-            if !outline.iter().any(|x| locator.locate(mesh, *x).is_some()) {
-                let rule = format!("the body at {} lies wholly outside of the mesh", shown(body.start.position));
-                return error(key, value, rule, "move it into the domain, or remove it");
-            }
-            if let Some((cell, _)) = locator.locate(mesh, body.start.position) {
-                let (thin, cell) = (body.shape.inradius(), (2.0 * mesh.cell_area(cell)).sqrt());
-                if thin < FINEST * cell {
-                    let rule = format!(
-                        "half of the body's thickness, {thin:.1e}, is {:.1e} of the cell where it lies: below \
-                         {FINEST:e} nothing is left of it",
-                        thin / cell
-                    );
-                    return error(key, value, rule, "take a larger body, or much smaller cells");
-                }
+            if let Some((rule, hint)) = extent.refuses(body) {
+                return error(&body.key, format!("`{}`", body.name), rule, hint);
             }
         }
         let of_tags: Vec<(usize, Wall)> = self
@@ -147,6 +116,56 @@ impl Bodies {
         let (rule, hint) = place::crowded_rule(&self.bodies[at].name, &partner, gap);
         let (key, value) = ("contact.margin".to_owned(), margin.to_string());
         Err(SceneError::Value { place: source.place(&key), key, value, rule, hint })
+    }
+}
+
+/// How large a mesh is, for bodies that are to lie in it.
+struct Extent<'m> {
+    mesh: &'m Mesh,
+    locator: Locator,
+    /// Sides of the rectangle about it.
+    sides: Point,
+    area: f64,
+}
+
+impl<'m> Extent<'m> {
+    fn of(mesh: &'m Mesh) -> Self {
+        let (low, high) =
+            mesh.vertices.iter().fold((mesh.vertices[0], mesh.vertices[0]), |(a, b), x| (a.inf(x), b.sup(x)));
+        let area = (0..mesh.cells.len()).map(|cell| mesh.cell_area(cell)).sum::<f64>();
+        Self { mesh, locator: Locator::new(mesh), sides: high - low, area }
+    }
+
+    /// Why a body has no place in the mesh, and what to do.
+    fn refuses(&self, body: &Body) -> Option<(String, &'static str)> {
+        let Self { mesh, locator, sides, area } = self;
+        let outline = place::outline(&body.shape, &body.start);
+        let (a, b) = outline.iter().fold((outline[0], outline[0]), |(a, b), x| (a.inf(x), b.sup(x)));
+        let size = b - a;
+        if size.x >= sides.x || size.y >= sides.y || body.shape.area() >= *area {
+            let rule = format!(
+                "the body, {} by {}, is larger than the domain, {} by {}",
+                short(size.x),
+                short(size.y),
+                short(sides.x),
+                short(sides.y)
+            );
+            return Some((rule, "take a smaller body, or a larger mesh"));
+        }
+        if !outline.iter().any(|x| locator.locate(mesh, *x).is_some()) {
+            let rule = format!("the body at {} lies wholly outside of the mesh", shown(body.start.position));
+            return Some((rule, "move it into the domain, or remove it"));
+        }
+        let (cell, _) = locator.locate(mesh, body.start.position)?;
+        let (thin, cell) = (body.shape.inradius(), (2.0 * mesh.cell_area(cell)).sqrt());
+        (thin < FINEST * cell).then(|| {
+            let rule = format!(
+                "half of the body's thickness, {thin:.1e}, is {:.1e} of the cell where it lies: below {FINEST:e} \
+                 nothing is left of it",
+                thin / cell
+            );
+            (rule, "take a larger body, or much smaller cells")
+        })
     }
 }
 

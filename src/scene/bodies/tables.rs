@@ -2,12 +2,14 @@
 
 use std::fmt;
 
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use crate::contact::Method;
 use crate::expression::{Formula, VectorFormula};
 use crate::model::immersed::flow::Settings;
-use crate::shape::ShapeTable;
+use crate::schema::{self, IN_A_FLOW, Range};
+use crate::shape::{LENGTHS, ShapeTable};
 
 /// What a scene of any kind may say about bodies.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,13 +29,21 @@ impl BodyTables {
 }
 
 /// `[rigid]`: how a flow carries bodies.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct RigidTable {
-    /// `ε ∈ (0, 1)` of the penalty `(2/ε) ∫_B D(v):D(w)` (default 1e-8).
+    /// `ε` of the penalty `(2/ε) ∫_B D(v):D(w)`: a body is 1/ε times as viscous as what is around it.
+    #[schemars(transform = RigidTable::EPSILON.said())]
     pub epsilon: f64,
-    /// Order of the motion, 1 or 2 (default 2).
+    /// Order of the motion in time.
+    #[schemars(transform = RigidTable::ORDER.said())]
     pub order: usize,
+}
+
+impl RigidTable {
+    pub const EPSILON: Range = Range::inside(0.0, 1.0);
+    pub const ORDER: Range = Range::within(1.0, 2.0);
 }
 
 impl Default for RigidTable {
@@ -44,70 +54,96 @@ impl Default for RigidTable {
 }
 
 /// `[[body]]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct BodyTable {
-    /// Default `body-1`, `body-2`, …
+    /// In tables, messages and `--set`; no number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::file_name, extend("x-default" = "`body-1`, …"))]
     pub name: Option<String>,
+    /// Shape and size.
+    #[schemars(extend("x-values" = "one of the [shapes](#shapes)"))]
     pub shape: ShapeTable,
-    /// Centre of area; without it a polygon lies where its vertices say, and a path gives it.
+    /// Of the centre of area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-default" = "–; of a polygon, where its vertices are"))]
     pub position: Option<[f64; 2]>,
-    /// Counterclockwise, in radians (default 0); a path gives it.
+    /// Counterclockwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-unit" = "radians", "default" = 0))]
     pub angle: Option<f64>,
-    /// At t = 0 (default 0); inertial particles only.
+    /// At `t = 0`, with inertia, of what is free or pinned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = [0, 0], "x-kinds" = "particles"))]
     pub velocity: Option<[f64; 2]>,
-    /// At t = 0 (default 0); inertial particles only.
+    /// At `t = 0`, with inertia, of what is free or pinned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = 0, "x-kinds" = "particles"))]
     pub spin: Option<f64>,
-    /// Mass per area (default 1).
+    /// Mass per area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said(), extend("default" = 1))]
     pub density: Option<f64>,
-    /// What decides about the motion (default `"free"`).
+    /// What decides about the motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = "free", "x-values" = "one of the [motions](#motions)"))]
     pub motion: Option<MotionTable>,
-    /// Total external force (default 0).
+    /// Total force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = [0, 0]))]
     pub force: Option<VectorFormula>,
-    /// External torque about the centre (default 0).
+    /// About the centre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = 0))]
     pub torque: Option<Formula>,
-    /// With the substrate, per area (default 0); in a flow only.
+    /// With the substrate, per area; tissue and Stokes flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = BodyTable::FRICTION.said(), extend("default" = 0, "x-kinds" = IN_A_FLOW))]
     pub friction: Option<f64>,
 }
 
+impl BodyTable {
+    /// Beyond, a body's friction leaves no digits to the flow.
+    pub const FRICTION: Range = Range::within(0.0, 1e12);
+}
+
 /// `body.motion`: a name, or `{ pinned = … }`, `{ held = … }`, `{ path = … }`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MotionTable {
+    /// Goes where forces, flow and contact take it.
     Free,
+    /// Stays.
     Fixed,
-    /// A point of space that stays where it is while the body turns about it.
+    /// Turns about a point of it, given in space at `t = 0`.
     Pinned([f64; 2]),
+    /// Moves at this velocity; formulas of `t`, `x`, `y`, `theta`.
     Held(HeldTable),
+    /// Is there; formulas of `t`, and then there is no `position` and `angle`.
     Path(PathTable),
 }
 
 /// `{ held = { velocity = [f, g], spin = h } }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct HeldTable {
+    /// Of the centre.
     pub velocity: VectorFormula,
-    /// Default 0.
+    /// Counterclockwise.
     #[serde(default = "zero")]
     pub spin: Formula,
 }
 
 /// `{ path = { position = [f, g], angle = h } }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct PathTable {
+    /// Of the centre.
     pub position: VectorFormula,
-    /// Default 0.
+    /// Counterclockwise, in radians.
     #[serde(default = "zero")]
     pub angle: Formula,
 }
@@ -116,55 +152,88 @@ pub(in crate::scene) fn zero() -> Formula {
     Formula::Integer(0)
 }
 
+/// At most so many bodies.
+pub const MOST: usize = 1_000_000;
+
 /// `[[bodies]]`: many discs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>, transform = one_place)]
 pub struct BodiesTable {
-    /// What their names begin with: `NAME-1`, `NAME-2`, … (default `disc`, of further tables `disc2`, …).
+    /// What their names begin with: `NAME-1`, `NAME-2`, …
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::file_name, extend("x-default" = "`disc`, `disc2`, …"))]
     pub name: Option<String>,
     /// How many; not beside `at`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = BodiesTable::COUNT.said(), extend("x-default" = "–"))]
     pub count: Option<usize>,
+    /// Of all, or uniform between two.
+    #[schemars(transform = LENGTHS.said(), extend("x-values" = "length 1e-9 to 1e9, or `[r_1, r_2]`"))]
     pub radius: Radii,
     /// At random in a box: lower left and upper right corner.
     #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
     pub in_box: Option<[[f64; 2]; 2]>,
     /// At random in a disc.
     #[serde(default, rename = "disc", skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-values" = "`{ centre = [x, y], radius = r }`"))]
     pub in_disc: Option<CircleTable>,
-    /// At equal angles on a circle, which may turn.
+    /// At equal angles on a circle; with `angle`, a formula of `t`, the ring is turned by it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-values" = "`{ centre, radius, angle }`"))]
     pub ring: Option<RingTable>,
     /// At these centres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::not_empty)]
     pub at: Option<Vec<[f64; 2]>>,
-    /// Of radii and places (default 1).
+    /// Of radii and places.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = 1))]
     pub seed: Option<u64>,
-    /// `"free"` (default) or `"fixed"`.
+    /// Of all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = "free"))]
     pub motion: Option<GroupMotion>,
+    /// Mass per area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said(), extend("default" = 1))]
     pub density: Option<f64>,
+    /// Total force on each.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = [0, 0]))]
     pub force: Option<VectorFormula>,
+    /// On each, about its centre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = 0))]
     pub torque: Option<Formula>,
+    /// With the substrate, per area; tissue and Stokes flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = BodyTable::FRICTION.said(), extend("default" = 0, "x-kinds" = IN_A_FLOW))]
     pub friction: Option<f64>,
 }
 
+impl BodiesTable {
+    pub const COUNT: Range = Range::within(1.0, MOST as f64);
+}
+
+/// Exactly one key tells where they are.
+fn one_place(schema: &mut Schema) {
+    let places = ["box", "disc", "ring", "at"].map(|key| serde_json::json!({ "required": [key] }));
+    schema.insert("oneOf".to_owned(), places.into());
+}
+
 /// `bodies.motion`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GroupMotion {
+    /// They go where forces, flow and contact take them.
     Free,
+    /// They stay.
     Fixed,
 }
 
 /// `bodies.radius`: one number, or the ends of a range.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Radii {
     Equal(f64),
@@ -201,21 +270,28 @@ impl<'de> de::Visitor<'de> for RadiiVisitor {
 }
 
 /// `{ centre, radius }`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>, transform = schema::centre_or_center)]
 pub struct CircleTable {
+    /// Centre; also spelled `center`.
     #[serde(alias = "center")]
     pub centre: [f64; 2],
+    /// Radius.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "length"))]
     pub radius: f64,
 }
 
 /// `{ centre, radius, angle }`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>, transform = schema::centre_or_center)]
 pub struct RingTable {
+    /// Centre; also spelled `center`.
     #[serde(alias = "center")]
     pub centre: [f64; 2],
     /// Of the circle on which the centres lie.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "length"))]
     pub radius: f64,
     /// Formula of t: how far the ring has turned; without it the bodies do not move by themselves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -223,38 +299,50 @@ pub struct RingTable {
 }
 
 /// `[[wall]]`: exactly one of `segment`, `disc`, `hollow`, `tag`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>, extend("minProperties" = 1, "maxProperties" = 1))]
 pub struct WallTable {
-    /// Bodies stay on the left of the segment from the first to the second point.
+    /// Bodies stay on its left, seen from the first to the second point, or touch its ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub segment: Option<[[f64; 2]; 2]>,
     /// Bodies stay outside.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-values" = "`{ centre = [x, y], radius = r }`"))]
     pub disc: Option<CircleTable>,
     /// Bodies stay inside.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-values" = "`{ centre = [x, y], radius = r }`"))]
     pub hollow: Option<CircleTable>,
-    /// The part of the mesh's boundary that has this tag; in a flow only.
+    /// Bodies stay on the inner side of this part of the mesh's boundary; tissue and Stokes flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-values" = "a tag", "x-kinds" = IN_A_FLOW))]
     pub tag: Option<String>,
 }
 
 /// `[contact]`
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct ContactTable {
-    /// `"inelastic"` (default) or `"gluey"`.
+    /// How bodies that meet part again.
     pub law: LawName,
-    /// `γ_min ≤ 0`, the threshold of roughness (default −∞); gluey only.
+    /// Gluey: threshold of roughness, `γ ≥ γ_min`; 0 is inelastic.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("maximum" = 0, "x-default" = "`-inf`"))]
     pub gamma_min: Option<f64>,
-    /// `η ≥ 0`, the gap that is kept (default 0).
+    /// Gap that is kept, `η`: `D + Δt G·V ≥ η`.
+    #[schemars(transform = Range::NOT_NEGATIVE.said(), extend("x-unit" = "length"))]
     pub margin: f64,
-    /// Of gaps and complementarity (default 1e-12).
+    /// Of gaps and complementarity.
+    #[schemars(transform = ContactTable::TOLERANCE.said())]
     pub tolerance: f64,
-    /// How the projection is computed (default `"newton"`).
+    /// How the projection is computed.
     pub solver: Method,
+}
+
+impl ContactTable {
+    pub const TOLERANCE: Range = Range::within(1e-14, 1e-3);
 }
 
 impl Default for ContactTable {
@@ -265,9 +353,11 @@ impl Default for ContactTable {
 }
 
 /// `contact.law`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LawName {
+    /// They stay together as long as they are pressed.
     Inelastic,
+    /// They stick.
     Gluey,
 }

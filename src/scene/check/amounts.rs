@@ -9,8 +9,6 @@ use crate::scheme::Schedule;
 pub(super) const MOST_STEPS: f64 = 1e9;
 /// Most files that one output writes.
 const MOST_FILES: f64 = 1e6;
-/// Most points of a cut.
-pub(super) const MOST_POINTS: usize = 10_000_000;
 
 /// How a run goes from 0 to its end.
 #[derive(Debug, Clone, Copy)]

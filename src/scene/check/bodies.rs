@@ -1,6 +1,6 @@
 //! The rules of `[[body]]` and `[rigid]`, and of all tables of bodies together.
 
-use super::groups::MOST;
+use super::groups::Among;
 use super::{Checker, shown};
 use crate::body::{Body, Hold};
 use crate::contact::{Partner, Wall};
@@ -8,9 +8,10 @@ use crate::expression::{Expression, Formula, VectorFormula};
 use crate::mesh::Point;
 use crate::model::ModelError;
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
-use crate::scene::bodies::tables::{BodyTable, BodyTables, MotionTable, zero};
+use crate::scene::bodies::tables::{BodyTable, BodyTables, MOST, MotionTable, RigidTable, zero};
 use crate::scene::bodies::{Bodies, Rigid};
 use crate::scene::error::SceneError;
+use crate::schema::Range;
 use crate::shape::{Pose, Rules, Shape, ShapeError, Twist};
 
 /// What surrounds the bodies.
@@ -24,9 +25,6 @@ pub(super) enum Around {
 
 /// Names and values that formulas may use.
 pub(super) type Symbols<'a> = &'a [(&'static str, f64)];
-
-/// Beyond it, a body's friction leaves no digits to the flow.
-const LARGEST_FRICTION: f64 = 1e12;
 
 impl Checker<'_> {
     /// The bodies of a scene, with every default filled in the tables; `None` where nothing is said.
@@ -51,7 +49,8 @@ impl Checker<'_> {
             let name = || if at == 0 { "disc".to_owned() } else { format!("disc{}", at + 1) };
             table.name.get_or_insert_with(name);
             let key = format!("bodies.{at}");
-            let group = self.group(&key, table, around, symbols, &bodies, &walls)?;
+            let among = Among { around, symbols, before: &bodies, walls: &walls };
+            let group = self.group(&key, table, among)?;
             bodies.extend(group);
             let rule = format!("there are more than {MOST} bodies");
             self.require(bodies.len() <= MOST, &format!("bodies.{at}.count"), bodies.len(), &rule, "take fewer")?;
@@ -90,22 +89,17 @@ impl Checker<'_> {
     }
 
     fn rigid(&self, tables: &mut BodyTables, around: Around) -> Result<Rigid, SceneError> {
-        let given = tables.rigid.is_some();
         match around {
-            Around::Nothing { .. } => {
-                let rule = "it tells how a flow carries bodies, and particles have no flow";
-                self.require(!given, "rigid", "(given)", rule, "remove it, or take kind = \"stokes\"")?;
-                Ok(Rigid { epsilon: 1.0, order: 1 })
-            }
+            Around::Nothing { .. } => Ok(Rigid { epsilon: 1.0, order: 1 }),
             Around::Flow => {
                 let table = tables.rigid.get_or_insert_default();
                 let (epsilon, order) = (table.epsilon, table.order);
                 let rule = "must lie between 0 and 1, both excluded";
                 let hint = "1/ε is how much more viscous a body is than what surrounds it; 1e-8 is usual";
-                let holds = epsilon > 0.0 && epsilon < 1.0;
+                let holds = RigidTable::EPSILON.has(epsilon);
                 self.require(holds, "rigid.epsilon", shown(epsilon), rule, hint)?;
                 let hint = "2 matches bdf2, 1 is explicit Euler";
-                self.require((1..=2).contains(&order), "rigid.order", order, "must be 1 or 2", hint)?;
+                self.require(RigidTable::ORDER.has_count(order), "rigid.order", order, "must be 1 or 2", hint)?;
                 Ok(Rigid { epsilon, order })
             }
         }
@@ -303,7 +297,7 @@ impl Checker<'_> {
         match around {
             Around::Flow => {
                 let friction = *given.get_or_insert(0.0);
-                let holds = (0.0..=LARGEST_FRICTION).contains(&friction);
+                let holds = BodyTable::FRICTION.has(friction);
                 let hint = "friction of the body with the substrate, per area; 0 is none";
                 self.require(holds, key, shown(friction), "must lie between 0 and 1e12", hint)?;
                 Ok(friction)
@@ -396,7 +390,7 @@ impl Rules for ShapeRules<'_, '_> {
         self.checker.length(&format!("{}.{key}", self.key), value, hint)
     }
 
-    fn within(&self, key: &str, value: f64, range: [f64; 2], rule: &str, hint: &str) -> Result<f64, SceneError> {
+    fn within(&self, key: &str, value: f64, range: Range, rule: &str, hint: &str) -> Result<f64, SceneError> {
         self.checker.within(&format!("{}.{key}", self.key), value, range, rule, hint)
     }
 

@@ -7,7 +7,7 @@ use crate::expression::{Expression, Formula, VectorFormula};
 use crate::model::{Exact, ModelError, ModelKind, Parameters};
 use crate::names;
 use crate::scene::error::SceneError;
-use crate::scene::start::{DensityStart, DensityTable, PolarityStart, StartTable};
+use crate::scene::start::{DensityStart, DensityTable, NAMED, PolarityStart, StartTable};
 use crate::scene::tables::{ExactBoundary, ExactTable, SceneFile};
 use crate::scene::{Initial, InitialDensity, Sources};
 
@@ -31,7 +31,8 @@ impl Checker<'_> {
                 let near = match name.as_str() {
                     "random" | "file" => String::new(),
                     other => {
-                        names::did_you_mean(other, &["aligned-around-disc", "circulating", "exact", "random", "file"])
+                        let known: Vec<&str> = NAMED.iter().map(|(name, _)| *name).chain(["random", "file"]).collect();
+                        names::did_you_mean(other, &known)
                     }
                 };
                 let hint = "the choices are \"aligned-around-disc\", \"circulating\", \"exact\", [\"p_1\", \"p_2\"], { random = { seed = 1 } }, \

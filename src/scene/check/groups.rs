@@ -7,33 +7,41 @@ use crate::contact::Wall;
 use crate::expression::{Expression, Formula};
 use crate::mesh::Point;
 use crate::scene::bodies::place::{Region, radii, scatter};
-use crate::scene::bodies::tables::{BodiesTable, CircleTable, GroupMotion, Radii, RingTable};
+use crate::scene::bodies::tables::{BodiesTable, CircleTable, GroupMotion, MOST, Radii, RingTable};
 use crate::scene::error::SceneError;
 use crate::shape::{Disc, Pose, Shape, Twist};
 
-/// At most so many bodies.
-pub(super) const MOST: usize = 1_000_000;
+/// Of radii and places, where none is given.
+const SEED: u64 = 1;
+
+/// The angle of the k-th of so many places on a circle.
+fn share(k: usize, count: usize) -> f64 {
+    std::f64::consts::TAU * k as f64 / count as f64
+}
+
+/// What bodies are placed among.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Among<'b> {
+    pub around: Around,
+    /// Names and values that their formulas may use.
+    pub symbols: Symbols<'b>,
+    /// Bodies that are there.
+    pub before: &'b [Body],
+    pub walls: &'b [Wall],
+}
 
 impl Checker<'_> {
-    pub(super) fn group(
-        &self,
-        key: &str,
-        table: &mut BodiesTable,
-        around: Around,
-        symbols: Symbols,
-        before: &[Body],
-        walls: &[Wall],
-    ) -> Result<Vec<Body>, SceneError> {
+    pub(super) fn group(&self, key: &str, table: &mut BodiesTable, among: Among) -> Result<Vec<Body>, SceneError> {
         let at = |name: &str| format!("{key}.{name}");
         let name = table.name.clone().unwrap_or_default();
         self.body_name(&at("name"), &name)?;
         let density = *table.density.get_or_insert(1.0);
         self.positive(&at("density"), density, "mass per area; 1 is that of the medium")?;
         let count = self.group_count(key, table)?;
-        let seed = *table.seed.get_or_insert(1);
+        let seed = *table.seed.get_or_insert(SEED);
         let radii = radii(count, self.group_radii(&at("radius"), table.radius)?, seed);
-        let centres = self.group_centres(key, table, &radii, seed, before, walls)?;
-        let friction = self.body_friction(&at("friction"), &mut table.friction, around)?;
+        let centres = self.group_centres(key, table, &radii, among)?;
+        let friction = self.body_friction(&at("friction"), &mut table.friction, among.around)?;
         let motion = *table.motion.get_or_insert(GroupMotion::Free);
         let turning =
             table.ring.as_ref().and_then(|ring| ring.angle.as_ref().map(|angle| (ring.clone(), angle.clone())));
@@ -43,10 +51,10 @@ impl Checker<'_> {
         for (k, (&radius, centre)) in radii.iter().zip(&centres).enumerate() {
             let shape = Shape::from(Disc { radius });
             self.computable(&at("density"), &shape, density)?;
-            let known = numbers(&shape, density, symbols);
+            let known = numbers(&shape, density, among.symbols);
             let start = Pose { position: *centre, angle: 0.0 };
             let hold = match (motion, &turning) {
-                (_, Some((ring, angle))) => self.turning(&at("ring.angle"), ring, angle, k, count, &known)?,
+                (_, Some((ring, angle))) => self.turning(&at("ring.angle"), ring, angle, share(k, count), &known)?,
                 (GroupMotion::Free, None) => Hold::Free,
                 (GroupMotion::Fixed, None) => Hold::Fixed,
             };
@@ -89,7 +97,7 @@ impl Checker<'_> {
             }
             (None, Some(given)) => {
                 let rule = format!("must lie between 1 and {MOST}");
-                self.require((1..=MOST).contains(&given), &count, given, &rule, "how many bodies to place")?;
+                self.require(BodiesTable::COUNT.has_count(given), &count, given, &rule, "how many bodies to place")?;
                 Ok(given)
             }
             (None, None) => Err(self.missing(key, "count", "add `count = 100`, the number of bodies")),
@@ -115,9 +123,7 @@ impl Checker<'_> {
         key: &str,
         table: &BodiesTable,
         radii: &[f64],
-        seed: u64,
-        before: &[Body],
-        walls: &[Wall],
+        among: Among,
     ) -> Result<Vec<Point>, SceneError> {
         let at = |name: &str| format!("{key}.{name}");
         let finite = |name: &str, x: [f64; 2]| {
@@ -130,7 +136,7 @@ impl Checker<'_> {
         if let Some(RingTable { centre, radius, .. }) = &table.ring {
             finite("ring.centre", *centre)?;
             self.positive(&at("ring.radius"), *radius, "of the circle on which the centres lie")?;
-            let angle = |k: usize| std::f64::consts::TAU * k as f64 / radii.len() as f64;
+            let angle = |k: usize| share(k, radii.len());
             let on = |k: usize| Point::from(*centre) + *radius * Point::new(angle(k).cos(), angle(k).sin());
             return Ok((0..radii.len()).map(on).collect());
         }
@@ -158,8 +164,9 @@ impl Checker<'_> {
             &rule,
             "take smaller bodies or a larger place",
         )?;
-        let others: Vec<(Shape, Pose)> = before.iter().map(|body| (body.shape.clone(), body.start)).collect();
-        scatter(&region, radii, seed, &others, walls).map_err(|filled| {
+        let others: Vec<(Shape, Pose)> = among.before.iter().map(|body| (body.shape.clone(), body.start)).collect();
+        let seed = table.seed.unwrap_or(SEED);
+        scatter(&region, radii, seed, &others, among.walls).map_err(|filled| {
             let rule = format!(
                 "there is no room: with {:.1} % of the `{name}` filled, the next one finds no place",
                 100.0 * filled
@@ -169,21 +176,19 @@ impl Checker<'_> {
         })
     }
 
-    /// The path of the k-th body of a ring that turns.
+    /// The path of a body of a ring that turns, whose place on it is at the angle `first` when it has not turned yet.
     pub(super) fn turning(
         &self,
         key: &str,
         ring: &RingTable,
         angle: &Formula,
-        k: usize,
-        count: usize,
+        first: f64,
         known: &[(&str, f64)],
     ) -> Result<Hold, SceneError> {
         let turned = self.of_body(key, angle, known)?;
         let rule = "must be a formula of t alone";
         let alone = turned.depends_on_time_alone();
         self.require(alone, key, format!("\"{angle}\""), rule, "such as \"0.5*t\"")?;
-        let first = std::f64::consts::TAU * k as f64 / count as f64;
         let [x, y] = ring.centre;
         let along = |centre: f64, function: &str| {
             Formula::Text(format!("{centre:?} + {:?}*{function}({first:?} + ({angle}))", ring.radius))

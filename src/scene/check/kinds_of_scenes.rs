@@ -17,10 +17,8 @@ use crate::scene::kinds::stokes::{StokesFile, StokesScene};
 use crate::scene::kinds::{self, SceneKind};
 use crate::scene::path::quoted;
 use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable};
+use crate::schema::Range;
 use crate::scheme::adaptive::{SmallestStep, StepBounds};
-
-/// What forces that vary with a body's place may change of its way in a step, relative to its size.
-const TOLERANCE: f64 = 1e-3;
 
 impl Checker<'_> {
     /// Refuses keys that only scenes of other kinds have; a key that no scene has is left to the tables.
@@ -35,7 +33,7 @@ impl Checker<'_> {
                 }
             };
             // a whole table that does not belong is told by its name
-            if own.is_empty() && !kind.keys.top.contains(&table) {
+            if own.is_empty() && !(kind.keys.top)().contains(&table) {
                 continue;
             }
             let owners = |name: &str| -> Vec<&str> {
@@ -73,13 +71,12 @@ impl Checker<'_> {
         self.step_before_end(step, end)?;
         self.step_counts(step, end)?;
         let step_min = self.step_min(step, table.step_min)?;
-        let tolerance = *table.tolerance.get_or_insert(TOLERANCE);
-        let holds = tolerance > 0.0 && tolerance <= 1.0;
+        let tolerance = *table.tolerance.get_or_insert(MotionTimeTable::USUAL_TOLERANCE);
+        let holds = MotionTimeTable::TOLERANCE.has(tolerance);
         let hint = "1e-3 of a body's size is the usual value; smaller ones make shorter steps where forces vary with \
             the place";
         self.require(holds, "time.tolerance", tolerance, "must be greater than 0 and at most 1", hint)?;
-        let none = "leave it out for no limit";
-        self.require(table.max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
+        self.most_steps(table.max_steps)?;
         Ok(MotionTime { bounds: StepBounds { step, step_min }, end, tolerance, max_steps: table.max_steps })
     }
 }
@@ -92,7 +89,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
     let mut file = source.tables::<ParticlesFile>().map_err(|found| found.1)?;
     let drag = file.model.drag;
     let hint = "force −drag·m·V, torque −drag·I·ω; 0 is none";
-    let holds = drag.is_finite() && drag >= 0.0;
+    let holds = Range::NOT_NEGATIVE.has(drag);
     checker.require(holds, "model.drag", shown(drag), "must be finite and not negative", hint)?;
     let dynamics = file.model.dynamics;
     let rule = "without inertia a body moves as its drag lets it, so there must be some";
@@ -105,7 +102,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
     checker.require(alone, "model.gravity", "(formulas)", rule, hint)?;
     let around = Around::Nothing { inertia: dynamics == Dynamics::Inertial };
     let mut tables = BodyTables {
-        rigid: file.rigid.take(),
+        rigid: None,
         body: std::mem::take(&mut file.body),
         bodies: std::mem::take(&mut file.bodies),
         wall: std::mem::take(&mut file.wall),
@@ -115,8 +112,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
     let hint = "add [[body]] with `shape` and `position`, or [[bodies]] with `count`, `radius` and `box`";
     let missing = || SceneError::Missing { place: source.place("body"), key: "body".to_owned(), hint: hint.to_owned() };
     let bodies = bodies.ok_or_else(missing)?;
-    BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
-        tables;
+    BodyTables { body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact, .. } = tables;
     let time = checker.motion_time(&mut file.time)?;
     let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: &kinds::particles::KIND, bodies: true })?;
     let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
@@ -132,7 +128,7 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     checker.keys_of_kind()?;
     let mut file = source.tables::<StokesFile>().map_err(|found| found.1)?;
     let friction = file.model.friction;
-    let holds = friction.is_finite() && friction >= 0.0;
+    let holds = Range::NOT_NEGATIVE.has(friction);
     let hint = "friction of the fluid with the substrate; 0 is none";
     checker.require(holds, "model.friction", shown(friction), "must be finite and not negative", hint)?;
     let sound = friction == 0.0 || (1e-40..=1e40).contains(&friction);

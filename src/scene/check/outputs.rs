@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::amounts::MOST_POINTS;
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::measure::Measure;
 use crate::measure::list::{ALL, Of, Premise, Which};
@@ -13,7 +12,10 @@ use crate::scene::Initial;
 use crate::scene::error::SceneError;
 use crate::scene::kinds::{self, SceneKind};
 use crate::scene::maps::{MapRequest, MapTable};
-use crate::scene::output::{Cut, CutTable, EveryTable, Field, Output, OutputTable, SectionTable, What};
+use crate::scene::output::{
+    Cut, CutTable, EveryTable, Field, LEAST_ON_A_CIRCLE, MOST_POINTS, Output, OutputTable, SectionTable, What,
+};
+use crate::schema::Range;
 use crate::scheme::Schedule;
 
 /// What there is to be written.
@@ -252,7 +254,7 @@ impl Checker<'_> {
         self.require(apart, &key("to"), shown, "must be finite and differ from `from`", "give two points")?;
         let points = line.points.unwrap_or_default();
         let rule = format!("must lie between 2 and {MOST_POINTS}");
-        self.require((2..=MOST_POINTS).contains(&points), &key("points"), points, &rule, "200 is usual")?;
+        self.require(SectionTable::POINTS.has_count(points), &key("points"), points, &rule, "200 is usual")?;
         Ok(Cut::Line { name: line.name.clone(), from, to, points })
     }
 
@@ -272,8 +274,14 @@ impl Checker<'_> {
         let radius = circle.radius.ok_or_else(|| self.missing(table, "radius", hint))?;
         let radius = self.positive(&key("radius"), radius, hint)?;
         let points = circle.points.unwrap_or_default();
-        let rule = format!("must lie between 3 and {MOST_POINTS}");
-        self.require((3..=MOST_POINTS).contains(&points), &key("points"), points, &rule, "360 is usual")?;
+        let rule = format!("must lie between {LEAST_ON_A_CIRCLE} and {MOST_POINTS}");
+        self.require(
+            points >= LEAST_ON_A_CIRCLE && SectionTable::POINTS.has_count(points),
+            &key("points"),
+            points,
+            &rule,
+            "360 is usual",
+        )?;
         Ok(Cut::Circle { name: circle.name.clone(), centre: centre.into(), radius, points })
     }
 
@@ -294,7 +302,7 @@ impl Checker<'_> {
             }
             Some((None, Some(steps))) => {
                 let hint = "the number of steps between two outputs";
-                self.require(steps >= 1, &format!("{key}.steps"), steps, "must be at least 1", hint)?;
+                self.require(Range::SOME.has_count(steps), &format!("{key}.steps"), steps, "must be at least 1", hint)?;
                 Ok(Schedule::Steps(steps))
             }
             Some((Some(_), Some(_)) | (None, None)) => {

@@ -5,7 +5,7 @@ use crate::element::MAX_DEGREE;
 use crate::measure::list::Premise;
 use crate::scene::error::SceneError;
 use crate::scene::output::{Field, Output, What};
-use crate::scene::tables::StrainTable;
+use crate::scene::tables::{DegreeTable, StrainTable};
 use crate::scene::{Space, StrainSettings};
 
 impl Checker<'_> {
@@ -29,7 +29,7 @@ impl Checker<'_> {
         let degree = *table.degree.get_or_insert((space.velocity - 1).max(1));
         let rule = format!("must lie between 1 and {MAX_DEGREE}");
         let usual = "without it, the velocity's degree less one, that of its gradient";
-        self.require((1..=MAX_DEGREE).contains(&degree), "strain.degree", degree, &rule, usual)?;
+        self.require(DegreeTable::ANY.has_count(degree), "strain.degree", degree, &rule, usual)?;
         Ok(Some(StrainSettings { weissenberg, degree }))
     }
 }

@@ -7,6 +7,7 @@ use crate::mesh::Point;
 use crate::scene::bodies::ContactSettings;
 use crate::scene::bodies::tables::{CircleTable, ContactTable, LawName, WallTable};
 use crate::scene::error::SceneError;
+use crate::schema::Range;
 
 /// Walls, and those that are boundary tags, with their numbers.
 type Walls = (Vec<Wall>, Vec<(usize, String)>);
@@ -98,10 +99,10 @@ impl Checker<'_> {
             }
         };
         let (margin, tolerance) = (table.margin, table.tolerance);
-        let holds = margin.is_finite() && margin >= 0.0;
+        let holds = Range::NOT_NEGATIVE.has(margin);
         let hint = "0 lets bodies touch; about one cell keeps a layer of fluid between them";
         self.require(holds, "contact.margin", margin, "must be finite and not negative", hint)?;
-        let holds = (1e-14..=1e-3).contains(&tolerance);
+        let holds = ContactTable::TOLERANCE.has(tolerance);
         let hint = "1e-12 is the usual value";
         self.require(holds, "contact.tolerance", shown(tolerance), "must lie between 1e-14 and 1e-3", hint)?;
         Ok(Some(ContactSettings { law, margin, tolerance, solver: table.solver }))

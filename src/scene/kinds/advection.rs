@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Keys, SceneKind};
@@ -13,6 +14,7 @@ use crate::scene::output::{Field, Output, OutputTable};
 use crate::scene::path::quoted;
 use crate::scene::resolve;
 use crate::scene::source::SceneSource;
+use crate::schema::{self, Range, fields};
 use crate::scheme::abdf::MAX_ORDER;
 use crate::scheme::adaptive::StepBounds;
 
@@ -21,13 +23,14 @@ pub static KIND: SceneKind = SceneKind {
     names: &["advection"],
     shown: "advection (kind = \"advection\")",
     keys: Keys {
-        top: &["title", "model", "mesh", "space", "boundary", "initial", "time", "output"],
-        model: &["kind", "velocity"],
-        time: &["step", "end", "step_min", "order", "max_steps"],
-        space: &["k"],
+        top: fields::<AdvectionFile>,
+        model: fields::<AdvectionModel>,
+        time: fields::<AdvectionTime>,
+        space: fields::<AdvectionSpace>,
     },
     fields: &[Field::Velocity, Field::Density, Field::StreamFunction],
     set: SceneSource::set_in::<AdvectionFile>,
+    said: schema::of::<AdvectionFile>,
 };
 
 /// A density that a given velocity carries, checked as far as possible without its mesh.
@@ -59,21 +62,22 @@ pub struct AdvectionScene {
     source: SceneSource,
 }
 
-/// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A density that a given velocity carries.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct AdvectionFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// What is computed.
+    /// The velocity.
     pub model: AdvectionModel,
-    /// What it is computed on.
+    /// Domain and mesh.
     pub mesh: MeshScene,
-    /// Of finite elements.
+    /// Polynomial degree.
     #[serde(default)]
     pub space: AdvectionSpace,
-    /// By tag.
+    /// Conditions by boundary tag, for every tag of the mesh.
     #[serde(default)]
     pub boundary: BTreeMap<String, AdvectionBoundary>,
     /// At t = 0.
@@ -86,21 +90,30 @@ pub struct AdvectionFile {
 }
 
 /// `[model]` of advection.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct AdvectionModel {
-    /// `"advection"`
+    /// A density that a given velocity carries, `∂_t ρ + div(ρv) = 0`.
+    #[schemars(extend("const" = "advection"))]
     pub kind: String,
-    /// `v`, formulas of x, y and t.
+    /// `v`; formulas of `x`, `y` and `t`.
     pub velocity: VectorFormula,
 }
 
 /// `[space]` of advection.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct AdvectionSpace {
-    /// Degree of the density, 0 to 3 (default 1).
+    /// Degree of the density; the velocity is interpolated in P(k+1).
+    #[schemars(transform = AdvectionSpace::K.said())]
     pub k: usize,
+}
+
+impl AdvectionSpace {
+    /// Degrees that there are.
+    pub const K: Range = Range::within(0.0, 3.0);
 }
 
 impl Default for AdvectionSpace {
@@ -110,38 +123,54 @@ impl Default for AdvectionSpace {
 }
 
 /// `[boundary.TAG]` of advection.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct AdvectionBoundary {
-    /// Of what flows in.
+    /// `ρ` where `v·n < 0`.
+    #[schemars(extend("x-rule" = "≥ 0"))]
     pub density: Formula,
 }
 
 /// `[initial]` of advection.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct AdvectionStart {
-    /// `ρ`
+    /// `ρ` at `t = 0`.
+    #[schemars(extend("x-rule" = "≥ 0"))]
     pub density: Formula,
 }
 
 /// `[time]` of advection.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct AdvectionTime {
-    /// The first and largest step.
+    /// First and largest step.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time", "x-rule" = "at most `end`"))]
     pub step: f64,
-    /// Time at which it ends.
+    /// End time; runs start at `t = 0`.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time"))]
     pub end: f64,
-    /// The smallest step (default: a millionth of `step`).
+    /// The run fails where it would need a step below this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said())]
+    #[schemars(extend("x-unit" = "time", "x-rule" = "at most `step`", "x-default" = "1e-6 `step`"))]
     pub step_min: Option<f64>,
-    /// Order of the A-BDF, 1 to 3 (default 2).
+    /// Order of the A-BDF.
     #[serde(default = "second")]
+    #[schemars(transform = AdvectionTime::ORDER.said())]
     pub order: usize,
-    /// Most steps (default: no limit).
+    /// Most steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::SOME.said())]
     pub max_steps: Option<usize>,
+}
+
+impl AdvectionTime {
+    /// Orders that there are.
+    pub const ORDER: Range = Range::within(1.0, MAX_ORDER as f64);
 }
 
 fn second() -> usize {
@@ -160,7 +189,13 @@ impl AdvectionScene {
         let mut file = source.tables::<AdvectionFile>().map_err(|found| found.1)?;
         let velocity = checker.pair("model.velocity", &file.model.velocity, &[])?;
         let degree = file.space.k;
-        checker.require(degree <= 3, "space.k", degree, "must lie between 0 and 3", "1 is usual")?;
+        checker.require(
+            AdvectionSpace::K.has_count(degree),
+            "space.k",
+            degree,
+            "must lie between 0 and 3",
+            "1 is usual",
+        )?;
         checker.mesh(&mut file.mesh)?;
         let density = |key: &str, formula: &Formula| {
             let parsed = crate::model::ModelError::parse_density(key, formula, &[]);
@@ -180,11 +215,10 @@ impl AdvectionScene {
         checker.step_counts(step, end)?;
         let bounds = StepBounds { step, step_min: checker.step_min(step, file.time.step_min)? };
         let (order, max_steps) = (file.time.order, file.time.max_steps);
-        let holds = (1..=MAX_ORDER).contains(&order);
+        let holds = AdvectionTime::ORDER.has_count(order);
         let rule = format!("must lie between 1 and {MAX_ORDER}");
         checker.require(holds, "time.order", shown(order as f64), &rule, "2 is usual")?;
-        let none = "leave it out for no limit";
-        checker.require(max_steps != Some(0), "time.max_steps", 0, "must be at least 1", none)?;
+        checker.most_steps(max_steps)?;
         let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: &KIND, bodies: false })?;
         checker.amounts(&outputs, Course { step, end, max_steps })?;
         let (title, mesh) = (file.title.clone(), file.mesh.clone());

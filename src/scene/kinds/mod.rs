@@ -7,10 +7,14 @@ pub mod stokes;
 
 use std::fmt;
 
+use serde_json::Value;
+
 use super::error::SceneError;
 use super::output::Field;
 use super::source::SceneSource;
-use super::tables::SceneFile;
+use super::tables::{SceneFile, SpaceTable, TimeTable};
+use crate::model::ModelScene;
+use crate::schema::{self, fields};
 
 /// Every kind; one that is none of them is read as the first.
 pub static ALL: [&SceneKind; 4] = [&TISSUE, &stokes::KIND, &particles::KIND, &advection::KIND];
@@ -27,24 +31,34 @@ pub struct SceneKind {
     pub fields: &'static [Field],
     /// [`SceneSource::set`] for its scenes.
     pub set: fn(&mut SceneSource, &str, &str) -> Result<(), SceneError>,
+    /// All that is said of the keys of its file, see [`schema::of`].
+    pub said: fn() -> Value,
 }
 
-/// Keys of a kind.
+/// Keys of a kind: those of the structs that its tables are read into, see [`fields`].
 pub struct Keys {
     /// Of the whole file.
-    pub top: &'static [&'static str],
+    pub top: KeysOf,
     /// Of `[model]`.
-    pub model: &'static [&'static str],
+    pub model: KeysOf,
     /// Of `[time]`.
-    pub time: &'static [&'static str],
+    pub time: KeysOf,
     /// Of `[space]`.
-    pub space: &'static [&'static str],
+    pub space: KeysOf,
 }
+
+/// The keys of a table.
+pub type KeysOf = fn() -> &'static [&'static str];
 
 impl Keys {
     /// The tables whose keys are told apart by kind, the first one being the whole file, and their keys.
     pub fn tables(&self) -> [(&'static str, &'static [&'static str]); 4] {
-        [("", self.top), ("model", self.model), ("time", self.time), ("space", self.space)]
+        [("", (self.top)()), ("model", (self.model)()), ("time", (self.time)()), ("space", (self.space)())]
+    }
+
+    /// Of a table that a kind does not have.
+    pub fn none() -> &'static [&'static str] {
+        &[]
     }
 }
 
@@ -79,40 +93,12 @@ pub static TISSUE: SceneKind = SceneKind {
     names: &["incompressible", "compressible"],
     shown: "tissue (kind = \"incompressible\" or \"compressible\")",
     keys: Keys {
-        top: &[
-            "title", "accuracy", "model", "mesh", "space", "boundary", "initial", "source", "exact", "time", "steady",
-            "coupling", "strain", "rigid", "body", "bodies", "wall", "contact", "output",
-        ],
-        model: &[
-            "kind",
-            "friction",
-            "beta",
-            "traction",
-            "active_stress",
-            "peclet",
-            "coherence",
-            "elasticity",
-            "alignment",
-            "elastic_force",
-            "active_stress_iso",
-            "density",
-        ],
-        time: &[
-            "scheme",
-            "density_scheme",
-            "step",
-            "step_min",
-            "end",
-            "start",
-            "alternate",
-            "max_steps",
-            "growth",
-            "growth_wait",
-            "growth_rate",
-            "stop",
-        ],
-        space: &["k", "degree", "walls", "penalty"],
+        top: fields::<SceneFile>,
+        model: fields::<ModelScene>,
+        time: fields::<TimeTable>,
+        space: fields::<SpaceTable>,
     },
     fields: &Field::ALL,
     set: SceneSource::set_in::<SceneFile>,
+    said: schema::of::<SceneFile>,
 };

@@ -2,34 +2,34 @@
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Keys, SceneKind};
 
 use crate::expression::{Expression, VectorFormula};
 use crate::scene::bodies::Bodies;
-use crate::scene::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable, zero};
+use crate::scene::bodies::tables::{BodiesTable, BodyTable, ContactTable, WallTable, zero};
 use crate::scene::error::SceneError;
 use crate::scene::output::{Output, OutputTable};
 use crate::scene::resolve;
 use crate::scene::source::SceneSource;
+use crate::schema::{self, Range, fields};
 use crate::scheme::adaptive::StepBounds;
-
-/// Keys of `[time]` of what moves by forces and contact.
-pub const MOTION_TIME_KEYS: &[&str] = &["step", "end", "step_min", "tolerance", "max_steps"];
 
 /// Its row.
 pub static KIND: SceneKind = SceneKind {
     names: &["particles"],
     shown: "particles (kind = \"particles\")",
     keys: Keys {
-        top: &["title", "model", "time", "body", "bodies", "wall", "contact", "output"],
-        model: &["kind", "dynamics", "gravity", "drag"],
-        time: MOTION_TIME_KEYS,
-        space: &[],
+        top: fields::<ParticlesFile>,
+        model: fields::<ParticlesModel>,
+        time: fields::<MotionTimeTable>,
+        space: Keys::none,
     },
     fields: &[],
     set: SceneSource::set_in::<ParticlesFile>,
+    said: schema::of::<ParticlesFile>,
 };
 
 /// A computation with particles, checked.
@@ -54,13 +54,13 @@ pub struct ParticlesScene {
 }
 
 /// What forces change.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Dynamics {
-    /// `m a = F − drag m V`
+    /// `m V' = F − γ_d m V`, and the same for the spin.
     #[default]
     Inertial,
-    /// `drag m V = F`
+    /// `γ_d m V = F`, and the same for the spin.
     Overdamped,
 }
 
@@ -77,28 +77,26 @@ pub struct MotionTime {
     pub max_steps: Option<usize>,
 }
 
-/// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A scene of particles: rigid bodies with forces and contact, and nothing between them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct ParticlesFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// Which kind, and how bodies move.
+    /// What forces change, and forces on all bodies.
     pub model: ParticlesModel,
-    /// How a flow carries bodies; no flow does.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rigid: Option<RigidTable>,
-    /// Single bodies.
+    /// Rigid bodies, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodyTable>,
-    /// Bodies in groups.
+    /// Discs by the dozen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodiesTable>,
-    /// What bodies cannot enter.
+    /// What bodies keep apart from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub wall: Vec<WallTable>,
-    /// How contact is solved.
+    /// How bodies keep apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactTable>,
     /// Steps and end.
@@ -109,19 +107,23 @@ pub struct ParticlesFile {
 }
 
 /// `[model]` of particles.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct ParticlesModel {
-    /// `"particles"`
+    /// Bodies with forces and contact, and nothing between them.
+    #[schemars(extend("const" = "particles"))]
     pub kind: String,
-    /// With inertia or without.
+    /// What forces change.
     #[serde(default)]
     pub dynamics: Dynamics,
-    /// Default 0.
+    /// Acceleration of all bodies.
     #[serde(default = "nothing")]
+    #[schemars(extend("x-rule" = "formulas of `t` alone"))]
     pub gravity: VectorFormula,
-    /// γ_d, per mass.
+    /// `γ_d`, per mass.
     #[serde(default)]
+    #[schemars(transform = Range::NOT_NEGATIVE.said(), extend("x-rule" = "> 0 if overdamped"))]
     pub drag: f64,
 }
 
@@ -130,22 +132,36 @@ fn nothing() -> VectorFormula {
 }
 
 /// `[time]` of particles and of Stokes flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct MotionTimeTable {
     /// First and largest step.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time", "x-rule" = "at most `end`"))]
     pub step: f64,
-    /// End time.
+    /// End time; runs start at `t = 0`.
+    #[schemars(transform = Range::POSITIVE.said(), extend("x-unit" = "time"))]
     pub end: f64,
-    /// The run ends when a step would have to be shorter.
+    /// The run fails where it would need a step below this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::POSITIVE.said())]
+    #[schemars(extend("x-unit" = "time", "x-rule" = "at most `step`", "x-default" = "1e-6 `step`"))]
     pub step_min: Option<f64>,
-    /// How well forces that vary with the place are followed, relative to the size of a body.
+    /// What forces that vary with a body's place may change of its way in a step, relative to its size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = MotionTimeTable::TOLERANCE.said(), extend("default" = MotionTimeTable::USUAL_TOLERANCE))]
     pub tolerance: Option<f64>,
     /// Most steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = Range::SOME.said())]
     pub max_steps: Option<usize>,
+}
+
+impl MotionTimeTable {
+    /// Shares of a body's size that make sense.
+    pub const TOLERANCE: Range = Range::above(0.0, 1.0);
+    /// Where a scene says nothing.
+    pub const USUAL_TOLERANCE: f64 = 1e-3;
 }
 
 impl ParticlesScene {

@@ -3,15 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::particles::{MOTION_TIME_KEYS, MotionTime, MotionTimeTable};
+use super::particles::{MotionTime, MotionTimeTable};
 use super::{Keys, SceneKind};
 use crate::expression::{Expression, VectorFormula};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::Conditions;
-use crate::model::boundary::NamedCondition;
+use crate::model::boundary::{NamedCondition, velocity_schema};
 use crate::model::momentum::SlipTreatment;
 use crate::names;
 use crate::scene::bodies::Bodies;
@@ -21,23 +22,22 @@ use crate::scene::output::{Field, Output, OutputTable};
 use crate::scene::path::quoted;
 use crate::scene::resolve;
 use crate::scene::source::SceneSource;
-use crate::scene::tables::WallsName;
+use crate::scene::tables::{SpaceTable, WallsName};
+use crate::schema::{self, Range, fields};
 
 /// Its row.
 pub static KIND: SceneKind = SceneKind {
     names: &["stokes"],
     shown: "a Stokes flow (kind = \"stokes\")",
     keys: Keys {
-        top: &[
-            "title", "model", "mesh", "space", "boundary", "source", "time", "rigid", "body", "bodies", "wall",
-            "contact", "output",
-        ],
-        model: &["kind", "friction"],
-        time: MOTION_TIME_KEYS,
-        space: &["k", "walls", "penalty"],
+        top: fields::<StokesFile>,
+        model: fields::<StokesModel>,
+        time: fields::<MotionTimeTable>,
+        space: fields::<StokesSpace>,
     },
     fields: &[Field::Velocity, Field::Pressure, Field::StreamFunction],
     set: SceneSource::set_in::<StokesFile>,
+    said: schema::of::<StokesFile>,
 };
 
 /// A Stokes flow, checked as far as possible without its mesh.
@@ -67,39 +67,40 @@ pub struct StokesScene {
     pub(in crate::scene) source: SceneSource,
 }
 
-/// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A Stokes flow with friction, and the rigid bodies that it carries.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesFile {
     /// One line for reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// Which kind, and the friction.
+    /// Equations and their parameters.
     pub model: StokesModel,
-    /// The domain.
+    /// Domain and mesh.
     pub mesh: MeshScene,
-    /// Polynomial degrees.
+    /// Polynomial degrees, and how slip walls are imposed.
     #[serde(default)]
     pub space: StokesSpace,
-    /// Conditions by tag.
+    /// Conditions by boundary tag, for every tag of the mesh.
     #[serde(default)]
     pub boundary: BTreeMap<String, StokesBoundary>,
-    /// The outer force.
+    /// Forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<StokesSource>,
-    /// How the flow carries bodies.
+    /// How the flow carries rigid bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid: Option<RigidTable>,
-    /// Single bodies.
+    /// Rigid bodies, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodyTable>,
-    /// Bodies in groups.
+    /// Discs by the dozen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodiesTable>,
-    /// What bodies cannot enter.
+    /// What bodies keep apart from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub wall: Vec<WallTable>,
-    /// How contact is solved.
+    /// How bodies keep apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactTable>,
     /// Steps and end.
@@ -110,25 +111,31 @@ pub struct StokesFile {
 }
 
 /// `[model]` of a Stokes flow, whose viscosity is 1.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesModel {
-    /// `"stokes"`
+    /// A Stokes flow of viscosity 1.
+    #[schemars(extend("const" = "stokes"))]
     pub kind: String,
-    /// Default 0.
+    /// Friction with the substrate, `C_F`.
     #[serde(default)]
+    #[schemars(transform = Range::NOT_NEGATIVE.said())]
     pub friction: f64,
 }
 
 /// `[space]` of a Stokes flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesSpace {
-    /// Velocity k+1, pressure k; 1 to 3 (default 1).
+    /// Velocity P(k+1), pressure P(k).
+    #[schemars(transform = SpaceTable::K.said())]
     pub k: usize,
-    /// How slip walls are imposed: `"rotated"` (default) or `"penalty"`.
+    /// How `v·n = 0` is imposed on slip walls.
     pub walls: WallsName,
-    /// `ε_r` of slip by penalty (default 1e-8).
+    /// `ε_r` [10.3], for `walls = "penalty"`, in units of the root of the domain's area.
+    #[schemars(transform = SpaceTable::PENALTY.said())]
     pub penalty: f64,
 }
 
@@ -139,18 +146,21 @@ impl Default for StokesSpace {
 }
 
 /// `[boundary.TAG]` of a Stokes flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesBoundary {
-    /// As of a tissue.
+    /// What holds for the velocity.
+    #[schemars(schema_with = "velocity_schema")]
     pub velocity: NamedCondition,
 }
 
 /// `[source]` of a Stokes flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub struct StokesSource {
-    /// `f_v`
+    /// `f_v`, the force on the flow.
     pub force: VectorFormula,
 }
 

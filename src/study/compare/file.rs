@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::format::{Direction, Format};
@@ -11,6 +12,7 @@ use super::table_reading::TableReading;
 use crate::measure::measured::Bins;
 use crate::mesh::Point;
 use crate::scene::{SceneError, SceneSource};
+use crate::schema::{self, Range};
 use crate::study::StudyError;
 use crate::study::source::refuse;
 
@@ -21,52 +23,113 @@ use crate::study::source::refuse;
 /// box = [[-10, -5], [10, 5]]
 /// run = "../out/strip"
 /// ```
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CompareFile {
-    title: Option<String>,
+#[schemars(transform = schema::in_order::<Self>)]
+pub(in crate::study) struct CompareFile {
+    /// Table with one row for each cell and time, in any order; or a pattern of the names of several, see below.
+    #[schemars(extend("x-values" = "path", "x-default" = "–"))]
     data: Option<String>,
+    /// Form of the table.
     #[serde(default)]
+    #[schemars(extend("default" = "table"))]
     pub(super) format: Format,
+    /// Columns to take, by name or number (from 1): `x`, `y`, `t`, `vx`, `vy`, `track`; others are not read.
     #[serde(default)]
+    #[schemars(extend("x-values" = "table of names or numbers", "x-default" = "those of the format"))]
     pub(super) columns: Columns,
-    pub(super) separator: Option<Separator>,
-    pub(super) header: Option<usize>,
+    /// Rows that count, by the values of a column, such as `keep = { flags = [0] }`; `{}` for all.
+    #[schemars(extend("x-values" = "table of lists", "x-default" = "that of the format"))]
     pub(super) keep: Option<BTreeMap<String, Vec<f64>>>,
+    /// What stands between two columns; `"space"` is one or more spaces or tabs.
+    #[schemars(schema_with = "separators", extend("x-default" = "found out"))]
+    pub(super) separator: Option<Separator>,
+    /// Lines above the numbers.
+    #[schemars(extend("x-default" = "found out"))]
+    pub(super) header: Option<usize>,
+    /// Length of a pixel: positions and velocities are multiplied by it.
     #[serde(default = "one")]
+    #[schemars(transform = CompareFile::SIZES.said())]
     pub(super) pixel: f64,
+    /// Time between two frames: times are multiplied, velocities divided by it.
     #[serde(default = "one")]
+    #[schemars(transform = CompareFile::SIZES.said())]
     pub(super) frame: f64,
+    /// Which way the second coordinate grows, down as in images.
+    #[schemars(extend("x-default" = "that of the format"))]
     pub(super) y: Option<Direction>,
+    /// Units of length (of the table, or of `pixel`) in one disc radius.
     #[serde(default = "one")]
+    #[schemars(transform = CompareFile::SIZES.said())]
     length: f64,
+    /// Units of velocity (of the table, or of `pixel` per `frame`) in one of the run.
     #[serde(default = "one")]
+    #[schemars(transform = CompareFile::SIZES.said())]
     speed: f64,
+    /// Of the disc, in units of length, in the directions of the table; `center` is understood as well.
     #[serde(default, alias = "center")]
+    #[schemars(transform = CompareFile::PLACES.said())]
     centre: [f64; 2],
+    /// What is binned, the second axis upwards: lower left and upper right corner, in disc radii.
+    #[schemars(transform = CompareFile::PLACES.said())]
+    #[schemars(extend("x-values" = "`[[left, lower], [right, upper]]`", "x-default" = "–"))]
     r#box: Option<[[f64; 2]; 2]>,
+    /// Number of bins along and across.
     #[serde(default = "default_bins")]
+    #[schemars(transform = CompareFile::BINS.said())]
     bins: [usize; 2],
+    /// Deviation of the Gaussian, in bins and in frames; 0 for none.
     #[serde(default = "one")]
+    #[schemars(transform = CompareFile::SIZES_OR_NONE.said())]
     filter: f64,
+    /// `l` of the flux-keeping correction; without it there is none.
+    #[schemars(transform = CompareFile::SIZES.said())]
     window: Option<f64>,
+    /// Times are grouped into frames of this length, from the first time on; without it each distinct time is a frame.
+    #[schemars(transform = CompareFile::SIZES.said())]
     frames: Option<f64>,
+    /// Radius of the obstacle in disc radii; 0 for none.
     #[serde(default = "one")]
+    #[schemars(transform = CompareFile::SIZES_OR_NONE.said())]
     obstacle: f64,
+    /// Folder of the run to compare with.
+    #[schemars(extend("x-values" = "path"))]
     run: Option<String>,
+    /// Stands above the pictures.
+    title: Option<String>,
+}
+
+impl CompareFile {
+    /// Units and lengths beyond these are misprints: their products leave the range of numbers.
+    const SIZES: Range = Range::within(SIZES[0], SIZES[1]);
+    const SIZES_OR_NONE: Range = Range::within(0.0, SIZES[1]);
+    const PLACES: Range = Range::within(-SIZES[1], SIZES[1]);
+    const BINS: Range = Range::at_least(2.0);
 }
 
 /// Columns that the study names; others follow from the format.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
 pub(super) struct Columns {
+    /// First coordinate.
     pub x: Option<Column>,
+    /// Second coordinate.
     pub y: Option<Column>,
+    /// Time.
     pub t: Option<Column>,
+    /// First component of the velocity.
     pub vx: Option<Column>,
+    /// Second component.
     pub vy: Option<Column>,
     /// Of tracked cells; the velocity is found from it where no column has it.
     pub track: Option<Column>,
+}
+
+/// Each mark has a name, too.
+fn separators(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    let names = ["tab", "\t", ";", "semicolon", ",", "comma", "space", " "];
+    schemars::json_schema!({ "enum": names, "x-values": "`\",\"`, `\";\"`, `\"tab\"`, `\"space\"`" })
 }
 
 fn one() -> f64 {
@@ -208,7 +271,6 @@ fn check(source: SceneSource, file: CompareFile) -> Result<CompareStudy, StudyEr
     })
 }
 
-/// Units and lengths beyond these are misprints: their products leave the range of numbers.
 const SIZES: [f64; 2] = [1e-30, 1e30];
 
 fn check_numbers(source: &SceneSource, file: &CompareFile) -> Result<(), StudyError> {
@@ -225,10 +287,10 @@ fn check_numbers(source: &SceneSource, file: &CompareFile) -> Result<(), StudyEr
         ),
     ];
     for (key, value, hint) in positive {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+        if let Some(value) = value.filter(|value| !Range::POSITIVE.has(*value)) {
             return Err(refuse(source, key, format!("{value:?}"), "must be greater than 0 and finite", hint));
         }
-        if let Some(value) = value.filter(|value| !(SIZES[0]..=SIZES[1]).contains(value)) {
+        if let Some(value) = value.filter(|value| !CompareFile::SIZES.has(*value)) {
             return Err(refuse(source, key, format!("{value:?}"), "must lie between 1e-30 and 1e30", hint));
         }
     }
@@ -237,14 +299,14 @@ fn check_numbers(source: &SceneSource, file: &CompareFile) -> Result<(), StudyEr
         ("obstacle", file.obstacle, "radius of the obstacle in disc radii; 0 for none"),
     ];
     for (key, value, hint) in not_negative {
-        if !(value.is_finite() && value >= 0.0) {
+        if !Range::NOT_NEGATIVE.has(value) {
             return Err(refuse(source, key, format!("{value:?}"), "must be 0 or greater, and finite", hint));
         }
         if value > SIZES[1] || value > 0.0 && value < SIZES[0] {
             return Err(refuse(source, key, format!("{value:?}"), "must be 0, or lie between 1e-30 and 1e30", hint));
         }
     }
-    if !file.centre.iter().all(|x| x.is_finite() && x.abs() <= SIZES[1]) {
+    if !file.centre.iter().all(|x| CompareFile::PLACES.has(*x)) {
         let hint = "place of the disc's centre in the table's units";
         let rule = "must be two finite numbers, of size 1e30 at most";
         return Err(refuse(source, "centre", format!("{:?}", file.centre), rule, hint));
@@ -256,7 +318,7 @@ fn check_box(source: &SceneSource, bins: &Bins) -> Result<(), StudyError> {
     let (low, high) = (bins.low, bins.high);
     let shown = format!("[[{:?}, {:?}], [{:?}, {:?}]]", low.x, low.y, high.x, high.y);
     for (c, side) in ["left of the right one", "below the upper one"].into_iter().enumerate() {
-        let sound = |x: f64| x.is_finite() && x.abs() <= SIZES[1];
+        let sound = |x: f64| CompareFile::PLACES.has(x);
         if !(sound(low[c]) && sound(high[c]) && high[c] - low[c] >= SIZES[0]) {
             let rule = format!("the first corner must lie {side}, both finite and of size 1e30 at most");
             return Err(refuse(source, "box", shown, &rule, "such as box = [[-10, -5], [10, 5]], in disc radii"));
@@ -264,7 +326,7 @@ fn check_box(source: &SceneSource, bins: &Bins) -> Result<(), StudyError> {
     }
     let [nx, ny] = bins.count;
     let many = nx.checked_mul(ny).is_none_or(|n| n > MOST_BINS);
-    if nx < 2 || ny < 2 || many {
+    if !bins.count.into_iter().all(|n| CompareFile::BINS.has_count(n)) || many {
         let rule = format!("must be two numbers, at least 2 each, for at most {MOST_BINS} bins in all");
         return Err(refuse(source, "bins", format!("[{nx}, {ny}]"), &rule, "such as [80, 32]"));
     }

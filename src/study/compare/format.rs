@@ -1,9 +1,10 @@
 //! Forms of tables that are known by name: which columns they have, and how these are meant.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A form of tables.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
     /// Names as in a comparison made by hand.
@@ -21,9 +22,10 @@ pub enum Format {
 }
 
 /// Which way the second coordinate of a table grows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
+    /// Up.
     Up,
     /// As in images.
     Down,

@@ -21,6 +21,7 @@ use crate::measure::measured::{Averages, Binned, Difference, Flux, overshoot};
 use crate::output::lock::{self, Room};
 use crate::run::RunError;
 
+pub(super) use file::CompareFile;
 pub use file::CompareStudy;
 pub use synthesize::{Synthesis, synthesize};
 pub use tracks::Tracks;

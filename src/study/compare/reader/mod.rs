@@ -7,9 +7,11 @@ mod parquet;
 mod separator;
 mod text;
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, de};
 
 #[cfg(not(feature = "parquet"))]
@@ -26,6 +28,16 @@ pub enum Column {
     Name(String),
     /// From 1.
     Number(usize),
+}
+
+impl JsonSchema for Column {
+    fn schema_name() -> Cow<'static, str> {
+        "Column".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": ["string", "integer"], "minimum": 1 })
+    }
 }
 
 impl<'de> Deserialize<'de> for Column {
