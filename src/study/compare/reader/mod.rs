@@ -144,7 +144,7 @@ use parquet::read as read_parquet;
 
 /// A build without Parquet says what it would need.
 #[cfg(not(feature = "parquet"))]
-fn read_parquet(_: &Path, _: &[Wanted], _: &mut Numbered) -> Result<Rows, Wrong> {
+fn read_parquet(_: &Path, _: &[Wanted], _: &mut NameNumbers) -> Result<Rows, Wrong> {
     let what = format!("is a Parquet file; {}", absent("parquet", "reads them"));
     Err(Wrong::new(None, what, "write the table as CSV, or build with `--features parquet`"))
 }
