@@ -23,13 +23,11 @@
 //! const TERMS: &[Term<Vector>] = &[Term { name: "drag", weak: Weak::Functional(DRAG), ..Term::PLAIN }];
 //! const DRAG: Functional<Vector> = Functional {
 //!     value: |&At { p, .. }| mass::load(&p.space, 9, |x| p.vector(&x.site).norm_squared() * p.vector(&x.site)),
-//!     by_polarity: |&At { p, .. }| {
-//!         let slope = |p: Point, d: Point| p.norm_squared() * d + 2.0 * p.dot(&d) * p;
-//!         Bilinear::cells(12, move |x| {
-//!             let p = p.vector(&x.site);
-//!             move |d: Vector, q: Vector| slope(p, d.value).dot(&q.value)
-//!         })
-//!     },
+//!     by_polarity: |&At { p, .. }| Bilinear::cells(12, move |x| {
+//!         let p = p.vector(&x.site);
+//!         let slope = move |d: Point| p.norm_squared() * d + 2.0 * p.dot(&d) * p;
+//!         move |d: Vector, q: Vector| slope(d.value).dot(&q.value)
+//!     }),
 //!     ..Functional::NOTHING
 //! };
 //! let mesh = Arc::new(MeshScene::of("square").with("n", 2).build()?);

@@ -42,6 +42,7 @@ pub(in crate::study) struct CompareFile {
     #[schemars(extend("x-values" = "table of lists", "x-default" = "that of the format"))]
     pub(super) keep: Option<BTreeMap<String, Vec<f64>>>,
     /// What stands between two columns; `"space"` is one or more spaces or tabs.
+    #[serde(default)]
     #[schemars(schema_with = "separators", extend("x-default" = "found out"))]
     pub(super) separator: Option<Separator>,
     /// Lines above the numbers.
