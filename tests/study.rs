@@ -238,7 +238,7 @@ fn wrong(from: &str, to: &str, parts: &[&str]) {
 
 #[test]
 fn wrong_studies_are_explained() {
-    let known = "title, scene, set, vary, case";
+    let known = "title, scene, duration, set, vary";
     wrong("title", "titel", &["there is no key `titel` (did you mean `title`?)", known]);
     wrong("square.toml", "sqare.toml", &["`scene` = \"sqare.toml\"", "no such file", "the study's folder"]);
     wrong("[0.5, 2.0]", "[]", &["`vary.\"model.peclet\"` = []", "the list is empty"]);
@@ -279,7 +279,7 @@ fn overrides_that_the_study_undoes_are_refused() {
     let set = |set: &str, parts: &[&str]| refused_in(&root, &["study", "tiny.toml", "--set", set], parts);
     set("model.peclet=3", &["square.toml with `model.peclet` set: `model.peclet` = 3", "`vary` of the study sets it"]);
     set("model.alignment=0", &["`model.alignment` = 0", "case `a` of the study sets it"]);
-    set("vari={}", &["(did you mean `vary`?)", "of the study title, scene, set, vary, case"]);
+    set("vari={}", &["(did you mean `vary`?)", "of the study title, scene, duration, set, vary"]);
 }
 
 #[test]
