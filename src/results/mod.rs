@@ -29,7 +29,7 @@
 //! let results = Results::read(&out)?;
 //! let history = results.history()?.expect("a run has a history");
 //! let energies: Vec<f64> = history.points("time", "free_energy").iter().map(|(_, energy)| *energy).collect();
-//! assert!(energies.len() == 11 && energies.is_sorted_by(|a, b| a >= b), "{energies:?}");
+//! assert!(energies.len() == 10 && energies.is_sorted_by(|a, b| a >= b), "{energies:?}");
 //! assert!(results.problems.is_empty(), "{:?}", results.problems);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
