@@ -7,7 +7,7 @@
 //! ```
 //! | I want to … | look at |
 //! | --- | --- |
-//! | run a scene file, and read its results | [`run::any::run`], [`results`] (with an example) |
+//! | run a scene file, and read its results | [`run::kinds::run`], [`results`] (with an example) |
 //! | march tissue of my own | the ring above; [`model::Description`], [`time::March`] |
 //! | find a steady flow and judge its stability | [`steady`] (with an example), [`steady::Spectrum`] |
 //! | follow steady states while a parameter varies | [`steady::branch`] |

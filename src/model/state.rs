@@ -61,8 +61,7 @@ impl State {
 }
 
 /// Residuals of the stationary equations, each `(rᵀMr/|Ω|)^½`   [9.8], [9.9], [9.10]; that of the momentum balance by
-/// the force of
-/// [`Scales`](super::scales::Scales)
+/// the force of `model::scales`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Residuals {
     /// Of the momentum balance.

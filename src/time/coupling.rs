@@ -49,7 +49,7 @@ pub enum CouplingKind {
         /// At least 1.
         depth: usize,
     },
-    /// All fields together by Newton's method, see [`super::newton`].
+    /// All fields together by Newton's method, see `time::newton`.
     Newton,
 }
 

@@ -176,7 +176,7 @@ pub trait Sheet: Debug + Sync {
     fn mass(&self, y: &[f64]) -> f64;
     /// Net mass that enters per time; zero without density.
     fn gain(&self, state: &State, inputs: &Inputs) -> f64;
-    /// `(‖δv‖²/V² + ‖δΠ‖²/P² + ‖δp‖²)^½/|Ω|^½` with the [`Scales`](crate::model::scales::Scales) V, P of both states;
+    /// `(‖δv‖²/V² + ‖δΠ‖²/P² + ‖δp‖²)^½/|Ω|^½` with the `Scales` V, P of both states;
     /// for `Π/P` in a compressible sheet ρ by its root mean square   [9.1]
     fn increment(&self, from: &State, to: &State) -> f64;
     /// Residuals of the stationary equations   [9.8], [9.9], [9.10]

@@ -175,7 +175,7 @@ impl Flow {
 /// The loops on a mesh, and bodies in a velocity space on it.
 ///
 /// # Errors
-/// As [`Immersion::new`].
+/// A body of which no part lies inside the mesh, or that covers the whole domain.
 pub fn immerse(
     mesh: &Arc<Mesh>,
     velocity: &Arc<Space>,

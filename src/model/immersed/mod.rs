@@ -1,7 +1,7 @@
-//! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of [`penalty`] and the bodies'
+//! Rigid bodies in the momentum balance: the penalty `Σ_K (2/ε_K) ∫_{K∩B} D(v):D(w)` of `penalty` and the bodies'
 //! own friction on top of a generalised Stokes problem [L1.13].
 //!
-//! With the [`Kernel`] of the penalty as unknowns c in exchange for as many nodal ones, the exchanged dofs, and
+//! With the `Kernel` of the penalty as unknowns c in exchange for as many nodal ones, the exchanged dofs, and
 //! constraints on twists with multipliers λ,
 //!
 //! ```text

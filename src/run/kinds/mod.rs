@@ -1,4 +1,4 @@
-//! Kinds of scenes, each with what it does: one row in [`ALL`].
+//! Kinds of scenes, each with what it does: one row in `ALL`.
 
 pub mod advection;
 pub mod particles;
