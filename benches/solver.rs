@@ -11,6 +11,7 @@ use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
 use monolayer::form::upwind::Carrier;
 use monolayer::form::{mass, stokes};
+use monolayer::model::fields::{POLARITY, VELOCITY};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts, Structure};
 use monolayer::model::tangent::Tangent;
@@ -80,7 +81,7 @@ impl Bench {
     }
 
     fn tangent<'s>(&'s self, state: &'s State) -> Tangent<'s> {
-        Tangent::new(self.model(), state, &state.v, self.weight(), self.after.t)
+        Tangent::new(self.model(), state, &state[VELOCITY], self.weight(), self.after.t)
     }
 }
 
@@ -101,11 +102,12 @@ fn assemble(criterion: &mut Criterion, bench: &Bench) {
     group.bench_function(bench.id("polarity operator"), |b| {
         b.iter(|| {
             let given = model.given(bench.after.t);
-            let at = At::new(&model.parameters, &state.p, &given).with_flow(&state.v.space, Carrier::from(&state.v));
+            let at = At::new(&model.parameters, &state[POLARITY], &given)
+                .with_flow(&state[VELOCITY].space, Carrier::from(&state[VELOCITY]));
             model.polarity.pass(&model.loops, bench.weight(), &at, &mut operator)
         });
     });
-    group.bench_function(bench.id("force"), |b| b.iter(|| model.force(&state.p, &state.v, &inputs)));
+    group.bench_function(bench.id("force"), |b| b.iter(|| model.force(&state[POLARITY], &state[VELOCITY], &inputs)));
     group.bench_function(bench.id("tangent"), |b| b.iter(|| bench.tangent(black_box(state))));
     group.finish();
 }
@@ -146,10 +148,10 @@ fn factorise(criterion: &mut Criterion, bench: &Bench) {
 fn solve(criterion: &mut Criterion, bench: &Bench) {
     let (model, state) = (bench.model(), &bench.state());
     let inputs = model.inputs(bench.after.t).expect("the formulas are finite");
-    let force = model.force(&state.p, &state.v, &inputs);
+    let force = model.force(&state[POLARITY], &state[VELOCITY], &inputs);
     let structure = Structure::new("coupled", &model.layout()).expect("the structure is sound");
     let lagged = Lagged::new(&structure, &Parts::new(&bench.tangent(state))).expect("the matrix is regular");
-    let right = model.polarity.mass_times(&state.p.values);
+    let right = model.polarity.mass_times(&state[POLARITY].values);
     let mut group = group(criterion, "solve", 3);
     group.bench_function(bench.id("stokes"), |b| b.iter(|| model.flow_of(&force, &inputs)));
     group.bench_function(bench.id("coupled"), |b| {

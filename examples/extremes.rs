@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use monolayer::measure::errors::{ErrorField, Norm};
+use monolayer::measure::errors::Norm;
+use monolayer::model::fields::{DENSITY, FieldId, POLARITY, PRESSURE, VELOCITY};
 use monolayer::output::progress::Verbosity;
 use monolayer::study::SweepStudy;
 use monolayer::study::results::Row;
@@ -114,8 +115,8 @@ fn worst(row: &Row) -> f64 {
     if !has_errors(row) {
         return 0.0;
     }
-    let error = |field: &ErrorField| row.error(*field, Norm::Largest).unwrap_or(f64::NAN);
-    fields(row).iter().map(error).fold(0.0, f64::max)
+    let error = |field: FieldId| row.error(field, Norm::Largest).unwrap_or(f64::NAN);
+    fields(row).into_iter().map(error).fold(0.0, f64::max)
 }
 
 /// Whether a run was compared with exact fields.
@@ -124,10 +125,10 @@ fn has_errors(row: &Row) -> bool {
 }
 
 /// The fields of a sheet's errors; a compressible one has no error of the pressure.
-fn fields(row: &Row) -> [ErrorField; 3] {
-    let dense = row.error(ErrorField::Density, Norm::Largest).is_some();
-    let second = if dense { ErrorField::Density } else { ErrorField::Pressure };
-    [ErrorField::Velocity, second, ErrorField::Polarity]
+fn fields(row: &Row) -> [FieldId; 3] {
+    let dense = row.error(DENSITY, Norm::Largest).is_some();
+    let second = if dense { DENSITY } else { PRESSURE };
+    [VELOCITY, second, POLARITY]
 }
 
 /// What a compressible run must keep to, over all its steps.
@@ -281,11 +282,11 @@ fn accuracy(row: &Row, reference: Option<&Row>) -> String {
         return "–".to_owned();
     }
     if has_errors(row) {
-        let of = |field: &ErrorField| match row.error(*field, Norm::Largest).unwrap_or(f64::NAN) {
-            0.0 => format!("{} 0", field.symbol()),
-            error => format!("{} {error:.1e}", field.symbol()),
+        let of = |field: FieldId| match row.error(field, Norm::Largest).unwrap_or(f64::NAN) {
+            0.0 => format!("{} 0", field.symbol),
+            error => format!("{} {error:.1e}", field.symbol),
         };
-        return fields(row).iter().map(of).collect::<Vec<_>>().join(", ");
+        return fields(row).into_iter().map(of).collect::<Vec<_>>().join(", ");
     }
     let Some(other) = reference else {
         return measured(row).map_or_else(String::new, |found| format!("{} {}", found.name, found.text()));

@@ -8,7 +8,8 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use monolayer::model::{State, VelocityCondition, Volume};
+use monolayer::model::fields::{DENSITY, POLARITY, VELOCITY};
+use monolayer::model::{State, VelocityCondition};
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::solve::{dot, root};
@@ -40,7 +41,7 @@ fn main() -> Result<(), Failure> {
         println!("{:>8} {:>10} {:>10} {:>10} {:>10} {:>10}", "c_0", "v", "p", "v last", "p last", "ρ − 1");
         let mut before: Option<[f64; 5]> = None;
         for (penalty, (setup, state)) in penalties.iter().zip(&states) {
-            let rho = state.density().expect("the sheet is compressible");
+            let rho = state.get(DENSITY).expect("the sheet is compressible");
             let squeezed = rho.values.iter().fold(0.0_f64, |m, r| m.max((r - 1.0).abs()));
             let [v, p] = distance(&*setup.model, state, &without);
             let [v_last, p_last] = distance(&*setup.model, state, last);
@@ -93,11 +94,10 @@ fn solve(scene: &Scene, near: Option<&State>) -> Result<(Setup, State), Failure>
         return Ok((setup, state));
     };
     let interrupt = AtomicBool::new(false);
-    let start = match near {
-        Some(state) => State { p: state.p.clone(), volume: volume_of(state, &march.state), ..march.state.clone() },
-        None => march.state.clone(),
-    };
-    let start = setup.model.carried(&start);
+    // what is carried alone: the flow follows from it
+    let fields = march.state.fields();
+    let start = State::of(fields.map(|(id, own)| (id, near.and_then(|near| near.get(id)).unwrap_or(own).clone())));
+    let start = start.carried();
     let settings = SearchSettings { steady: *settings, marching: scene.march() };
     let search = find(&*setup.model, start, &settings, &interrupt, &mut Phases::default(), &mut |_| Ok(()))?;
     match search.found {
@@ -106,18 +106,10 @@ fn solve(scene: &Scene, near: Option<&State>) -> Result<(Setup, State), Failure>
     }
 }
 
-/// The density of `near`, where the other state has one.
-fn volume_of(near: &State, other: &State) -> Volume {
-    match &other.volume {
-        Volume::Density(_) => near.volume.clone(),
-        Volume::Pressure(pi) => Volume::Pressure(pi.clone()),
-    }
-}
-
 /// `‖v − v'‖` and `‖p − p'‖`.
 fn distance(model: &dyn Sheet, a: &State, b: &State) -> [f64; 2] {
     let minus = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
-    let dp = minus(&a.p.values, &b.p.values);
-    let dv = model.velocity_mass().quadratic(&minus(&a.v.values, &b.v.values));
+    let dp = minus(&a[POLARITY].values, &b[POLARITY].values);
+    let dv = model.velocity_mass().quadratic(&minus(&a[VELOCITY].values, &b[VELOCITY].values));
     [root(dv), root(dot(&dp, &model.polarity().mass_times(&dp)))]
 }

@@ -8,6 +8,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use monolayer::mesh::Point;
 use monolayer::model::State;
+use monolayer::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use monolayer::output::plot::map::{Layer, Map, Palette, Window, contours, nice_levels};
 use monolayer::output::plot::{PNG_SCALE, PlotError};
 use monolayer::output::progress::Verbosity;
@@ -230,8 +231,8 @@ fn streamlines_of_turning_tissue_are_circles() {
     let setup = Setup::new(&scene).expect("setup");
     let march = setup.start(&scene).expect("start");
     let model = &setup.model;
-    let v = interpolate_vector(model.velocity(), |x| Point::new(2.0 * x.y, -2.0 * x.x));
-    let state = State::incompressible(v, march.state.pressure().clone(), march.state.p.clone());
+    let v = interpolate_vector(model.space(VELOCITY), |x| Point::new(2.0 * x.y, -2.0 * x.x));
+    let state = State::incompressible(v, march.state[PRESSURE].clone(), march.state[POLARITY].clone());
     let fields = TissueFields { model: &*setup.model, state: &state, t: 0.0 };
     let draft = Draft::new(&fields, &setup.ground, 0.0);
     let (low, high) = ([-1.2, -1.2], [1.2, 1.2]);

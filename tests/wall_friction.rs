@@ -6,10 +6,11 @@ use std::sync::Arc;
 use monolayer::expression::Expression;
 use monolayer::form::mass;
 use monolayer::measure::Budget;
-use monolayer::measure::errors::{ErrorField, History, Norm, errors};
+use monolayer::measure::errors::{History, Norm, errors};
 use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::compressible::Compressible;
+use monolayer::model::fields::{DENSITY, POLARITY, PRESSURE, VELOCITY};
 use monolayer::model::immersed::flow::{Flow, Settings};
 use monolayer::model::incompressible::{Degrees, Description, Incompressible, State};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
@@ -95,7 +96,7 @@ fn a_channel_with_resisting_walls_has_its_parabola() {
         description.slip = slip;
         description.sources.force = Some([formula("2"), formula("0")]);
         let tissue = Incompressible::new(&mesh, &description).expect("the walls hold the tissue");
-        let (v, pi) = tissue.flow(&tissue.zero().p, 0.0).unwrap();
+        let (v, pi) = tissue.flow(&tissue.zero()[POLARITY], 0.0).unwrap();
         is_profile(&v, 1.0, tolerance);
         assert!(pi.values.iter().all(|pi| pi.abs() < 1e-6));
         // the slip length is 1/β_w: the tangent at the wall meets zero that far behind it
@@ -132,7 +133,7 @@ fn ring_error(h: f64, slip: SlipTreatment) -> f64 {
     let walls = description.conditions.iter().filter(|c| c.velocity.resistance().is_some()).count();
     assert_eq!(walls, 1, "{:?}", mesh.tags);
     let model = Incompressible::new(&mesh, &description).unwrap();
-    let (v, _) = model.flow(&model.zero().p, 0.0).unwrap();
+    let (v, _) = model.flow(&model.zero()[POLARITY], 0.0).unwrap();
     let square = model.loops.sum(10, |x| {
         let at = x.site.x;
         (v.vector(&x.site) - Point::new(-at.y, at.x) * (a + b / at.norm_squared())).norm_squared()
@@ -172,8 +173,8 @@ fn manufactured(scene: &str, n: usize, sets: &[(&str, &str)]) -> History {
 fn exact_fields_stay_exact_on_walls_that_resist() {
     let resisting = [("boundary.bottom.velocity", "{ friction = \"3 + x\" }")];
     let by_penalty = [resisting[0], ("space.walls", "penalty")];
-    let fields = [ErrorField::Velocity, ErrorField::Pressure, ErrorField::Polarity];
-    let squeezed = [ErrorField::Velocity, ErrorField::Density, ErrorField::Polarity];
+    let fields = [VELOCITY, PRESSURE, POLARITY];
+    let squeezed = [VELOCITY, DENSITY, POLARITY];
     for (scene, fields, least) in [
         ("studies/mms/square.toml", fields, [2.8, 1.9, 1.9]),
         ("studies/mms/squeezed-square.toml", squeezed, [1.9, 1.8, 1.8]),
@@ -184,9 +185,9 @@ fn exact_fields_stay_exact_on_walls_that_resist() {
             for (field, least) in fields.into_iter().zip(least) {
                 let of = |history: &History| history.error(field, Norm::Square);
                 let order = (of(&coarse) / of(&fine)).log2();
-                println!("{scene} {}: {:.2e}, {:.2e}, order {order:.2}", field.name(), of(&coarse), of(&fine));
-                assert!(order > least, "{scene}: {} has order {order:.2}, not {least}", field.name());
-                assert!(of(&fine) < 1.5 * of(&slip), "{scene}: {} is worse than with slip", field.name());
+                println!("{scene} {}: {:.2e}, {:.2e}, order {order:.2}", field.name, of(&coarse), of(&fine));
+                assert!(order > least, "{scene}: {} has order {order:.2}, not {least}", field.name);
+                assert!(of(&fine) < 1.5 * of(&slip), "{scene}: {} is worse than with slip", field.name);
             }
         }
     }
@@ -250,7 +251,7 @@ fn the_energy_law_closes_with_what_walls_take() {
         let model = Incompressible::new(&mesh, &describe(&mesh, parameters, |_| friction("2 + x"))).unwrap();
         let p = Field::new(&model.polarity.space, random(model.polarity.space.dof_count(), 3));
         let inputs = model.inputs(0.0).unwrap();
-        let (mut v, mut pi) = (model.zero().v, model.zero().pressure().clone());
+        let (mut v, mut pi) = (model.zero().into_field(VELOCITY), model.zero().into_field(PRESSURE));
         // the force looks upstream: repeat until the directions are those of the flow itself
         for _ in 0..60 {
             (v, pi) = model.flow_of(&model.force(&p, &v, &inputs), &inputs).unwrap();

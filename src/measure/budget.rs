@@ -3,6 +3,7 @@
 use crate::form::upwind::Carrier;
 use crate::model::State;
 use crate::model::compressible::Compressible;
+use crate::model::fields::{DENSITY, POLARITY, VELOCITY};
 use crate::model::incompressible::Incompressible;
 use crate::model::terms::power::{COUNT, LINES, powers};
 use crate::model::terms::{At, Loops, Side};
@@ -41,7 +42,7 @@ impl Budget {
     }
 
     fn incompressible(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
-        let (m, v, p) = (&model.parameters, &state.v, &state.p);
+        let (m, v, p) = (&model.parameters, &state[VELOCITY], &state[POLARITY]);
         let (given, l) = (model.given(t), model.molecular(p, t));
         let at = At::new(m, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
         let loops = Loops { tissue: model.tissue(), whole: &model.loops };
@@ -56,7 +57,7 @@ impl Budget {
     }
 
     fn compressible(model: &Compressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
-        let (m, v, rho, p) = (&model.parameters, &state.v, state.volume(), &state.p);
+        let (m, v, rho, p) = (&model.parameters, &state[VELOCITY], &state[DENSITY], &state[POLARITY]);
         let (given, l) = (model.given(t), model.molecular(&model.molecular_functional(rho, p, t)));
         let at = model.at(rho, p, v, &given).with_field(l.as_ref());
         let loops = Loops { tissue: &model.loops, whole: &model.loops };

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::boundary::{Conditions, Held};
 pub use super::description::{Degrees, Description};
+pub use super::fields::{Residuals, State};
 use super::floating::Floating;
 use super::formulas::check_formulas;
 use super::lagged::{Found, Layout, Structure};
@@ -14,13 +15,13 @@ use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::scales::{Scales, relative};
 use super::sources::Sources;
-pub use super::state::{Residuals, State};
-use super::terms::{At, Given, MOMENTUM, POLARITY, Sum};
+use super::terms::{self, At, Given, MOMENTUM, Sum};
 use crate::expression::ExpressionError;
 use crate::form::power;
 use crate::form::upwind::Carrier;
 use crate::form::{CellPoint, Density, FacePoint, Faces, Integrator, elastic, mass};
 use crate::mesh::Mesh;
+use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
 
@@ -63,6 +64,13 @@ pub struct Incompressible {
     pub natural_faces: [Faces; 2],
     /// That of the coupled matrix, once somebody has asked for it.
     structure: Found,
+}
+
+impl State {
+    /// Of an incompressible sheet.
+    pub fn incompressible(v: Field, pi: Field, p: Field) -> Self {
+        Self::of([(VELOCITY, v), (PRESSURE, pi), (POLARITY, p)])
+    }
 }
 
 impl Incompressible {
@@ -277,23 +285,24 @@ impl Incompressible {
     pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
         let root = self.area.sqrt();
         let inputs = self.inputs(t)?;
-        let mut force = self.force(&state.p, &state.v, &inputs);
+        let mut force = self.force(&state[POLARITY], &state[VELOCITY], &inputs);
         self.add_body_forces(&mut force, &inputs)?;
-        let [velocity, pressure] = self.momentum.residual_norms(&force, &state.v.values, &state.pressure().values)?;
+        let [velocity, pressure] =
+            self.momentum.residual_norms(&force, &state[VELOCITY].values, &state[PRESSURE].values)?;
         let r = self.polarity_residual(state, t);
         let polarity = crate::solve::root(dot(&r, &self.polarity.mass_solve(&r)));
-        let speed = crate::solve::root(self.momentum.velocity_mass.quadratic(&state.v.values)) / root;
-        let stress = crate::solve::root(self.momentum.pressure_mass.quadratic(&state.pressure().values)) / root;
+        let speed = crate::solve::root(self.momentum.velocity_mass.quadratic(&state[VELOCITY].values)) / root;
+        let stress = crate::solve::root(self.momentum.pressure_mass.quadratic(&state[PRESSURE].values)) / root;
         let velocity = relative(velocity / root, Scales::new(&self.parameters, self.area, speed, stress).force);
-        Ok(Residuals { velocity, volume: pressure / root, polarity: polarity / root })
+        Ok(Residuals::of([(VELOCITY, velocity), (PRESSURE, pressure / root), (POLARITY, polarity / root)]))
     }
 
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional  
     /// [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
-        let molecular = self.polarity.molecular_functional(self.tissue(), &state.p, t);
+        let molecular = self.polarity.molecular_functional(self.tissue(), &state[POLARITY], t);
         let source = self.polarity_source(&self.sources.at_time(t), t);
-        self.polarity_residual_of(Carrier::from(&state.v), &state.p, &molecular, &source, t)
+        self.polarity_residual_of(Carrier::from(&state[VELOCITY]), &state[POLARITY], &molecular, &source, t)
     }
 
     /// As [`Incompressible::polarity_residual`] with `(1/B)(L_h|q)` and `(f_p|q)` at hand, and directions of its own
@@ -308,7 +317,7 @@ impl Incompressible {
     ) -> Vec<f64> {
         let given = self.given(t);
         let at = At::new(&self.parameters, p, &given).with_flow(&self.momentum.velocity, carrier);
-        let mut r = self.tissue().vector(&Sum::of(&[POLARITY]).value(&at), &self.polarity.space);
+        let mut r = self.tissue().vector(&Sum::of(&[terms::POLARITY]).value(&at), &self.polarity.space);
         axpy(1.0, molecular, &mut r);
         axpy(-1.0, source, &mut r);
         r
@@ -363,14 +372,14 @@ impl Incompressible {
         let m = &self.parameters;
         match m.elastic_force {
             ElasticForce::Energy if m.elasticity != 0.0 => {
-                let p = &state.p;
+                let p = &state[POLARITY];
                 let density = |x: &CellPoint| m.elasticity * power::energy_density(p, &x.site, m.coherence);
                 let mut shift = self.momentum.project_pressure(self.tissue(), 4 * p.space.degree, density)?;
                 self.momentum.take_off_means(&mut shift);
-                shift.iter_mut().zip(&state.pressure().values).for_each(|(s, pi)| *s = pi - *s);
+                shift.iter_mut().zip(&state[PRESSURE].values).for_each(|(s, pi)| *s = pi - *s);
                 Ok(Field::new(&self.momentum.pressure, shift))
             }
-            ElasticForce::Energy | ElasticForce::Stress => Ok(state.pressure().clone()),
+            ElasticForce::Energy | ElasticForce::Stress => Ok(state[PRESSURE].clone()),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Parameters of the model, and the terms that they switch on.
 
+use super::fields::{DENSITY, FieldId, POLARITY, PRESSURE, VELOCITY};
 pub use super::table::{DensityScene, ElasticForce, ModelScene};
 use super::terms::{Factors, factor};
 use crate::form::compression::Compression;
@@ -11,6 +12,16 @@ pub enum ModelKind {
     Incompressible,
     /// `v`, `ρ`, `p`; the pressure follows from the density.
     Compressible,
+}
+
+impl ModelKind {
+    /// The fields that are solved for.
+    pub fn fields(self) -> &'static [FieldId] {
+        match self {
+            ModelKind::Incompressible => &[VELOCITY, PRESSURE, POLARITY],
+            ModelKind::Compressible => &[VELOCITY, DENSITY, POLARITY],
+        }
+    }
 }
 
 /// What only a sheet of varying density has.

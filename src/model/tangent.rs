@@ -7,14 +7,15 @@
 //! `F′ = F_p + F_L M⁻¹ Λ′` couples a cell's velocities to the polarity of its neighbours. With the velocity eliminated,
 //! too (the Stokes problem is linear and factorised), the polarity alone remains: `R_p′ = J_pp + D S⁻¹ F′`.
 
+use super::fields::State;
 use super::incompressible::Incompressible;
 use super::momentum::MomentumError;
 use super::parameters::{ElasticForce, Parameters};
-use super::state::State;
-use super::terms::{At, MOLECULAR, MOMENTUM, POLARITY, Sum};
+use super::terms::{self, At, MOLECULAR, MOMENTUM, Sum};
 use crate::form::Bilinear;
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
+use crate::model::fields::{POLARITY, VELOCITY};
 use crate::solve::blocks::VectorBlocks;
 use crate::solve::rows::Rows;
 use crate::space::Field;
@@ -49,26 +50,26 @@ impl<'m> Tangent<'m> {
     /// Linearises at `state` and time `t`; `before` is the flow whose directions the energy-consistent force keeps, and
     /// `w = α₀/Δt` the weight of the new polarity in the time derivative (0 for the stationary equations).
     pub fn new(model: &'m Incompressible, state: &'m State, before: &'m Field, w: f64, t: f64) -> Self {
-        let (loops, p, velocity) = (model.tissue(), &state.p, &*model.momentum.velocity);
+        let (loops, p, velocity) = (model.tissue(), &state[POLARITY], &*model.momentum.velocity);
         let (given, l) = (model.given(t), model.molecular(p, t));
-        let carrier = model.carrier(&state.v, before);
+        let carrier = model.carrier(&state[VELOCITY], before);
         let at = At::new(&model.parameters, p, &given).with_flow(velocity, carrier).with_field(l.as_ref());
         let molecular = model.polarity.molecular_tangent(loops, p);
         let operator = model.polarity.tangent(loops, w, &at, &molecular);
         let force = ForceTangent::new(model, &at);
         let mut drag =
             Rows::zero(model.polarity.neighbours(), (p.space.cell_dof_count(), velocity.cell_dof_count()), false);
-        let form = Sum::of(&[POLARITY, MOLECULAR]).by_velocity(&at);
+        let form = Sum::of(&[terms::POLARITY, MOLECULAR]).by_velocity(&at);
         loops.add_own_rows(&form, (velocity, &p.space), &mut drag.own);
         Self { model, state, t, operator, molecular, force, drag }
     }
 
     /// `F′` with the elastic force that only couples a cell with itself.
     pub fn local_force(&self) -> ForceTangent {
-        let (model, p) = (self.model, &self.state.p);
+        let (model, p) = (self.model, &self.state[POLARITY]);
         let parameters = Parameters { elastic_force: ElasticForce::Stress, ..model.parameters };
         let (given, l) = (model.given(self.t), model.molecular(p, self.t));
-        let carrier = Carrier::from(&self.state.v);
+        let carrier = Carrier::from(&self.state[VELOCITY]);
         let at = At::new(&parameters, p, &given).with_flow(&model.momentum.velocity, carrier).with_field(l.as_ref());
         ForceTangent::new(model, &at)
     }

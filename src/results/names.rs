@@ -1,7 +1,8 @@
 //! What keys of scenes and columns of tables are called where people read them: in axes, legends and titles.
 
-use crate::measure::errors::{ErrorField, Norm};
+use crate::measure::errors::Norm;
 use crate::measure::list::{self, Column, DIMENSIONLESS};
+use crate::model::fields;
 use crate::model::terms::factor;
 use crate::output::plot::{Axis, Scale};
 
@@ -35,12 +36,8 @@ pub(super) const SYMBOLS: [(&str, &str, &str); 25] = [
 ];
 
 /// Columns of tables that no measure has.
-const OTHERS: [Column; 24] = [
+const OTHERS: [Column; 20] = [
     Column::new("residual", "residual of the stationary equations", DIMENSIONLESS, "total"),
-    Column::new("residual_velocity", "residual of the velocity", DIMENSIONLESS, "velocity"),
-    Column::new("residual_pressure", "residual of the pressure", DIMENSIONLESS, "pressure"),
-    Column::new("residual_density", "residual of the density", DIMENSIONLESS, "density"),
-    Column::new("residual_polarity", "residual of the polarity", DIMENSIONLESS, "polarity"),
     Column::new("growth", "growth rate of the leading mode", DIMENSIONLESS, "growth rate"),
     Column::new("frequency", "angular frequency of the leading mode", DIMENSIONLESS, "angular frequency"),
     Column::new("period", "period of the oscillation", DIMENSIONLESS, "period"),
@@ -93,7 +90,10 @@ pub fn words(name: &str) -> String {
         (Some(column), _) => column.words.to_owned(),
         (None, Some(measure)) => format!("estimated error, {}", words(measure)),
         (None, None) if name.contains('.') => symbol(name).to_owned(),
-        (None, None) => error_of(name).unwrap_or_else(|| name.replace('_', " ")),
+        (None, None) => match fields::of_residual(name) {
+            Some(field) => format!("residual of the {field}"),
+            None => error_of(name).unwrap_or_else(|| name.replace('_', " ")),
+        },
     }
 }
 
@@ -105,16 +105,16 @@ fn error_of(column: &str) -> Option<String> {
 
 /// `error of v in L²(L²)` of the names that field and norm have in tables.
 pub fn error(field: &str, norm: &str) -> Option<String> {
-    let field = ErrorField::ALL.into_iter().find(|one| one.name() == field)?;
+    let field = fields::named(field)?;
     let norm = Norm::ALL.into_iter().find(|one| one.name() == norm)?;
-    Some(format!("error of {} in {}", field.symbol(), norm.symbol()))
+    Some(format!("error of {} in {}", field.symbol, norm.symbol()))
 }
 
 /// As in the legend of a picture of one kind of measures.
 pub fn short(column: &str) -> String {
     match known(column) {
         Some(column) => column.short.to_owned(),
-        None => words(column),
+        None => fields::of_residual(column).map_or_else(|| words(column), ToString::to_string),
     }
 }
 

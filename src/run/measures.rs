@@ -10,11 +10,12 @@ use super::view::{Fields, TissueFields, TissueNow, View};
 use crate::measure::Measure;
 use crate::measure::errors::{History, errors};
 use crate::measure::list::{ALL, Column, Domain, FREE_ENERGY, Flow, Prepared, Subject, Taken, Tissue};
-use crate::model::{Exact, ModelKind, Residuals, State};
+use crate::model::fields::{self, POLARITY, VELOCITY};
+use crate::model::{Exact, Residuals, State};
 use crate::scene::{Field, Output, Scene, measured};
 use crate::scheme::Schedule;
+use crate::time::Sheet;
 use crate::time::phases::Phases;
-use crate::time::{Sheet, SheetKind};
 
 /// What was measured after one step; empty where nothing was due.
 #[derive(Debug, Clone, Default)]
@@ -138,10 +139,10 @@ impl<'s> Gauges<'s> {
     /// # Errors
     /// A measure that cannot be taken.
     pub fn at_rest(&self, model: &dyn Sheet, state: &State) -> Result<BTreeMap<&'static str, f64>, RunError> {
-        let (still, t) = (vec![0.0; state.p.values.len()], 0.0);
+        let (still, t) = (vec![0.0; state[POLARITY].values.len()], 0.0);
         let energy = self.has(&FREE_ENERGY).then(|| (model.free_energy(state, t), model.energy_rate(state, &still, t)));
         let fields = TissueFields { model, state, t };
-        let v = state.v.clone();
+        let v = state[VELOCITY].clone();
         let flowing = fields.flowing();
         let domain = self.domain.as_ref().expect("a tissue has a domain");
         let tissue = Tissue { domain, model, state, t, rate_of_p: &still, energy, march: None };
@@ -151,17 +152,9 @@ impl<'s> Gauges<'s> {
             Ok(self.gauges.iter().try_for_each(|(_, gauge)| gauge.take(&at, &mut taken))?)
         })?;
         let residuals = model.residuals(state, t)?;
-        let volume = match model.kind() {
-            SheetKind::Incompressible(_) => "residual_pressure",
-            SheetKind::Compressible(_) => "residual_density",
-        };
         let mut values = taken.values;
-        values.extend([
-            ("residual", residuals.total()),
-            ("residual_velocity", residuals.velocity),
-            (volume, residuals.volume),
-            ("residual_polarity", residuals.polarity),
-        ]);
+        values.insert("residual", residuals.total());
+        values.extend(residuals.each().map(|(field, residual)| (field.residual, residual)));
         Ok(values)
     }
 
@@ -222,11 +215,8 @@ pub fn columns(outputs: &[Output], tissue: Option<&Scene>) -> Vec<&'static str> 
     if let Some(scene) = tissue
         && (with_residuals || scene.time.stop_residual.is_some() || scene.steady.is_some())
     {
-        let volume = match scene.parameters.kind() {
-            ModelKind::Incompressible => "residual_pressure",
-            ModelKind::Compressible => "residual_density",
-        };
-        columns.extend(["residual", "residual_velocity", volume, "residual_polarity"]);
+        columns.push("residual");
+        columns.extend(scene.parameters.kind().fields().iter().map(|field| field.residual));
     }
     let stops_by_energy = tissue.is_some_and(|scene| scene.time.stop_energy_rate.is_some());
     let is_written = |measure: &&&Measure| named.contains(measure) || ***measure == FREE_ENERGY && stops_by_energy;
@@ -247,15 +237,16 @@ impl Readings {
 
     /// The entry of a column, if it was measured.
     pub fn value(&self, column: &str) -> Option<f64> {
-        let residual = |part: fn(&Residuals) -> f64| self.residuals.as_ref().map(part);
         match column {
-            "residual" if self.residuals.is_some() => residual(Residuals::total),
-            "residual_velocity" => residual(|r| r.velocity),
-            "residual_pressure" | "residual_density" => residual(|r| r.volume),
-            "residual_polarity" => residual(|r| r.polarity),
+            "residual" if self.residuals.is_some() => self.residuals.as_ref().map(Residuals::total),
             "free_energy" => self.energy.map(|e| e.0),
             "free_energy_rate" => self.energy.map(|e| e.1),
-            other => self.taken.values.get(other).copied(),
+            other => match fields::of_residual(other) {
+                Some(field) => {
+                    self.residuals.as_ref()?.each().find(|(of, _)| *of == field).map(|(_, residual)| residual)
+                }
+                None => self.taken.values.get(other).copied(),
+            },
         }
     }
 }

@@ -20,6 +20,7 @@ use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;
 use crate::model::boundary::PolarityCondition;
 use crate::model::compressible::Compressible;
+use crate::model::fields::VELOCITY;
 use crate::model::incompressible::{Degrees, Description, Incompressible};
 use crate::model::manufactured::Volume;
 use crate::model::momentum::{MomentumError, check_held};
@@ -279,13 +280,7 @@ impl Setup {
 
     /// Whether a saved state has the unknowns of this problem.
     pub fn fits(&self, saved: &Checkpoint) -> bool {
-        let (velocity, unknowns) = (self.model.velocity().dof_count(), self.model.carried_len());
-        saved.velocity.len() == velocity
-            && saved.volume.len() == self.model.volume().dof_count()
-            && saved.rate_of_p.len() == self.model.polarity().space.dof_count()
-            && saved.origin.as_ref().is_none_or(|o| o.fits(velocity, unknowns))
-            && !saved.past.is_empty()
-            && saved.past.iter().all(|(_, p)| p.len() == unknowns)
+        saved.fits(&*self.model)
     }
 
     /// Refuses results that the disk of their folder cannot take.
@@ -294,8 +289,9 @@ impl Setup {
     /// [`RunError::Disk`]
     pub fn check_disk(&self, scene: &Scene, folder: &Path) -> Result<(), RunError> {
         let model = &self.model;
-        let counts = [model.velocity().dof_count(), model.volume().dof_count(), model.polarity().space.dof_count(), 0];
-        let bytes = super::report::written_on(scene, self.ground.mesh.cells.len() as f64, counts.map(|n| n as f64));
+        let [velocity, volume, polarity] = [0, 1, 2].map(|k| model.fields()[k].1.dof_count() as f64);
+        let bytes =
+            super::report::written_on(scene, self.ground.mesh.cells.len() as f64, [velocity, volume, polarity, 0.0]);
         super::disk::check(scene.source(), bytes, folder)
     }
 
@@ -307,7 +303,7 @@ impl Setup {
         let (model, friction) = (&self.model, scene.parameters.friction);
         remarks.extend(rotation::remark(
             &self.ground.mesh,
-            model.velocity(),
+            model.space(VELOCITY),
             model.conditions(),
             friction,
             scene.space.slip,

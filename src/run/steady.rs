@@ -77,7 +77,7 @@ fn search_from(
     course: &mut Course,
 ) -> Result<(Ending, SteadyReport), RunError> {
     let model = march.model;
-    let (start, mut rows) = (model.carried(&march.state), march.counts.steps);
+    let (start, mut rows) = (march.state.carried(), march.counts.steps);
     let mut phases = std::mem::take(&mut march.phases);
     let mut broken: Option<RunError> = None;
     let interrupt = course.options.interrupt;

@@ -65,7 +65,7 @@ pub(super) fn run(
     let mut gauges = Gauges::new(plan, ground)?;
     gauges.errors = record.errors.take().or(plan.exact.as_ref().map(|_| History::default()));
     if let Some(saved) = saved {
-        gauges.errors = gauges.errors.and(saved.kept.errors);
+        gauges.errors = gauges.errors.and(saved.kept.errors.clone());
     }
     let resumed = saved.map(|saved| Resumed::at(&options.out, saved.counts.steps, saved.t));
     if let Some(ground) = ground {
@@ -135,7 +135,7 @@ impl Course<'_> {
 
     /// Gathers what the next checkpoint takes along.
     fn keep(&mut self) {
-        self.writer.kept.errors = self.gauges.errors;
+        self.writer.kept.errors = self.gauges.errors.clone();
         self.writer.kept.said = self.progress.said().split_off(self.remarks);
     }
 
@@ -361,7 +361,7 @@ impl Course<'_> {
         let mut phases = phases_of(stepper);
         [&self.phases, &self.gauges.phases].into_iter().for_each(|other| phases.add(other));
         taken.values.retain(|_, value| value.is_finite() || self.plan.tissue.is_some());
-        let found = Found { ending, time: self.t, residuals, measures: taken.values, errors: record.errors };
+        let found = Found { ending, time: self.t, residuals, measures: taken.values, errors: record.errors.clone() };
         let mut summary = Summary::new(self.plan, ground, self.totals, found, &phases, begin);
         summary.said = record.said.clone();
         Ok(summary)

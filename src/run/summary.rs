@@ -75,14 +75,11 @@ impl Ending {
 }
 
 /// Unknowns by field, and of the linear systems.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Unknowns {
-    /// Of v.
-    pub velocity: usize,
-    /// Of Π.
-    pub pressure: usize,
-    /// Of p.
-    pub polarity: usize,
+    /// Of each field, by its name.
+    #[serde(flatten)]
+    pub fields: BTreeMap<&'static str, usize>,
     /// Of the linear system of the flow, boundary conditions removed; of particles three per body.
     pub stokes_system: usize,
     /// Of ψ, where it was computed.
@@ -245,7 +242,7 @@ impl Summary {
             unknowns: Unknowns {
                 stream_function: ground.and_then(Ground::stream_unknowns),
                 elastic_strain: ground.and_then(|ground| ground.strain.as_ref()).map(Strain::unknowns),
-                ..plan.unknowns
+                ..plan.unknowns.clone()
             },
             bodies: plan.tells_of_bodies.then_some(BodyFacts {
                 bodies: plan.bodies.len(),
@@ -255,8 +252,8 @@ impl Summary {
             counts: totals.counts,
             factorisations: factorisations - begin.counts[0],
             direct_solves: direct_solves - begin.counts[1],
-            residuals,
             residual: residuals.as_ref().map(Residuals::total),
+            residuals,
             measures,
             estimates: None,
             estimated: None,
@@ -278,8 +275,8 @@ impl Summary {
     /// Takes the errors against exact fields over; without a step there are none.
     pub(super) fn take_errors(&mut self, errors: Option<&History>) {
         let Some(history) = errors.filter(|_| self.counts.steps > 0) else { return };
-        for &field in history.fields() {
-            self.errors.insert(field.name(), Norm::ALL.map(|norm| (norm.name(), history.error(field, norm))).into());
+        for field in history.fields() {
+            self.errors.insert(field.name, Norm::ALL.map(|norm| (norm.name(), history.error(field, norm))).into());
         }
     }
 

@@ -3,6 +3,7 @@
 use super::RunError;
 use crate::form::Integrator;
 use crate::measure::list::{Bodies, OfMarch};
+use crate::model::fields::{DENSITY, POLARITY, VELOCITY};
 use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::Flow;
 use crate::model::{ModelKind, State};
@@ -60,18 +61,18 @@ impl Fields for TissueFields<'_> {
     fn field(&self, name: Name) -> Result<Option<Field>, RunError> {
         let Self { model, state, t } = *self;
         Ok(Some(match name {
-            Name::Velocity => state.v.clone(),
+            Name::Velocity => state[VELOCITY].clone(),
             Name::Pressure => model.pressure(state)?,
-            Name::Density => match state.density() {
+            Name::Density => match state.get(DENSITY) {
                 Some(density) => density.clone(),
                 None => return Ok(None),
             },
-            Name::Polarity => state.p.clone(),
+            Name::Polarity => state[POLARITY].clone(),
             Name::MolecularField => model.molecular_field(state, t),
             Name::PolarityLaplacian => model.polarity_laplacian(state, t),
             Name::TissueVelocity => {
                 let frame_speed = model.parameters().traction / model.parameters().friction;
-                let mut v = state.v.clone();
+                let mut v = state[VELOCITY].clone();
                 v.values.iter_mut().step_by(2).for_each(|v1| *v1 -= frame_speed);
                 v
             }
@@ -80,8 +81,8 @@ impl Fields for TissueFields<'_> {
     }
 
     fn degree(&self) -> usize {
-        let spaces = [self.model.velocity(), self.model.volume(), &self.model.polarity().space];
-        spaces.into_iter().map(|space| space.degree).max().unwrap_or(1)
+        let fields = self.model.fields();
+        fields.into_iter().map(|(_, space)| space.degree).max().unwrap_or(1)
     }
 
     fn kind(&self) -> ModelKind {

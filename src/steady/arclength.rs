@@ -2,6 +2,7 @@
 
 use super::pseudo::{Stall, Work};
 use crate::model::State;
+use crate::model::fields::VELOCITY;
 use crate::solve::{axpy, dot, root};
 use crate::time::equations::{Equations, Trial};
 use crate::time::kept_factors::{Linearised, correction};
@@ -86,8 +87,8 @@ impl Metric {
     }
 
     /// From one place to another.
-    pub fn between(&self, model: &dyn Sheet, a: &Place, b: &Place) -> Direction {
-        let y = model.carried(&b.state).iter().zip(&model.carried(&a.state)).map(|(b, a)| b - a).collect();
+    pub fn between(&self, a: &Place, b: &Place) -> Direction {
+        let y = b.state.carried().iter().zip(&a.state.carried()).map(|(b, a)| b - a).collect();
         Direction { y, xi: b.xi - a.xi }
     }
 }
@@ -108,10 +109,10 @@ pub fn correct(
 ) -> Result<(Place, usize), Stall> {
     let mut xi = base.xi + s * ahead.xi;
     let model = family.at(xi)?;
-    let from = model.carried(&base.state);
+    let from = base.state.carried();
     let mut y = from.clone();
     axpy(s, &ahead.y, &mut y);
-    let mut before = base.state.v.clone();
+    let mut before = base.state[VELOCITY].clone();
     let guess = model.with_carried(&base.state, &y).ok_or_else(|| impossible(s))?;
     drop(model);
     let slope = slope(family, &Place { xi, state: guess }, work)?;
@@ -140,7 +141,7 @@ pub fn correct(
         axpy(1.0, &a, &mut y);
         axpy(dxi, &b, &mut y);
         xi += dxi;
-        before = trial.state.v;
+        before = trial.state.into_field(VELOCITY);
     }
     unreachable!("the last correction returns")
 }
@@ -179,8 +180,8 @@ fn along(equations: &Equations, trial: &Trial, slope: &[f64], work: &mut Work) -
 pub fn slope(family: &Family, at: &Place, work: &mut Work) -> Result<Vec<f64>, Stall> {
     let mut residual = |xi: f64| -> Result<Vec<f64>, Stall> {
         let model = family.at(xi)?;
-        let equations = Equations::stationary(&*model, &at.state.v, 0.0)?;
-        Ok(equations.evaluate(model.carried(&at.state), work.phases)?.residual)
+        let equations = Equations::stationary(&*model, &at.state[VELOCITY], 0.0)?;
+        Ok(equations.evaluate(at.state.carried(), work.phases)?.residual)
     };
     let (above, below) =
         ((at.xi + DIFFERENCE).clamp(DIFFERENCE, 1.0), (at.xi - DIFFERENCE).clamp(0.0, 1.0 - DIFFERENCE));
@@ -200,8 +201,8 @@ pub fn direction(
 ) -> Result<(Direction, Box<dyn Sheet>), Stall> {
     let model = family.at(at.xi)?;
     let y = {
-        let equations = Equations::stationary(&*model, &at.state.v, 0.0)?;
-        let trial = equations.evaluate(model.carried(&at.state), work.phases)?;
+        let equations = Equations::stationary(&*model, &at.state[VELOCITY], 0.0)?;
+        let trial = equations.evaluate(at.state.carried(), work.phases)?;
         along(&equations, &trial, slope, work)?
     };
     Ok((Direction { y, xi: 1.0 }, model))

@@ -174,7 +174,7 @@ pub fn follow(
     // the change of what is carried over the whole range counts as much as the range; states that hardly change need no
     // finer steps
     let size = |y: &[f64]| root(crate::solve::dot(y, &model.mass_times(y)));
-    let least = LEAST_CHANGE * size(&model.carried(&start.state)).max(model.area().sqrt());
+    let least = LEAST_CHANGE * size(&start.state.carried()).max(model.area().sqrt());
     let metric = Metric { scale: size(&along.y).max(least), residual: settings.residual };
     drop(model);
     let (branches, forks) = (Vec::new(), Vec::new());
@@ -240,7 +240,7 @@ impl Walk<'_, '_> {
     fn is_known(&self, place: &Place) -> Result<bool, Stall> {
         let model = (self.family.model)(self.family.parameter(place.xi))?;
         let size = |a: &Place, b: &Place| {
-            let d = Direction { xi: 0.0, ..self.metric.between(&*model, a, b) };
+            let d = Direction { xi: 0.0, ..self.metric.between(a, b) };
             root(self.metric.product(&*model, &d, &d))
         };
         let pairs = self.branches.iter().flat_map(|branch| branch.points.windows(2));

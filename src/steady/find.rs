@@ -267,8 +267,8 @@ impl Finder<'_, '_> {
         };
         let begin = p.clone();
         let found = self.relax(Way::Departure, p, &bounded)?;
-        let from = self.model.carried(&from.state);
-        let moved = |trial: &Trial| distance(self.model, &self.model.carried(&trial.state), &from);
+        let from = from.state.carried();
+        let moved = |trial: &Trial| distance(self.model, &trial.state.carried(), &from);
         match found {
             Some(trial) if moved(&trial) > 1e-3 * distance(self.model, &begin, &from) => Ok(Some(trial)),
             Some(_) | None => {
@@ -326,10 +326,10 @@ impl Finder<'_, '_> {
         let largest = mode.vector[0].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let mut share = DISTURBANCE / largest;
         loop {
-            let mut y = self.model.carried(state);
+            let mut y = state.carried();
             crate::solve::axpy(share, &mode.vector[0], &mut y);
             match self.model.with_carried(state, &y) {
-                Some(disturbed) => return self.model.carried(&disturbed),
+                Some(disturbed) => return disturbed.carried(),
                 None => share *= 0.5,
             }
         }

@@ -147,7 +147,7 @@ impl Walk<'_, '_> {
             Err(_) => return false,
         };
         let near = |point: &Point| {
-            let d = self.metric.between(&*model, &station.place, &point.place);
+            let d = self.metric.between(&station.place, &point.place);
             root(self.metric.product(&*model, &d, &d)) < step
         };
         let forks = self.branches[..self.branches.len() - 1].iter().enumerate().flat_map(|(k, branch)| {

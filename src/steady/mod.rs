@@ -28,7 +28,7 @@
 //! let (never, mut phases) = (AtomicBool::new(false), Phases::default());
 //! let search = find(&model, p.values, &settings, &never, &mut phases, &mut |_| Ok(()))?;
 //! let Found::Steady(steady) = search.found else { panic!("{:?}", search.tries) };
-//! let fastest = steady.state.v.values.iter().fold(0.0_f64, |most, v| most.max(*v));
+//! let fastest = steady.state[VELOCITY].values.iter().fold(0.0_f64, |most, v| most.max(*v));
 //! assert!(steady.residuals.total() < 1e-9 && fastest > 1.05, "{fastest}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

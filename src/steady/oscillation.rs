@@ -1,6 +1,7 @@
 //! Recognises a flow that repeats itself: the distance to an earlier state returns to nearly zero, again and again.
 
 use crate::model::State;
+use crate::model::fields::VELOCITY;
 use crate::solve::{dot, root};
 use crate::time::Sheet;
 
@@ -63,18 +64,18 @@ impl Watch {
     pub fn see(&mut self, model: &dyn Sheet, state: &State, t: f64) -> Option<Oscillation> {
         let scale = model.area().sqrt();
         let Some(reference) = &self.reference else {
-            self.restart(model, state, t);
+            self.restart(state, t);
             return None;
         };
         let minus = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
-        let dy = minus(&model.carried(state), &reference.y);
+        let dy = minus(&state.carried(), &reference.y);
         let distance = root(dot(&dy, &model.mass_times(&dy))) / scale;
-        let dv = model.velocity_mass().quadratic(&minus(&state.v.values, &reference.v));
+        let dv = model.velocity_mass().quadratic(&minus(&state[VELOCITY].values, &reference.v));
         let begin = reference.t;
         self.largest[1] = self.largest[1].max(root(dv) / scale);
         self.distance(begin, t, distance)
             .and_then(|cycle| {
-                self.restart(model, state, t);
+                self.restart(state, t);
                 self.agree(cycle)
             })
             .or_else(|| {
@@ -82,14 +83,14 @@ impl Watch {
                     // the reference may have been a transient
                     self.patience = self.patience * 3 / 2;
                     self.cycles.clear();
-                    self.restart(model, state, t);
+                    self.restart(state, t);
                 }
                 None
             })
     }
 
-    fn restart(&mut self, model: &dyn Sheet, state: &State, t: f64) {
-        self.reference = Some(Reference { t, y: model.carried(state), v: state.v.values.clone() });
+    fn restart(&mut self, state: &State, t: f64) {
+        self.reference = Some(Reference { t, y: state.carried(), v: state[VELOCITY].values.clone() });
         (self.last, self.largest, self.steps) = (vec![(t, 0.0)], [0.0; 2], 0);
     }
 

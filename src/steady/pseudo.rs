@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::model::Residuals;
+use crate::model::fields::VELOCITY;
 use crate::model::parameters::ElasticForce;
 use crate::time::equations::{Equations, Trial};
 use crate::time::kept_factors::{KeptFactors, correction};
@@ -107,7 +108,7 @@ pub fn relax(
     seen: &mut dyn FnMut(&PseudoStep, &Trial),
 ) -> Result<Trial, Stall> {
     let scale = model.area().sqrt();
-    let flow = model.state_of(start, 0.0)?.v;
+    let flow = model.state_of(start, 0.0)?.into_field(VELOCITY);
     let mut equations = Equations::stationary(model, &flow, 0.0)?;
     let mut now = equations.evaluate(start.clone(), work.phases)?;
     let (mut dt, mut t, mut rejected, mut taken, mut accepted) = (settings.step, 0.0, 0, 0, 0);
@@ -116,19 +117,19 @@ pub fn relax(
         let residual = now.size / scale;
         peak = peak.max(residual);
         if residual < settings.residual {
-            *start = model.carried(&now.state);
+            *start = now.state.carried();
             return Ok(now);
         }
         if let Err(stall) = work.check_interrupt() {
-            *start = model.carried(&now.state);
+            *start = now.state.carried();
             return Err(stall);
         }
         if taken == settings.max_steps {
-            *start = model.carried(&now.state);
+            *start = now.state.carried();
             return Err(Stall::Steps { steps: taken, residual });
         }
         if dt < SHORTEST * settings.step {
-            *start = model.carried(&now.state);
+            *start = now.state.carried();
             return Err(Stall::Step { dt, residual, cause });
         }
         taken += 1;
@@ -146,7 +147,7 @@ pub fn relax(
                 let bound = residual > settings.release * peak;
                 dt = if bound { free.clamp(dt.min(settings.most), settings.most) } else { free };
                 if model.parameters().elastic_force == ElasticForce::Energy {
-                    equations.before = now.state.v.clone();
+                    equations.before = now.state[VELOCITY].clone();
                     now = equations.evaluate(now.y, work.phases)?;
                 }
             }
@@ -192,7 +193,7 @@ fn attempt(
         return Err(too_much);
     }
     // from what the limiter left, as a time step goes on from there
-    let mut y = model.carried(&now.state);
+    let mut y = now.state.carried();
     crate::solve::axpy(1.0, &delta, &mut y);
     let next = equations.evaluate(y, work.phases)?;
     if next.size.is_nan() || next.size > settings.growth * now.size {

@@ -14,6 +14,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::pseudo::{Stall, Work};
 use crate::model::State;
+use crate::model::fields::VELOCITY;
 use crate::model::lagged::Lagged;
 use crate::model::momentum::MomentumError;
 use crate::solve::arnoldi::Arnoldi;
@@ -167,8 +168,8 @@ fn near(
     growing_suffices: bool,
     work: &mut Work,
 ) -> Result<(Vec<Mode>, Disc), Stall> {
-    let equations = Equations::stationary(model, &state.v, 0.0)?;
-    let at = equations.evaluate(model.carried(state), work.phases)?;
+    let equations = Equations::stationary(model, &state[VELOCITY], 0.0)?;
+    let at = equations.evaluate(state.carried(), work.phases)?;
     let tangent = work.phases.measure("tangent", || model.tangent(&equations, &at, Weights::both(shift)));
     work.kept.borrow_for(model, &*tangent, work.phases)?;
     let lagged = work.kept.factors().expect("just made");

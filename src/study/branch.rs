@@ -53,7 +53,7 @@ fn find_and_follow(
     let begin = Instant::now();
     let scene = study.scene_at(study.start)?;
     let base = Setup::new(&scene)?;
-    let start = base.model.carried(&base.start(&scene)?.state);
+    let start = base.start(&scene)?.state.carried();
     write_study(&study.text(), out)?;
     let progress = Progress::new(verbosity, 0.0);
     for remark in base.remarks(&scene) {
@@ -96,7 +96,7 @@ impl Survey<'_> {
         let (model, xi) = (&*self.base.model, position(self.study, self.study.start));
         let mut starts: Vec<Place> = Vec::new();
         for want in [Want::Any, Want::Stable] {
-            let from = starts.last().map_or_else(|| start.clone(), |place| model.carried(&place.state));
+            let from = starts.last().map_or_else(|| start.clone(), |place| place.state.carried());
             let Some(state) = self.steady_state(want, from, phases)? else { continue };
             let place = Place { xi, state };
             if starts.iter().all(|other| differ(model, other, &place)) {
@@ -213,7 +213,7 @@ fn position(study: &BranchStudy, value: f64) -> f64 {
 
 /// Whether two states of one parameter are not the same.
 fn differ(model: &dyn Sheet, a: &Place, b: &Place) -> bool {
-    let [a, b] = [a, b].map(|place| model.carried(&place.state));
+    let [a, b] = [a, b].map(|place| place.state.carried());
     let d: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
     let size = root(dot(&d, &model.mass_times(&d)));
     size > 1e-4 * root(dot(&a, &model.mass_times(&a)))

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
+use crate::model::fields::{self, Role};
 use crate::output::{OutputError, write_whole};
 use crate::time::march::Counts;
 
@@ -78,16 +79,21 @@ pub struct MeshCounts {
 }
 
 /// Unknowns by field, and of the flow's linear system.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct UnknownCounts {
-    /// Of v.
-    pub velocity: usize,
-    /// Of pressure or density.
-    pub pressure: usize,
-    /// Of p.
-    pub polarity: usize,
-    /// Rows of the Stokes matrix.
+    /// Rows of the flow's matrix.
     pub stokes_system: usize,
+    /// Of each field, by its name.
+    #[serde(flatten)]
+    pub fields: BTreeMap<String, usize>,
+}
+
+impl UnknownCounts {
+    /// Those that are solved for: of the flow's matrix, and of what it carries.
+    pub fn solved(&self) -> usize {
+        let carried = |name: &str| fields::named(name).is_some_and(|field| field.role == Role::Carried);
+        self.stokes_system + self.fields.iter().filter(|(name, _)| carried(name)).map(|(_, count)| count).sum::<usize>()
+    }
 }
 
 /// What a search for a steady state found.

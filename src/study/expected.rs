@@ -2,9 +2,10 @@
 
 use super::file::Variant;
 use super::order::{Level, Outcome};
-use crate::measure::errors::{ErrorField, Norm};
+use crate::measure::errors::Norm;
 use crate::mesh::Mesh;
 use crate::model::ModelKind;
+use crate::model::fields::{self, DENSITY, DIFFUSION, FieldId, LAPLACIAN, POLARITY, PRESSURE, Role, VELOCITY};
 use crate::scene::Scene;
 
 /// Observed orders may lie below the promised ones by this: levels are coarse, and fits take the coarsest with them.
@@ -23,7 +24,7 @@ const HINT: &str = "; hint: exact fields with kinks and boundary data of another
 #[derive(Debug, Clone, PartialEq)]
 pub struct Promise {
     /// Orders in the cells' size.
-    space: Vec<(ErrorField, f64)>,
+    space: Vec<(FieldId, f64)>,
     /// Order in the step.
     time: f64,
     /// Largest size of the exact fields, times the relative error that is none of discretisation.
@@ -42,16 +43,16 @@ impl Promise {
         let (q, r, d, s) = (degrees.velocity, degrees.pressure, degrees.density, degrees.polarity);
         let orders = match scene.parameters.kind() {
             ModelKind::Incompressible => vec![
-                (ErrorField::Velocity, (q + 1).min(r + 2).min(s + 1)),
-                (ErrorField::Pressure, q.min(r + 1).min(s)),
-                (ErrorField::Polarity, s.min(q) + 1),
-                (ErrorField::Laplacian, s - 1),
+                (VELOCITY, (q + 1).min(r + 2).min(s + 1)),
+                (PRESSURE, q.min(r + 1).min(s)),
+                (POLARITY, s.min(q) + 1),
+                (LAPLACIAN, s - 1),
             ],
             ModelKind::Compressible => vec![
-                (ErrorField::Velocity, q.min(d) + 1),
-                (ErrorField::Density, q.min(d + 1)),
-                (ErrorField::Polarity, s.min(q).min(d) + 1),
-                (ErrorField::Diffusion, (s - 1).min(d)),
+                (VELOCITY, q.min(d) + 1),
+                (DENSITY, q.min(d + 1)),
+                (POLARITY, s.min(q).min(d) + 1),
+                (DIFFUSION, (s - 1).min(d)),
             ],
         };
         let bent = mesh.curved.iter().flatten().map(|nodes| nodes.degree).min();
@@ -82,10 +83,10 @@ pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
     let mut lines = Vec::new();
     match &variant.expect {
         Some(expect) => {
-            let known = |name: &String| ErrorField::ALL.into_iter().find(|f| f.name() == name);
+            let known = |name: &String| fields::named(name);
             for (field, least) in expect.iter().filter_map(|(name, least)| known(name).zip(Some(*least))) {
                 for norm in Norm::ALL.into_iter().filter(|_| !is_solved(finest, field)) {
-                    let (name, norm_name) = (field.name(), norm.name());
+                    let (name, norm_name) = (field.name, norm.name());
                     match outcome.fit(field, norm) {
                         Some(fit) if fit >= least => {}
                         Some(fit) => {
@@ -113,7 +114,7 @@ pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
 
 /// What is wrong with the order of a field in `L²(L²)`: the better of the fit and the order between the last two
 /// levels counts.
-fn broken_promise(outcome: &Outcome, levels: &[&Level], field: ErrorField, space: f64) -> Option<String> {
+fn broken_promise(outcome: &Outcome, levels: &[&Level], field: FieldId, space: f64) -> Option<String> {
     let [.., coarse, fine] = levels else { return None };
     if is_solved(fine, field) {
         return None;
@@ -133,15 +134,15 @@ fn broken_promise(outcome: &Outcome, levels: &[&Level], field: ErrorField, space
     if observed >= expected - SLACK {
         return None;
     }
-    let (name, norm) = (field.name(), Norm::Square.name());
+    let (name, norm) = (field.name, Norm::Square.name());
     Some(format!("{name} in {norm}: order {observed:.2}, expected {expected:.1} by {why}"))
 }
 
 /// Whether the error of a field is no more than what solvers leave.
-fn is_solved(level: &Level, field: ErrorField) -> bool {
-    let steep = match field {
-        ErrorField::Velocity | ErrorField::Pressure | ErrorField::Density | ErrorField::Polarity => 1.0,
-        ErrorField::Laplacian | ErrorField::Diffusion => STEEP * level.h.powi(-2).max(1.0),
+fn is_solved(level: &Level, field: FieldId) -> bool {
+    let steep = match field.role {
+        Role::Flow | Role::Carried => 1.0,
+        Role::Auxiliary => STEEP * level.h.powi(-2).max(1.0),
     };
     level.errors.error(field, Norm::Largest) <= steep * level.promise.solved
 }

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::StudyError;
 use super::source::{self, StudyFileKind, below, check_name, check_values, override_of, refuse};
 use crate::expression::{ExpressionError, Formula};
-use crate::measure::errors::ErrorField;
 use crate::mesh::Point;
+use crate::model::fields;
 use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::schema::{self, Range};
@@ -227,7 +227,7 @@ fn check_expectations(
     table: &str,
     expect: Option<&BTreeMap<String, f64>>,
 ) -> Result<(), StudyError> {
-    let known = ErrorField::ALL.map(|f| f.name());
+    let known = fields::ALL.map(|field| field.name);
     for (field, order) in expect.into_iter().flatten() {
         let key = format!("{table}.{field}");
         if !known.contains(&field.as_str()) {

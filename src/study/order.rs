@@ -7,7 +7,8 @@ use std::time::Instant;
 use super::expected::Promise;
 use super::file::{OrderStudy, Variant};
 use super::{StudyError, table};
-use crate::measure::errors::{ErrorField, History, Norm, errors};
+use crate::measure::errors::{History, Norm, errors};
+use crate::model::fields::FieldId;
 use crate::output::console;
 use crate::output::lock::{self, Room};
 use crate::output::progress::{Progress, Status, Verbosity};
@@ -73,14 +74,14 @@ impl Outcome {
     }
 
     /// Observed order between two levels: `log(e₀/e₁)/log(h₀/h₁)`.
-    pub fn order_between(&self, coarse: &Level, fine: &Level, field: ErrorField, norm: Norm) -> f64 {
+    pub fn order_between(&self, coarse: &Level, fine: &Level, field: FieldId, norm: Norm) -> f64 {
         let by_mesh = self.by_mesh();
         (coarse.errors.error(field, norm) / fine.errors.error(field, norm)).ln()
             / (coarse.size(by_mesh) / fine.size(by_mesh)).ln()
     }
 
     /// Least-squares slope of `log e` over `log h` on all complete levels; `None` for fewer than two.
-    pub fn fit(&self, field: ErrorField, norm: Norm) -> Option<f64> {
+    pub fn fit(&self, field: FieldId, norm: Norm) -> Option<f64> {
         let levels = self.complete();
         let by_mesh = self.by_mesh();
         let points: Vec<(f64, f64)> =

@@ -11,8 +11,9 @@ use super::columns::write_parquet;
 use super::columns::{Column, write_csv};
 use super::sweep_file::{Case, SweepStudy};
 use crate::measure::Measure;
-use crate::measure::errors::{ErrorField, Norm};
+use crate::measure::errors::Norm;
 use crate::measure::list::FREE_ENERGY;
+use crate::model::fields::{self, FieldId};
 use crate::output::{OutputError, number, write_whole};
 use crate::results::names::{estimate_of, estimated};
 use crate::run::AnyScene;
@@ -201,8 +202,8 @@ impl Row {
     }
 
     /// The error of a field in a norm, where it is known.
-    pub fn error(&self, field: ErrorField, norm: Norm) -> Option<f64> {
-        self.summary()?.error(field.name(), norm.name())
+    pub fn error(&self, field: FieldId, norm: Norm) -> Option<f64> {
+        self.summary()?.error(field.name, norm.name())
     }
 
     /// The value that the run gives a key, texts without quotes; nothing where it leaves the scene's.
@@ -289,7 +290,7 @@ fn endings(rows: &[Row]) -> Vec<Column> {
         texts("ending", &|row| Some(row.summary()?.ending.clone())),
         texts("reason", &|row| row.found.reason().map(str::to_owned)),
         counts("cells", |s| s.mesh.cells),
-        counts("unknowns", |s| s.unknowns.stokes_system + s.unknowns.polarity),
+        counts("unknowns", |s| s.unknowns.solved()),
         numbers("time", |s| Some(s.time)),
         counts("steps", |s| s.counts.steps),
         counts("rejected", |s| s.counts.rejected),
@@ -302,15 +303,14 @@ fn endings(rows: &[Row]) -> Vec<Column> {
 
 /// `error_velocity_L2(L2)` and so on, of the fields that some run has.
 fn errors(rows: &[Row]) -> Vec<Column> {
-    let measured = |field: &ErrorField| {
-        rows.iter().filter_map(Row::summary).any(|summary| summary.errors.contains_key(field.name()))
-    };
-    let column = |field: ErrorField, norm: Norm| {
-        let name = format!("error_{}_{}", field.name(), norm.name());
+    let measured =
+        |field: &FieldId| rows.iter().filter_map(Row::summary).any(|summary| summary.errors.contains_key(field.name));
+    let column = |field: FieldId, norm: Norm| {
+        let name = format!("error_{}_{}", field.name, norm.name());
         Column::numbers(name, rows.iter().map(move |row| row.error(field, norm)))
     };
-    let of = |field: ErrorField| Norm::ALL.map(|norm| column(field, norm));
-    ErrorField::ALL.into_iter().filter(measured).flat_map(of).collect()
+    let of = |field: FieldId| Norm::ALL.map(|norm| column(field, norm));
+    fields::ALL.into_iter().filter(measured).flat_map(of).collect()
 }
 
 /// Writes the table of all runs so far.

@@ -7,7 +7,8 @@ use super::StudyError;
 use super::expected::short_orders;
 use super::file::OrderStudy;
 use super::order::{Level, Outcome};
-use crate::measure::errors::{ErrorField, Norm};
+use crate::measure::errors::Norm;
+use crate::model::fields::FieldId;
 use crate::output::plot::{Axis, Plot, Scale, Series, Slope, if_drawn};
 use crate::output::{OutputError, number, write_whole};
 
@@ -90,11 +91,11 @@ fn orders(outcome: &Outcome) -> Vec<Vec<String>> {
     let mut rows = vec![header];
     let mut last: Option<&Level> = None;
     for level in outcome.complete() {
-        for &field in level.errors.fields() {
+        for field in level.errors.fields() {
             for norm in Norm::ALL {
                 let order = last.map(|coarse| number(outcome.order_between(coarse, level, field, norm)));
                 let sizes = [level.n, level.h, level.dt].map(number);
-                let names = [field.name(), norm.name()].map(String::from);
+                let names = [field.name, norm.name()].map(String::from);
                 let error = number(level.errors.error(field, norm));
                 rows.push(sizes.into_iter().chain(names).chain([error, order.unwrap_or_default()]).collect());
             }
@@ -153,8 +154,9 @@ fn runs(outcomes: &[Outcome]) -> Vec<Vec<String>> {
 }
 
 /// The fields of the model; of another level if one is empty.
-fn fields(levels: &[&Level]) -> Vec<ErrorField> {
-    levels.iter().map(|level| level.errors.fields()).find(|f| !f.is_empty()).map_or_else(Vec::new, <[_]>::to_vec)
+fn fields(levels: &[&Level]) -> Vec<FieldId> {
+    let all = levels.iter().map(|level| level.errors.fields().collect::<Vec<_>>());
+    all.into_iter().find(|fields| !fields.is_empty()).unwrap_or_default()
 }
 
 /// Errors by level, orders between levels, and the fit, as text.
@@ -174,7 +176,7 @@ pub fn text(outcome: &Outcome) -> String {
     let _ = writeln!(out, " {:>6}", "fit");
     for field in fields(&levels) {
         for norm in Norm::ALL {
-            let _ = write!(out, "{:<10} {:<11}", field.name(), norm.name());
+            let _ = write!(out, "{:<10} {:<11}", field.name, norm.name());
             for (k, level) in levels.iter().enumerate() {
                 let _ = write!(out, " {:>9.2e}", level.errors.error(field, norm));
                 if k > 0 {
@@ -202,9 +204,9 @@ pub fn shortfalls(study: &OrderStudy, outcome: &Outcome) -> Vec<String> {
 fn plot(study: &OrderStudy, outcome: &Outcome) -> Plot {
     let levels = outcome.complete();
     let by_mesh = outcome.by_mesh();
-    let series = |field: ErrorField, norm: Norm| {
+    let series = |field: FieldId, norm: Norm| {
         let points = levels.iter().map(|l| (l.size(by_mesh), l.errors.error(field, norm))).collect();
-        Series::new(format!("{}, {}", field.symbol(), norm.symbol()), points)
+        Series::new(format!("{}, {}", field.symbol, norm.symbol()), points)
     };
     let all = fields(&levels).into_iter().flat_map(|field| Norm::ALL.map(|norm| (field, norm)));
     let (series, fits): (Vec<Series>, Vec<f64>) =

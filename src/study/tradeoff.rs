@@ -290,7 +290,7 @@ fn point(
         seconds: median(seconds),
         memory_mib: summary.peak_memory_mib,
         cells: summary.mesh.cells,
-        unknowns: summary.unknowns.stokes_system + summary.unknowns.polarity,
+        unknowns: summary.unknowns.solved(),
         iterations: summary.counts.nonlinear_iterations,
         front: Vec::new(),
     }

@@ -9,8 +9,9 @@ use serde::Deserialize;
 use super::StudyError;
 use super::source::{self, StudyFileKind, Values, below, check_name, check_values, refuse, value_text, within};
 use crate::measure::Measure;
-use crate::measure::errors::{ErrorField, Norm};
+use crate::measure::errors::Norm;
 use crate::measure::list::ALL;
+use crate::model::fields::{self, FieldId};
 use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::schema::{self, Range};
@@ -253,8 +254,8 @@ fn columns() -> Vec<(&'static str, Option<&'static Measure>)> {
 
 /// `velocity` for the norm L2(L2), `velocity Linf(Linf)` for the other, and so on.
 fn error_names() -> Vec<String> {
-    let of = |field: ErrorField| [field.name().to_owned(), format!("{} {}", field.name(), Norm::Largest.name())];
-    ErrorField::ALL.into_iter().flat_map(of).collect()
+    let of = |field: FieldId| [field.name.to_owned(), format!("{} {}", field.name, Norm::Largest.name())];
+    fields::ALL.into_iter().flat_map(of).collect()
 }
 
 fn check_reference(source: &SceneSource, value: &ReferenceValue) -> Result<Reference, StudyError> {

@@ -10,12 +10,13 @@ use super::sheet::{OwnedSheet, Passes, Settled, Sheet, SheetKind, Tangent, Weigh
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::model::compressible::{self, Compressible, Evaluated};
+use crate::model::fields::{DENSITY, POLARITY, VELOCITY};
 use crate::model::incompressible::Inputs;
 use crate::model::lagged::{Elements, Layout, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Polarity;
 use crate::model::scales::relative;
-use crate::model::{Conditions, Parameters, Residuals, Sources, State};
+use crate::model::{Conditions, FieldId, Parameters, Residuals, Sources, State};
 use crate::solve::blocks::Incomplete;
 use crate::solve::sparse::Matrix;
 use crate::solve::{SolveError, axpy, dot, root};
@@ -50,12 +51,8 @@ impl Sheet for Compressible {
         self.area
     }
 
-    fn velocity(&self) -> &Arc<Space> {
-        &self.velocity
-    }
-
-    fn volume(&self) -> &Arc<Space> {
-        &self.density.space
+    fn fields(&self) -> Vec<(FieldId, &Arc<Space>)> {
+        vec![(VELOCITY, &self.velocity), (DENSITY, &self.density.space), (POLARITY, &self.polarity.space)]
     }
 
     fn polarity(&self) -> &Polarity {
@@ -74,27 +71,19 @@ impl Sheet for Compressible {
         Compressible::layout(self)
     }
 
-    fn carried_len(&self) -> usize {
-        self.density.space.dof_count() + self.polarity.space.dof_count()
-    }
-
-    fn carried(&self, state: &State) -> Vec<f64> {
-        self.joined(&state.volume().values, &state.p.values)
-    }
-
     fn mass_times(&self, y: &[f64]) -> Vec<f64> {
         let (rho, p) = y.split_at(self.density.space.dof_count());
-        self.joined(&self.density.mass_times(rho), &self.polarity.mass_times(p))
+        self.stacked(&self.density.mass_times(rho), &self.polarity.mass_times(p))
     }
 
     fn mass_solve(&self, f: &[f64]) -> Vec<f64> {
         let (rho, p) = f.split_at(self.density.space.dof_count());
-        self.joined(&self.density.mass_solve(rho), &self.polarity.mass_solve(p))
+        self.stacked(&self.density.mass_solve(rho), &self.polarity.mass_solve(p))
     }
 
     fn inertia_times(&self, state: &State, y: &[f64]) -> Vec<f64> {
         let (rho, p) = self.split(y);
-        self.joined(&self.density.mass_times(&rho.values), &self.inertia(state.volume(), &p))
+        self.stacked(&self.density.mass_times(&rho.values), &self.inertia(&state[DENSITY], &p))
     }
 
     fn without_conserved(&self, y: &mut [f64]) {
@@ -112,7 +101,7 @@ impl Sheet for Compressible {
     fn with_carried(&self, state: &State, y: &[f64]) -> Option<State> {
         let (u, p) = self.split(y);
         let limited = self.density.limiter.limit(&u).ok()?;
-        Some(State::compressible(state.v.clone(), limited.rho, p))
+        Some(State::compressible(state[VELOCITY].clone(), limited.rho, p))
     }
 
     fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError> {
@@ -135,7 +124,7 @@ impl Sheet for Compressible {
             axpy(1.0, &self.transport(rho, &v, inputs), &mut r_rho);
             let mut r_p = self.inertia(rho, &r);
             axpy(1.0, &self.polarity_residual(rho, &p, &v, &well, inputs), &mut r_p);
-            self.joined(&r_rho, &r_p)
+            self.stacked(&r_rho, &r_p)
         });
         let state = State::compressible(v, rho.clone(), p);
         let trial = equations.trial(y, state, residual)?;
@@ -144,7 +133,7 @@ impl Sheet for Compressible {
 
     fn tangent<'t>(&'t self, equations: &'t Equations, at: &'t Trial, weights: Weights) -> Box<dyn Tangent + 't> {
         let evaluated = at.evaluated.as_ref().expect("its own evaluation made the trial");
-        let (_, rate) = self.rates(equations, &evaluated.u, &at.state.p);
+        let (_, rate) = self.rates(equations, &evaluated.u, &at.state[POLARITY]);
         let w = [weights.density, weights.polarity];
         Box::new(compressible::Tangent::new(self, evaluated, &at.state, &rate, w, &equations.inputs))
     }
@@ -154,10 +143,10 @@ impl Sheet for Compressible {
     }
 
     fn settle(&self, equations: &Equations, state: State, phases: &mut Phases) -> Result<Settled, StepFailure> {
-        let mut u = state.volume().clone();
-        phases.measure("density solve", || self.transported(equations, &state.v, &mut u))?;
+        let mut u = state[DENSITY].clone();
+        phases.measure("density solve", || self.transported(equations, &state[VELOCITY], &mut u))?;
         let limited = self.density.limiter.limit(&u)?;
-        let state = State::compressible(state.v, limited.rho, state.p);
+        let state = state.with(DENSITY, limited.rho);
         let gain = Compressible::gain(self, &state, &equations.inputs);
         Ok(Settled { state, limited: limited.cells, gain })
     }
@@ -183,11 +172,11 @@ impl Sheet for Compressible {
         let mean = |squares: f64| root(squares / self.area);
         let density = |rho: &[f64]| mean(dot(rho, &self.density.mass_times(rho)));
         let speed = |v: &Field| mean(self.velocity_mass.quadratic(&v.values));
-        let rho = density(&from.volume().values).max(density(&to.volume().values));
-        let scales = self.scales(speed(&from.v).max(speed(&to.v)), rho);
-        let dv = mean(self.velocity_mass.quadratic(&minus(&to.v, &from.v)));
-        let drho = density(&minus(to.volume(), from.volume()));
-        let dp = minus(&to.p, &from.p);
+        let rho = density(&from[DENSITY].values).max(density(&to[DENSITY].values));
+        let scales = self.scales(speed(&from[VELOCITY]).max(speed(&to[VELOCITY])), rho);
+        let dv = mean(self.velocity_mass.quadratic(&minus(&to[VELOCITY], &from[VELOCITY])));
+        let drho = density(&minus(&to[DENSITY], &from[DENSITY]));
+        let dp = minus(&to[POLARITY], &from[POLARITY]);
         let dp = mean(dot(&dp, &self.polarity.mass_times(&dp)));
         relative(dv, scales.velocity).hypot(relative(drho, rho)).hypot(dp)
     }
@@ -226,12 +215,12 @@ impl Sheet for Compressible {
     }
 
     fn molecular_field(&self, state: &State, t: f64) -> Field {
-        let well = self.molecular_functional(state.volume(), &state.p, t);
+        let well = self.molecular_functional(&state[DENSITY], &state[POLARITY], t);
         scaled(Field::new(&self.polarity.space, self.polarity.mass_solve(&well)), self.parameters.elasticity)
     }
 
     fn polarity_laplacian(&self, state: &State, t: f64) -> Field {
-        scaled(self.diffused(state.volume(), &state.p, t), self.parameters.coherence.powi(2))
+        scaled(self.diffused(&state[DENSITY], &state[POLARITY], t), self.parameters.coherence.powi(2))
     }
 
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {
@@ -286,15 +275,15 @@ impl Passes for InTurn<'_> {
     fn image(&mut self, state: &State, phases: &mut Phases) -> Result<(State, usize), StepFailure> {
         let (model, equations) = (self.model, self.equations);
         let inputs = &equations.inputs;
-        let last = &state.p;
+        let last = &state[POLARITY];
         let force = phases.measure("force", || {
-            let well = model.molecular_functional(state.volume(), last, inputs.t);
-            model.force(state.volume(), last, model.molecular(&well).as_ref(), inputs)
+            let well = model.molecular_functional(&state[DENSITY], last, inputs.t);
+            model.force(&state[DENSITY], last, model.molecular(&well).as_ref(), inputs)
         });
-        let viscous = phases.measure("momentum factors", || compressible::Viscous::new(model, state.volume()))?;
+        let viscous = phases.measure("momentum factors", || compressible::Viscous::new(model, &state[DENSITY]))?;
         let v = phases.measure("momentum", || viscous.solve(model, &force, &inputs.prescribed))?;
         let v = Field::new(&model.velocity, v);
-        let mut u = state.volume().clone();
+        let mut u = state[DENSITY].clone();
         let steps = phases.measure("density solve", || model.transported(equations, &v, &mut u))?;
         let rho = model.density.limiter.limit_on_the_way(&u)?.rho;
         let (_, history) = model.split(&equations.history);

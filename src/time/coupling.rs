@@ -9,6 +9,7 @@ use super::{Phases, newton};
 use crate::expression::ExpressionError;
 use crate::model::State;
 use crate::model::compressible::FlowError;
+use crate::model::fields::{POLARITY, VELOCITY};
 use crate::model::limiter::NegativeMean;
 use crate::model::momentum::MomentumError;
 use crate::scheme::{abdf, bdf};
@@ -188,13 +189,13 @@ impl<'a> Step<'a> {
     pub(super) fn equations(&self, phases: &mut Phases) -> Result<Equations<'a>, StepFailure> {
         let inputs = phases.measure("inputs", || self.model.inputs(self.t))?;
         let (weights, history) = self.differences();
-        Ok(Equations { model: self.model, inputs, before: self.guess.v.clone(), weights, history })
+        Ok(Equations { model: self.model, inputs, before: self.guess[VELOCITY].clone(), weights, history })
     }
 
     /// `1/(Δt β̃₀)`, and `−[Σ_{i≥1} α̃_i ρ^{n−i}/Δt + β̃₁ ∂_t ρ^{n−1}]/β̃₀` in place of the density's history   [8.23]
     fn density_differences(&self, step: &DensityStep, history: &mut [f64]) -> f64 {
         let DensityStep { formula, rate } = step;
-        let (count, dt) = (history.len() - self.guess.p.values.len(), self.t - self.past[0].0);
+        let (count, dt) = (history.len() - self.guess[POLARITY].values.len(), self.t - self.past[0].0);
         let weight = 1.0 / (dt * formula.beta[0]);
         let history = &mut history[..count];
         history.fill(0.0);
@@ -285,7 +286,7 @@ fn fixed_point(step: &Step, depth: usize, phases: &mut Phases) -> Result<StepOut
         if k == settings.max_iterations {
             return Err(StepFailure::Slow { scheme, iterations: k, increment });
         }
-        let y = anderson.next(&model.carried(&state), &model.carried(&image));
+        let y = anderson.next(&state.carried(), &image.carried());
         state = model.with_carried(&image, &y).unwrap_or(image);
     }
     unreachable!("max_iterations is at least one")

@@ -7,6 +7,7 @@ use super::coupling::StepFailure;
 use super::sheet::{Sheet, Weights};
 use crate::model::State;
 use crate::model::compressible::Evaluated;
+use crate::model::fields::POLARITY;
 use crate::model::incompressible::Inputs;
 use crate::solve::{SolveError, axpy, dot, root};
 use crate::space::Field;
@@ -61,7 +62,7 @@ impl<'m> Equations<'m> {
 
     /// `∂_t p` at a state by the formula of the step.
     pub fn rate_of_p(&self, state: &State) -> Vec<f64> {
-        let p = &state.p.values;
+        let p = &state[POLARITY].values;
         let mut rate = self.history[self.history.len() - p.len()..].to_vec();
         axpy(self.weights.polarity, p, &mut rate);
         rate

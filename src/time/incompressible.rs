@@ -8,14 +8,15 @@ use super::equations::{Equations, Trial};
 use super::sheet::{OwnedSheet, Passes, Settled, Sheet, SheetKind, Tangent, Weights};
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
+use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use crate::model::incompressible::{Incompressible, Inputs};
 use crate::model::lagged::{Elements, Layout, Parts, Structure};
-use crate::model::momentum::MomentumError;
+use crate::model::momentum::{Momentum, MomentumError};
 use crate::model::parameters::ElasticForce;
 use crate::model::polarity::Polarity;
 use crate::model::scales::{Scales, relative};
 use crate::model::terms::At;
-use crate::model::{Conditions, Parameters, Residuals, Sources, State, Volume, tangent};
+use crate::model::{Conditions, FieldId, Parameters, Residuals, Sources, State, tangent};
 use crate::solve::blocks::{Incomplete, VectorBlocks};
 use crate::solve::sparse::Matrix;
 use crate::solve::{SolveError, axpy, dot, root};
@@ -53,12 +54,9 @@ impl Sheet for Incompressible {
         self.area
     }
 
-    fn velocity(&self) -> &Arc<Space> {
-        &self.momentum.velocity
-    }
-
-    fn volume(&self) -> &Arc<Space> {
-        &self.momentum.pressure
+    fn fields(&self) -> Vec<(FieldId, &Arc<Space>)> {
+        let Momentum { velocity, pressure, .. } = &*self.momentum;
+        vec![(VELOCITY, velocity), (PRESSURE, pressure), (POLARITY, &self.polarity.space)]
     }
 
     fn polarity(&self) -> &Polarity {
@@ -75,14 +73,6 @@ impl Sheet for Incompressible {
 
     fn layout(&self) -> Layout<'_> {
         Incompressible::layout(self)
-    }
-
-    fn carried_len(&self) -> usize {
-        self.polarity.space.dof_count()
-    }
-
-    fn carried(&self, state: &State) -> Vec<f64> {
-        state.p.values.clone()
     }
 
     fn mass_times(&self, y: &[f64]) -> Vec<f64> {
@@ -111,7 +101,7 @@ impl Sheet for Incompressible {
     }
 
     fn with_carried(&self, state: &State, y: &[f64]) -> Option<State> {
-        Some(State { p: Field::new(&self.polarity.space, y.to_vec()), ..state.clone() })
+        Some(state.clone().with(POLARITY, Field::new(&self.polarity.space, y.to_vec())))
     }
 
     fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError> {
@@ -173,12 +163,12 @@ impl Sheet for Incompressible {
         let mean = |squares: f64| root(squares / self.area);
         let speed = |v: &Field| mean(self.momentum.velocity_mass.quadratic(&v.values));
         let stress = |pi: &Field| mean(self.momentum.pressure_mass.quadratic(&pi.values));
-        let v = speed(&from.v).max(speed(&to.v));
-        let pi = stress(from.pressure()).max(stress(to.pressure()));
+        let v = speed(&from[VELOCITY]).max(speed(&to[VELOCITY]));
+        let pi = stress(&from[PRESSURE]).max(stress(&to[PRESSURE]));
         let scales = Scales::new(&self.parameters, self.area, v, pi);
-        let dv = mean(self.momentum.velocity_mass.quadratic(&minus(&to.v, &from.v)));
-        let dpi = mean(self.momentum.pressure_mass.quadratic(&minus(to.pressure(), from.pressure())));
-        let dp = minus(&to.p, &from.p);
+        let dv = mean(self.momentum.velocity_mass.quadratic(&minus(&to[VELOCITY], &from[VELOCITY])));
+        let dpi = mean(self.momentum.pressure_mass.quadratic(&minus(&to[PRESSURE], &from[PRESSURE])));
+        let dp = minus(&to[POLARITY], &from[POLARITY]);
         let dp = mean(dot(&dp, &self.polarity.mass_times(&dp)));
         relative(dv, scales.velocity).hypot(relative(dpi, scales.pressure)).hypot(dp)
     }
@@ -188,13 +178,13 @@ impl Sheet for Incompressible {
     }
 
     fn free_energy(&self, state: &State, t: f64) -> f64 {
-        Incompressible::free_energy(self, &state.p, t)
+        Incompressible::free_energy(self, &state[POLARITY], t)
     }
 
     fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64 {
         match self.parameters.elasticity {
             0.0 => 0.0,
-            b => b * dot(&self.polarity.molecular_functional(self.tissue(), &state.p, t), rate_of_p),
+            b => b * dot(&self.polarity.molecular_functional(self.tissue(), &state[POLARITY], t), rate_of_p),
         }
     }
 
@@ -220,11 +210,11 @@ impl Sheet for Incompressible {
     }
 
     fn molecular_field(&self, state: &State, t: f64) -> Field {
-        scaled(self.polarity.molecular_over_b(self.tissue(), &state.p, t), self.parameters.elasticity)
+        scaled(self.polarity.molecular_over_b(self.tissue(), &state[POLARITY], t), self.parameters.elasticity)
     }
 
     fn polarity_laplacian(&self, state: &State, t: f64) -> Field {
-        scaled(self.polarity.laplacian(self.tissue(), &state.p, t), self.parameters.coherence.powi(2))
+        scaled(self.polarity.laplacian(self.tissue(), &state[POLARITY], t), self.parameters.coherence.powi(2))
     }
 
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {
@@ -279,11 +269,11 @@ impl Passes for InTurn<'_> {
     fn image(&mut self, state: &State, phases: &mut Phases) -> Result<(State, usize), StepFailure> {
         let Equations { inputs, before, weights, .. } = self.equations;
         let model = self.model;
-        let force = phases.measure("force", || model.force(&state.p, before, inputs));
+        let force = phases.measure("force", || model.force(&state[POLARITY], before, inputs));
         let (v, pi) = phases.measure("stokes", || model.flow_of(&force, inputs))?;
         let carrier = model.carrier(&v, before);
         let given = model.given(inputs.t);
-        let at = At::new(&model.parameters, &state.p, &given).with_flow(&model.momentum.velocity, carrier);
+        let at = At::new(&model.parameters, &state[POLARITY], &given).with_flow(&model.momentum.velocity, carrier);
         let mut b = phases.measure("polarity assembly", || {
             model.polarity.pass(model.tissue(), weights.polarity, &at, &mut self.operator)
         });
@@ -293,11 +283,11 @@ impl Passes for InTurn<'_> {
             self.factors = Some(phases.measure("polarity factors", || model.polarity.precondition(&self.operator))?);
         }
         let factors = self.factors.as_ref().expect("just made");
-        let mut image = state.p.values.clone();
+        let mut image = state[POLARITY].values.clone();
         let iterations = phases.measure("polarity solve", || {
             model.polarity.solve(&self.operator, factors, &b, &mut image, LINEAR_REDUCTION)
         })?;
         let p = Field::new(&model.polarity.space, image);
-        Ok((State { v, volume: Volume::Pressure(pi), p }, iterations))
+        Ok((State::incompressible(v, pi, p), iterations))
     }
 }

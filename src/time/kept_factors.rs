@@ -9,6 +9,7 @@ use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
 use super::sheet::{Sheet, Tangent, Weights};
+use crate::model::fields::VELOCITY;
 use crate::model::lagged::{Lagged, Structure};
 use crate::model::momentum::MomentumError;
 use crate::solve::krylov::{Outcome, gmres};
@@ -121,7 +122,7 @@ impl KeptFactors {
     pub fn restore(model: &dyn Sheet, origin: Origin) -> Self {
         let (mut kept, mut phases) = (Self::default(), Phases::default());
         let Ok(inputs) = model.inputs(origin.t) else { return kept };
-        let before = Field::new(model.velocity(), origin.before.clone());
+        let before = Field::new(model.space(VELOCITY), origin.before.clone());
         let (weights, history) = (origin.weights, origin.history.clone());
         let equations = Equations { model, inputs, before, weights, history };
         let Ok(trial) = equations.evaluate(origin.y.clone(), &mut phases) else { return kept };

@@ -12,6 +12,7 @@ use super::coupling::{CouplingSettings, DensityStep, Step, StepFailure, StepOutc
 use super::kept_factors::{KeptFactors, Origin};
 use super::sheet::Sheet;
 use crate::expression::ExpressionError;
+use crate::model::fields::{DENSITY, POLARITY};
 use crate::model::momentum::MomentumError;
 use crate::model::{Residuals, State};
 use crate::scheme::control::{Control, ControlSettings};
@@ -158,9 +159,9 @@ impl<'m> March<'m> {
         let (t, y) = past.first().cloned().expect("at least one level");
         let state = model.state_of(&y, t)?;
         // the density may have been limited
-        past[0].1 = model.carried(&state);
+        past[0].1 = state.carried();
         let gain = model.gain(&state, &model.inputs(t)?);
-        let size = state.p.values.len();
+        let size = state[POLARITY].values.len();
         let mut rate_of_p = vec![0.0; size];
         if past.len() > 1 {
             let times: Vec<f64> = past.iter().map(|(t, _)| *t).collect();
@@ -191,7 +192,7 @@ impl<'m> March<'m> {
     pub fn adopt(&mut self, state: State, steps: usize) {
         self.counts.steps = steps;
         self.rate_of_p.fill(0.0);
-        self.past = vec![(self.t, self.model.carried(&state))];
+        self.past = vec![(self.t, state.carried())];
         self.gained = vec![self.model.mass(&self.past[0].1)];
         // a formula that is not finite stops the next step
         self.gain = self.model.inputs(self.t).map_or(0.0, |inputs| self.model.gain(&state, &inputs));
@@ -306,7 +307,7 @@ impl<'m> March<'m> {
 
     /// The formula of the density for a step to `t`, where there is one; `z` is a bound on `−λΔt`.
     fn density_step(&self, t: f64, z: f64) -> Result<Option<DensityStep>, ExpressionError> {
-        if self.state.density().is_none() {
+        if self.state.get(DENSITY).is_none() {
             return Ok(None);
         }
         let order = self.order_for(t - self.t).min(abdf::MAX_ORDER);
@@ -361,7 +362,7 @@ impl<'m> March<'m> {
         self.t = t;
         self.state = outcome.settled.state;
         self.rate_of_p = outcome.rate_of_p;
-        self.past.insert(0, (t, self.model.carried(&self.state)));
+        self.past.insert(0, (t, self.state.carried()));
         // one level more than the formula needs, for predictions
         self.past.truncate(self.settings.order.min(bdf::MAX_ORDER) + 1);
         self.gained.truncate(self.past.len());

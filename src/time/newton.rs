@@ -38,7 +38,7 @@ fn predict(step: &Step) -> Vec<f64> {
 pub(super) fn iterate(step: &Step, kept: &mut KeptFactors, phases: &mut Phases) -> Result<StepOutcome, StepFailure> {
     match iterate_from(step, predict(step), kept, phases) {
         Err(failure) if step.known.len() > 1 && failure.may_be_cured_by_a_smaller_step() => {
-            iterate_from(step, step.model.carried(step.guess), kept, phases)
+            iterate_from(step, step.guess.carried(), kept, phases)
         }
         other => other,
     }

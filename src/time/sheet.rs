@@ -14,11 +14,12 @@ use super::equations::{Equations, Trial};
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::model::compressible::Compressible;
+use crate::model::fields::Role;
 use crate::model::incompressible::{Incompressible, Inputs};
 use crate::model::lagged::{Elements, Layout, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Polarity;
-use crate::model::{Conditions, Parameters, Residuals, Sources, State};
+use crate::model::{Conditions, FieldId, Parameters, Residuals, Sources, State};
 use crate::solve::SolveError;
 use crate::solve::sparse::Matrix;
 use crate::space::{Field, Space};
@@ -108,10 +109,16 @@ pub trait Sheet: Debug + Sync {
     fn loops(&self) -> &Integrator;
     /// `|Ω|`
     fn area(&self) -> f64;
-    /// The space of v.
-    fn velocity(&self) -> &Arc<Space>;
-    /// The space of Π or ρ.
-    fn volume(&self) -> &Arc<Space>;
+    /// Its fields and their spaces, the carried ones in the order of a carried vector.
+    fn fields(&self) -> Vec<(FieldId, &Arc<Space>)>;
+    /// The space of a field.
+    ///
+    /// # Panics
+    /// Where the model does not have the field.
+    fn space(&self, id: FieldId) -> &Arc<Space> {
+        let found = self.fields().into_iter().find(|(known, _)| *known == id);
+        found.unwrap_or_else(|| panic!("the model has no {id}")).1
+    }
     /// What never changes in the polarity equation.
     fn polarity(&self) -> &Polarity;
     /// Mass matrix of the velocity.
@@ -122,9 +129,24 @@ pub trait Sheet: Debug + Sync {
     fn layout(&self) -> Layout<'_>;
 
     /// Length of a carried vector.
-    fn carried_len(&self) -> usize;
-    /// The carried vector of a state.
-    fn carried(&self, state: &State) -> Vec<f64>;
+    fn carried_len(&self) -> usize {
+        let carried = self.fields().into_iter().filter(|(id, _)| id.role == Role::Carried);
+        carried.map(|(_, space)| space.dof_count()).sum()
+    }
+    /// The state of a carried vector and the coefficients of all other fields.
+    ///
+    /// # Panics
+    /// Coefficients that do not fit the spaces.
+    fn joined(&self, carried: &[f64], other: &dyn Fn(FieldId) -> Vec<f64>) -> State {
+        let mut rest = carried;
+        State::of(self.fields().into_iter().map(|(id, space)| {
+            let values = match id.role {
+                Role::Carried => rest.split_off(..space.dof_count()).expect("as many as there are").to_vec(),
+                Role::Flow | Role::Auxiliary => other(id),
+            };
+            (id, Field::new(space, values))
+        }))
+    }
     /// `M y` with the mass matrix of the carried fields.
     fn mass_times(&self, y: &[f64]) -> Vec<f64>;
     /// `M⁻¹ f`

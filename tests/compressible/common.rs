@@ -89,7 +89,7 @@ pub fn settings(step: f64, order: usize, kind: CouplingKind) -> MarchSettings {
 /// The carried vector of two functions.
 pub fn carried(model: &Compressible, rho: impl Fn(Point) -> f64, p: impl Fn(Point) -> Point) -> Vec<f64> {
     let rho = project::interpolate_scalar(&model.density.space, rho);
-    model.joined(&rho.values, &project::interpolate_vector(&model.polarity.space, p).values)
+    model.stacked(&rho.values, &project::interpolate_vector(&model.polarity.space, p).values)
 }
 
 /// Smooth density between 0.4 and 1.7, smooth polarity of every length below 1.2.

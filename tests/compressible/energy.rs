@@ -1,7 +1,9 @@
 //! The free energy of passive tissue, and its rate.
 
 use crate::common::*;
+use monolayer::measure::Budget;
 use monolayer::model::compressible::Compressible;
+use monolayer::model::fields::POLARITY;
 use monolayer::model::{DensityLaw, Parameters};
 use monolayer::time::sheet::Sheet;
 use monolayer::time::{CouplingKind, March};
@@ -88,8 +90,8 @@ fn the_rate_of_the_energy_is_its_derivative_along_the_rates() {
         let y: Vec<f64> =
             smooth(&model).iter().zip(random(model.carried_len(), 2)).map(|(y, r)| y + 0.05 * r).collect();
         let state = Sheet::state_of(&model, &y, 0.0).unwrap();
-        let rate_of_p = random(state.p.values.len(), 3);
-        let rate = model.joined(&model.density_rate(&state, 0.0).unwrap().values, &rate_of_p);
+        let rate_of_p = random(state[POLARITY].values.len(), 3);
+        let rate = model.stacked(&model.density_rate(&state, 0.0).unwrap().values, &rate_of_p);
         let energy = |s: f64| {
             let moved: Vec<f64> = y.iter().zip(&rate).map(|(y, r)| y + s * r).collect();
             let moved = model.with_carried(&state, &moved).unwrap();
@@ -100,5 +102,30 @@ fn the_rate_of_the_energy_is_its_derivative_along_the_rates() {
         let found = model.energy_rate(&state, &rate_of_p, 0.0);
         println!("{found} {expected}");
         assert!((found / expected - 1.0).abs() < 1e-8, "{found} {expected}");
+    }
+}
+
+/// What the energy law leaves on a mesh of 2n² cells, and the line of a term, over the largest line.
+fn left_by_the_law(n: usize, (key, factor): (&str, f64)) -> [f64; 2] {
+    let law = DensityLaw { penalty: 1.0, exponent: 1.0, critical: 0.3, active_stress_iso: 0.0 };
+    let factors = PARAMETERS.factors.with(key, factor);
+    let model = sheet(&square(n), Parameters { density: Some(law), factors, ..PARAMETERS }, 2, closed);
+    let mut march = March::start(&model, settings(5e-4, 2, CouplingKind::Newton), smooth(&model)).unwrap();
+    for _ in 0..4 {
+        march.advance(1e9).unwrap();
+    }
+    let budget = Budget::of(&march);
+    let largest = budget.lines.iter().fold(budget.relaxation, |m, line| m.max(line.abs()));
+    [budget.defect(), budget.line(&format!("budget_{key}"))].map(|power| power.abs() / largest)
+}
+
+/// The line of a term closes the law up to the error of the elements, as the lines of all others do.
+#[test]
+fn lines_of_terms_of_other_models_close_the_law() {
+    for (key, factor) in [("self_advection", 0.8), ("flow_alignment", 20.0)] {
+        let [coarse, fine] = [4, 8].map(|n| left_by_the_law(n, (key, factor)));
+        println!("{key}: {coarse:?} {fine:?}");
+        assert!(fine[1] > 1e-2, "{key}: the line is {:e}", fine[1]);
+        assert!(fine[0] < coarse[0] / 4.0 && fine[0] < 1e-2 * fine[1], "{key}: {coarse:?} became {fine:?}");
     }
 }

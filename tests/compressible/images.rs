@@ -7,6 +7,7 @@ use monolayer::form::Integrator;
 use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{BoundaryEdge, Curve, Mesh, Point};
 use monolayer::model::State;
+use monolayer::model::fields::{DENSITY, POLARITY, VELOCITY};
 use monolayer::time::{CouplingKind, March};
 
 /// A copy of `mesh` with every point mapped; `reflect` turns the cells so that they stay counterclockwise.
@@ -57,10 +58,10 @@ fn compare(map: impl Fn(Point) -> Point + Copy, reflect: bool) {
     for cell in 0..mesh.cells.len() {
         here.each_cell_point(cell, 2, &mut |x| {
             let (other, xi) = there.locate_near(&image, map(x.site.x), 1e-6).expect("the image of a point");
-            let (v, p) = (one.v.vector(&x.site), one.p.vector(&x.site));
-            worst = worst.max((map(v) - two.v.vector_at(other, xi)).norm());
-            worst = worst.max((map(p) - two.p.vector_at(other, xi)).norm());
-            worst = worst.max((one.volume().scalar(&x.site) - two.volume().scalar_at(other, xi)).abs());
+            let (v, p) = (one[VELOCITY].vector(&x.site), one[POLARITY].vector(&x.site));
+            worst = worst.max((map(v) - two[VELOCITY].vector_at(other, xi)).norm());
+            worst = worst.max((map(p) - two[POLARITY].vector_at(other, xi)).norm());
+            worst = worst.max((one[DENSITY].scalar(&x.site) - two[DENSITY].scalar_at(other, xi)).abs());
             speed = speed.max(v.norm());
         });
     }

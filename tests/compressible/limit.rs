@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::common::*;
 use monolayer::mesh::{Mesh, Point};
+use monolayer::model::fields::{DENSITY, POLARITY, VELOCITY};
 use monolayer::model::incompressible::Incompressible;
 use monolayer::model::{DensityLaw, Parameters, State};
 use monolayer::space::{Field, project};
@@ -45,14 +46,14 @@ fn compressible(mesh: &Arc<Mesh>, penalty: f64, pi: &Field) -> (State, f64) {
         }
     }
     let state = end(&model, y);
-    let compression = state.volume().values.iter().fold(0.0_f64, |m, rho| m.max((rho - 1.0).abs()));
+    let compression = state[DENSITY].values.iter().fold(0.0_f64, |m, rho| m.max((rho - 1.0).abs()));
     (state, compression)
 }
 
 /// Distances in L² of velocity and polarity.
 fn apart(model: &Incompressible, a: &State, b: &State) -> [f64; 2] {
-    let dp = minus(&a.p.values, &b.p.values);
-    let dv = minus(&a.v.values, &b.v.values);
+    let dp = minus(&a[POLARITY].values, &b[POLARITY].values);
+    let dv = minus(&a[VELOCITY].values, &b[VELOCITY].values);
     [Sheet::velocity_mass(model).quadratic(&dv).sqrt(), dot(&dp, &model.polarity.mass_times(&dp)).sqrt()]
 }
 
@@ -78,7 +79,7 @@ const PENALTIES: [f64; 5] = [10.0, 100.0, 1e3, 1e4, 1e6];
 #[test]
 fn stiff_tissue_moves_like_an_incompressible_sheet() {
     let Ends { other, incompressible, stiff } = ends(4, &PENALTIES);
-    let speed = largest(&incompressible.v.values);
+    let speed = largest(&incompressible[VELOCITY].values);
     assert!(speed > 0.05, "it moves: {speed}");
     let limit = &stiff.last().unwrap().0;
     let rows: Vec<[f64; 5]> = stiff

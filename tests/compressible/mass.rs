@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::common::*;
 use monolayer::mesh::{BoundaryEdge, Mesh, Point};
 use monolayer::model::compressible::Compressible;
+use monolayer::model::fields::{DENSITY, POLARITY, VELOCITY};
 use monolayer::model::{Conditions, Parameters, VelocityCondition};
 use monolayer::time::{CouplingKind, March, MarchSettings};
 
@@ -22,7 +23,7 @@ fn uneven(step: f64, order: usize, kind: CouplingKind) -> MarchSettings {
 }
 
 fn mass(march: &March) -> f64 {
-    march.model.mass(&march.model.carried(&march.state))
+    march.model.mass(&march.state.carried())
 }
 
 /// Two squares of different size that share nothing.
@@ -45,7 +46,7 @@ fn two_parts() -> Arc<Mesh> {
 fn masses(model: &Compressible, march: &March) -> [f64; 2] {
     let mesh = &model.loops.mesh;
     let over = |left: bool| {
-        let rho = march.state.volume();
+        let rho = &march.state[DENSITY];
         model.loops.sum(4, |x| if (mesh.centroid(x.site.cell).x < 1.5) == left { rho.scalar(&x.site) } else { 0.0 })
     };
     [over(true), over(false)]
@@ -64,7 +65,7 @@ fn parts_that_share_nothing_keep_their_masses_apart() {
                 march.advance(next_landing(march.t)).unwrap();
                 let now = masses(&model, &march);
                 worst = now.iter().zip(start).fold(worst, |worst, (now, start)| worst.max((now / start - 1.0).abs()));
-                fastest = fastest.max(largest(&march.state.v.values));
+                fastest = fastest.max(largest(&march.state[VELOCITY].values));
             }
             assert!(fastest > 0.3, "{kind:?}: it moves: {fastest}");
             assert!(worst < 1e-13, "{kind:?}, k = {k}: the mass of a part changes by {worst:.1e}");
@@ -81,15 +82,15 @@ fn a_closed_sheet_keeps_its_mass_over_a_thousand_steps() {
     for kind in [CouplingKind::Newton, CouplingKind::Anderson { depth: 5 }] {
         let model = sheet(&square(2), active(), 1, closed);
         let mut march = March::start(&model, uneven(0.02, 3, kind), smooth(&model)).unwrap();
-        let (start, first) = (mass(&march), march.state.p.values.clone());
+        let (start, first) = (mass(&march), march.state[POLARITY].values.clone());
         let (mut worst, mut fastest, mut lowest) = (0.0_f64, 0.0_f64, f64::INFINITY);
         for _ in 0..1000 {
             march.advance(next_landing(march.t)).unwrap();
             worst = worst.max((mass(&march) / start - 1.0).abs());
-            fastest = fastest.max(largest(&march.state.v.values));
-            lowest = lowest.min(least(&model, march.state.volume()));
+            fastest = fastest.max(largest(&march.state[VELOCITY].values));
+            lowest = lowest.min(least(&model, &march.state[DENSITY]));
         }
-        let moved = largest(&minus(&march.state.p.values, &first));
+        let moved = largest(&minus(&march.state[POLARITY].values, &first));
         println!("{kind:?}: mass {worst:.1e}, speed {fastest:.2}, density ≥ {lowest:.2e}, {:?}", march.counts);
         assert!(fastest > 0.3 && moved > 0.1, "{kind:?}: it moves: {fastest}, {moved}");
         assert!(worst < 1e-13, "{kind:?}: the mass changes by {worst:.1e}");
@@ -109,7 +110,7 @@ fn counts(model: &Compressible, settings: MarchSettings, y: Vec<f64>, steps: usi
         let now = mass(&march);
         most = most.max((now / start - 1.0).abs());
         worst = worst.max((march.mass_counted() / now - 1.0).abs());
-        lowest = lowest.min(least(model, march.state.volume()));
+        lowest = lowest.min(least(model, &march.state[DENSITY]));
     }
     let kind = settings.coupling.kind;
     println!("{kind:?}: mass counted to {worst:.1e}, changed by {most:.2}, least {lowest:.1e}, {:?}", march.counts);

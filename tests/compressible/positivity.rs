@@ -5,11 +5,11 @@ use std::path::Path;
 use crate::common::*;
 use monolayer::mesh::Point;
 use monolayer::model::compressible::Compressible;
+use monolayer::model::fields::{DENSITY, POLARITY, VELOCITY};
 use monolayer::model::{Conditions, DensityLaw, Parameters};
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::scheme::ControlSettings;
-use monolayer::time::sheet::Sheet;
 use monolayer::time::{CouplingKind, March, MarchError, MarchSettings, StepFailure};
 
 /// A step in the density from 1 to 1e-10, over a hundredth.
@@ -52,13 +52,13 @@ fn march_keeps_positive(
     let (mut lowest, mut speed) = (f64::INFINITY, 0.0_f64);
     for _ in 0..steps {
         march.advance(1e9).unwrap();
-        lowest = lowest.min(least(model, march.state.volume()));
-        speed = speed.max(largest(&march.state.v.values));
-        assert!(march.state.p.values.iter().all(|p| p.is_finite()), "{what}: the polarity is finite");
+        lowest = lowest.min(least(model, &march.state[DENSITY]));
+        speed = speed.max(largest(&march.state[VELOCITY].values));
+        assert!(march.state[POLARITY].values.iter().all(|p| p.is_finite()), "{what}: the polarity is finite");
     }
     println!(
         "{what}: least {lowest:.1e}, speed {speed:.2}, p {:.2}, {:?}",
-        largest(&march.state.p.values),
+        largest(&march.state[POLARITY].values),
         march.counts
     );
     assert!(lowest >= 0.0, "{what}: {lowest:.1e}");
@@ -94,8 +94,8 @@ fn a_step_to_a_negative_mean_is_halved() {
         for _ in 0..6 {
             let report = march.advance(1e9).unwrap();
             rejected.push(report.rejected);
-            assert!(least(&model, march.state.volume()) >= 0.0);
-            let mass = march.model.mass(&march.model.carried(&march.state));
+            assert!(least(&model, &march.state[DENSITY]) >= 0.0);
+            let mass = march.model.mass(&march.state.carried());
             assert!((march.mass_counted() / mass - 1.0).abs() < 1e-11, "{} {mass}", march.mass_counted());
         }
         println!("{kind:?}: {rejected:?}, t = {}", march.t);
@@ -106,7 +106,7 @@ fn a_step_to_a_negative_mean_is_halved() {
         let settings = MarchSettings { control: ControlSettings::new(0.5).down_to(0.4), ..settings };
         let mut march = March::start(&model, settings, carried(&model, |_| 1.0, |_| Point::new(0.5, 0.0))).unwrap();
         march.advance(1e9).unwrap();
-        let before = march.state.volume().values.clone();
+        let before = march.state[DENSITY].values.clone();
         let error = march.advance(1e9).unwrap_err();
         let MarchError::StepTooSmall { cause, .. } = &error else { panic!("{error}") };
         println!("{error}");
@@ -115,7 +115,7 @@ fn a_step_to_a_negative_mean_is_halved() {
             assert!(matches!(**cause, StepFailure::Density(_)), "{error}");
             assert!(error.to_string().contains("the mean density of cell"), "{error}");
         }
-        assert!(before == march.state.volume().values, "the last good state is kept");
+        assert!(before == march.state[DENSITY].values, "the last good state is kept");
     }
 }
 
@@ -154,6 +154,6 @@ fn a_negative_density_of_inflow_is_refused_when_its_time_comes() {
         for part in ["0.25 - t + 0.01*y", "t = 0.3", " at x = ", "; hint: "] {
             assert!(error.to_string().contains(part), "`{part}` is not in: {error}");
         }
-        assert!((march.t - 0.2).abs() < 1e-12 && Sheet::carried(&model, &march.state).iter().all(|y| y.is_finite()));
+        assert!((march.t - 0.2).abs() < 1e-12 && march.state.carried().iter().all(|y| y.is_finite()));
     }
 }

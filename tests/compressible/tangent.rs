@@ -3,6 +3,7 @@
 
 use crate::common::*;
 use monolayer::model::compressible::Compressible;
+use monolayer::model::fields::DENSITY;
 use monolayer::model::lagged::Lagged;
 use monolayer::model::terms::factor;
 use monolayer::model::{DensityLaw, Parameters};
@@ -81,7 +82,7 @@ fn the_derivative_is_that_of_the_equations() {
             let trial = evaluate(&equations, y.clone());
             let cells = trial.evaluated.as_ref().unwrap().limited.cells;
             assert_eq!(cells > 0, limits, "{name}: {cells} cells are limited");
-            let (low, high) = (least(&model, trial.state.volume()), largest(&trial.state.volume().values));
+            let (low, high) = (least(&model, &trial.state[DENSITY]), largest(&trial.state[DENSITY].values));
             assert!(limits || low > 0.3 && high < 2.0, "{name}: {low} to {high}");
             let tangent = model.tangent(&equations, &trial, WEIGHTS);
             let (count, first) = (y.len(), model.density.space.dof_count());

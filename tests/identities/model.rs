@@ -4,6 +4,7 @@ use crate::common::*;
 use monolayer::expression::Expression;
 use monolayer::form::{Density, Faces, elastic, polarity, upwind};
 use monolayer::mesh::{Mesh, Point};
+use monolayer::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::momentum::MomentumError;
 use monolayer::model::terms::At;
@@ -145,7 +146,7 @@ fn without_elasticity_the_force_is_friction_traction_and_active_stress_alone() {
         let d = (g + g.transpose()) * 0.5;
         parameters.traction * p.dot(&w) + parameters.active_stress * p.dot(&(d * p))
     });
-    let (rest, inputs) = (model.zero().v, model.inputs(0.0).unwrap());
+    let (rest, inputs) = (model.zero().into_field(VELOCITY), model.inputs(0.0).unwrap());
     close(dot(&model.force(&p, &rest, &inputs), &w.values), direct, direct.abs().max(1.0), 1e-12);
     assert_eq!(model.free_energy(&p, 0.0), 0.0);
 }
@@ -168,9 +169,9 @@ fn closed_tissue_without_activity_dissipates_what_the_energy_law_says() {
         let rate: Vec<f64> = model.polarity_residual(&state, 0.0).iter().map(|r| -r / parameters.peclet).collect();
         let gain = parameters.elasticity * dot(&l.values, &rate);
         let viscous = model.loops.sum(4, |x| {
-            let g = state.v.vector_gradient(&x.site);
+            let g = state[VELOCITY].vector_gradient(&x.site);
             2.0 * ((g + g.transpose()) * 0.5).norm_squared()
-                + parameters.friction * state.v.vector(&x.site).norm_squared()
+                + parameters.friction * state[VELOCITY].vector(&x.site).norm_squared()
         });
         let b = parameters.elasticity;
         let relaxation = b * dot(&model.polarity.mass_times(&l.values), &l.values) / parameters.peclet;
@@ -212,14 +213,14 @@ fn a_polynomial_flow_is_reproduced() {
     description.sources.force = Some([formula("-2 + 2*y^2 + 1"), formula("-2 + 2*x^2")]);
     let model = Incompressible::new(&mesh, &description).unwrap();
     assert!(model.momentum.is_closed());
-    let (v, pi) = model.flow(&model.zero().p, 0.0).unwrap();
+    let (v, pi) = model.flow(&model.zero().into_field(POLARITY), 0.0).unwrap();
     let error = model.loops.sum(6, |x| {
         let at = x.site.x;
         (v.vector(&x.site) - Point::new(at.y * at.y, at.x * at.x)).norm_squared()
             + (pi.scalar(&x.site) - (at.x - 0.5)).powi(2)
     });
     assert!(error.sqrt() < 1e-12, "{error}");
-    let force = model.force(&model.zero().p, &v, &model.inputs(0.0).unwrap());
+    let force = model.force(&model.zero().into_field(POLARITY), &v, &model.inputs(0.0).unwrap());
     let residuals = model.momentum.residual_norms(&force, &v.values, &pi.values).unwrap();
     assert!(residuals.iter().all(|r| *r < 1e-10), "{residuals:?}");
 }
@@ -229,7 +230,7 @@ fn prescribed_flow_through_a_closed_boundary_is_refused() {
     let mesh = square(3);
     let condition = |tag: &str| Conditions::flow([formula(if tag == "left" { "1" } else { "0" }), formula("0")]);
     let model = Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, condition)).unwrap();
-    let error = model.flow(&model.zero().p, 0.0).unwrap_err();
+    let error = model.flow(&model.zero().into_field(POLARITY), 0.0).unwrap_err();
     assert!(matches!(error, MomentumError::Flux { .. }), "{error}");
 }
 
@@ -306,11 +307,11 @@ fn compare(map: impl Fn(Point) -> Point + Copy, reflect: bool) {
     for cell in 0..mesh.cells.len() {
         here.each_cell_point(cell, 2, &mut |x| {
             let (other, xi) = there.locate_near(&image, map(x.site.x), 1e-6).expect("the image of a point");
-            let (v, p) = (one.v.vector(&x.site), one.p.vector(&x.site));
-            assert!((map(v) - two.v.vector_at(other, xi)).norm() < 1e-8, "velocity at {:?}", x.site.x);
-            assert!((map(p) - two.p.vector_at(other, xi)).norm() < 1e-8, "polarity at {:?}", x.site.x);
+            let (v, p) = (one[VELOCITY].vector(&x.site), one[POLARITY].vector(&x.site));
+            assert!((map(v) - two[VELOCITY].vector_at(other, xi)).norm() < 1e-8, "velocity at {:?}", x.site.x);
+            assert!((map(p) - two[POLARITY].vector_at(other, xi)).norm() < 1e-8, "polarity at {:?}", x.site.x);
             assert!(
-                (one.pressure().scalar(&x.site) - two.pressure().scalar_at(other, xi)).abs() < 1e-7,
+                (one[PRESSURE].scalar(&x.site) - two[PRESSURE].scalar_at(other, xi)).abs() < 1e-7,
                 "pressure at {:?}",
                 x.site.x
             );
@@ -348,9 +349,15 @@ fn one_and_two_threads_give_the_same_bits() {
                 march.advance(1e9).expect("the step converges");
             }
             let state = march.state;
-            let energy = model.free_energy(&state.p, 0.0);
+            let energy = model.free_energy(&state[POLARITY], 0.0);
             let residuals = model.residuals(&state, 0.0).unwrap();
-            (state.v.values.clone(), state.pressure().values.clone(), state.p.values, energy.to_bits(), residuals)
+            (
+                state[VELOCITY].values.clone(),
+                state[PRESSURE].values.clone(),
+                state[POLARITY].values.clone(),
+                energy.to_bits(),
+                residuals,
+            )
         })
     };
     for kind in [CouplingKind::Anderson { depth: 5 }, CouplingKind::Newton] {
@@ -363,8 +370,10 @@ fn one_and_two_threads_give_the_same_bits() {
 fn no_polarity_and_no_activity_is_rest_exactly() {
     let mesh = square(3);
     let model = Incompressible::new(&mesh, &Description::new(&mesh, PARAMETERS, |_| Conditions::slip())).unwrap();
-    let state = march(&model, model.zero().p, 2);
-    assert!(state.v.values.iter().chain(&state.pressure().values).chain(&state.p.values).all(|v| *v == 0.0));
+    let state = march(&model, model.zero().into_field(POLARITY), 2);
+    assert!(
+        state[VELOCITY].values.iter().chain(&state[PRESSURE].values).chain(&state[POLARITY].values).all(|v| *v == 0.0)
+    );
 }
 
 #[test]

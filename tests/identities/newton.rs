@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::common::*;
 use crate::model::{PARAMETERS, formula};
 use monolayer::mesh::Mesh;
+use monolayer::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts, Structure};
 use monolayer::model::tangent::Tangent;
@@ -74,16 +75,16 @@ fn every_entry_of_the_derivative_is_that_of_the_equations() {
     for (model, name) in cases() {
         let now = state(&model, 11);
         let (t, w) = (0.3, 2.5);
-        let tangent = Tangent::new(&model, &now, &now.v, w, t);
+        let tangent = Tangent::new(&model, &now, &now[VELOCITY], w, t);
         let inputs = model.inputs(t).unwrap();
         let kind = model.parameters.elastic_force;
         let unit = |n: usize, j: usize| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
-        let np = now.p.values.len();
-        let force = |p: &[f64]| model.force(&Field::new(&now.p.space, p.to_vec()), &now.v, &inputs);
+        let np = now[POLARITY].values.len();
+        let force = |p: &[f64]| model.force(&Field::new(&now[POLARITY].space, p.to_vec()), &now[VELOCITY], &inputs);
         let equation = |v: &[f64], p: &[f64]| {
-            let p = Field::new(&now.p.space, p.to_vec());
-            let v = Field::new(&now.v.space, v.to_vec());
-            let mut r = model.polarity_residual(&State::incompressible(v, now.pressure().clone(), p.clone()), t);
+            let p = Field::new(&now[POLARITY].space, p.to_vec());
+            let v = Field::new(&now[VELOCITY].space, v.to_vec());
+            let mut r = model.polarity_residual(&State::incompressible(v, now[PRESSURE].clone(), p.clone()), t);
             let mass = model.polarity.mass_times(&p.values);
             r.iter_mut().zip(mass).for_each(|(r, m)| *r += model.parameters.peclet * w * m);
             r
@@ -91,17 +92,22 @@ fn every_entry_of_the_derivative_is_that_of_the_equations() {
         let mut largest = [0.0_f64; 3];
         for j in 0..np {
             let column = tangent.force_of(&unit(np, j));
-            compare(&column, &difference(&force, &now.p.values, j), 100.0, &format!("F' {kind:?} {name} column {j}"));
+            compare(
+                &column,
+                &difference(&force, &now[POLARITY].values, j),
+                100.0,
+                &format!("F' {kind:?} {name} column {j}"),
+            );
             largest[0] = column.iter().fold(largest[0], |m, v| m.max(v.abs()));
             let mut column = vec![0.0; np];
             tangent.operator.times(&unit(np, j), &mut column);
-            let differences = difference(&|p: &[f64]| equation(&now.v.values, p), &now.p.values, j);
+            let differences = difference(&|p: &[f64]| equation(&now[VELOCITY].values, p), &now[POLARITY].values, j);
             compare(&column, &differences, 10.0, &format!("J_pp {kind:?} {name} column {j}"));
             largest[1] = column.iter().fold(largest[1], |m, v| m.max(v.abs()));
         }
-        for j in 0..now.v.values.len() {
-            let column = tangent.drag_of(&unit(now.v.values.len(), j));
-            let differences = difference(&|v: &[f64]| equation(v, &now.p.values), &now.v.values, j);
+        for j in 0..now[VELOCITY].values.len() {
+            let column = tangent.drag_of(&unit(now[VELOCITY].values.len(), j));
+            let differences = difference(&|v: &[f64]| equation(v, &now[POLARITY].values), &now[VELOCITY].values, j);
             compare(&column, &differences, 10.0, &format!("D {kind:?} {name} column {j}"));
             largest[2] = column.iter().fold(largest[2], |m, v| m.max(v.abs()));
         }
@@ -116,9 +122,9 @@ fn the_factors_of_the_coupled_matrix_invert_the_derivative() {
             continue;
         }
         let now = state(&model, 5);
-        let tangent = Tangent::new(&model, &now, &now.v, 4.0, 0.0);
+        let tangent = Tangent::new(&model, &now, &now[VELOCITY], 4.0, 0.0);
         let lagged = Lagged::new(&Structure::new("coupled", &model.layout()).unwrap(), &Parts::new(&tangent)).unwrap();
-        let x = random(&now.p.space, 8).values;
+        let x = random(&now[POLARITY].space, 8).values;
         let mut y = vec![0.0; x.len()];
         tangent.times(&x, &mut y).unwrap();
         lagged.solve(&mut y);

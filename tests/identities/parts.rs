@@ -6,6 +6,7 @@ use crate::common::*;
 use crate::model::{PARAMETERS, formula, settings};
 use monolayer::measure::StreamFunction;
 use monolayer::mesh::{BoundaryEdge, Mesh, Point};
+use monolayer::model::fields::{POLARITY, VELOCITY};
 use monolayer::model::incompressible::Incompressible;
 use monolayer::model::momentum::MomentumError;
 use monolayer::model::{Conditions, Description, ElasticForce, Parameters, VelocityCondition};
@@ -101,8 +102,8 @@ fn after_three(model: &Incompressible, start: &[f64], step: f64, kind: CouplingK
         assert_eq!(march.advance(1e9).expect("the step converges").rejected, 0, "{kind:?}");
     }
     let pressure = model.pressure(&march.state).unwrap();
-    let velocity = model.momentum.velocity.by_cell(&march.state.v.values);
-    [velocity, pressure.space.by_cell(&pressure.values), march.state.p.values]
+    let velocity = model.momentum.velocity.by_cell(&march.state[VELOCITY].values);
+    [velocity, pressure.space.by_cell(&pressure.values), march.state[POLARITY].values.clone()]
 }
 
 #[test]
@@ -129,15 +130,15 @@ fn whatever_a_step_ends_at_solves_its_equations() {
             let mut settings = settings(0.02, 2);
             settings.coupling.kind = kind;
             let mut march = March::start(model, settings, start.clone()).unwrap();
-            let before = march.state.v.clone();
+            let before = march.state[VELOCITY].clone();
             let dt = march.advance(1e9).expect("the step converges").dt;
             let (weights, history) = (Weights::both(1.0 / dt), start.iter().map(|y| -y / dt).collect());
             let inputs = model.inputs(march.t).unwrap();
             let equations = Equations { model, inputs, before, weights, history };
             let size = |y: &[f64]| equations.evaluate(y.to_vec(), &mut Phases::default()).unwrap();
-            let (first, last) = (size(start), size(&march.state.p.values));
+            let (first, last) = (size(start), size(&march.state[POLARITY].values));
             assert!(last.size < 1e-12 * first.size, "{kind:?}: {:e} of {:e}", last.size, first.size);
-            let flows = last.state.v.values.iter().zip(&march.state.v.values);
+            let flows = last.state[VELOCITY].values.iter().zip(&march.state[VELOCITY].values);
             let apart = flows.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(apart < 1e-9, "{kind:?}: the flow is not that of its polarity: {apart:e}");
         }
@@ -174,7 +175,7 @@ fn a_net_flux_and_a_free_motion_are_blamed_on_their_part() {
         _ => Conditions::slip(),
     };
     let model = Incompressible::new(&both, &Description::new(&both, PARAMETERS, leaks)).unwrap();
-    let error = model.flow(&model.zero().p, 0.0).unwrap_err();
+    let error = model.flow(&model.zero().into_field(POLARITY), 0.0).unwrap_err();
     let MomentumError::Flux { flux, .. } = &error else { panic!("{error}") };
     assert!((flux.abs() - 1.5).abs() < 1e-9 && error.to_string().contains("of the part of the mesh at (0."), "{error}");
 

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use monolayer::measure::errors::{ErrorField, History, Norm, errors};
+use monolayer::measure::errors::{History, Norm, errors};
+use monolayer::model::fields::FieldId;
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 use monolayer::time::Counts;
@@ -42,35 +43,35 @@ impl Orders {
     pub fn new(name: &str, runs: Vec<(f64, History)>) -> Self {
         println!("{name}");
         let this = Self { name: name.to_owned(), runs };
-        for &field in this.runs[0].1.fields() {
+        for field in this.runs[0].1.fields() {
             for norm in Norm::ALL {
                 let errors: Vec<String> =
                     this.runs.iter().map(|(_, e)| format!("{:.2e}", e.error(field, norm))).collect();
                 let (order, errors) = (this.of(field, norm), errors.join("  "));
-                println!("  {:<10} {:<11} {errors}  order {order:.2}", field.name(), norm.name());
+                println!("  {:<10} {:<11} {errors}  order {order:.2}", field.name, norm.name());
             }
         }
         this
     }
 
-    pub fn of(&self, field: ErrorField, norm: Norm) -> f64 {
+    pub fn of(&self, field: FieldId, norm: Norm) -> f64 {
         slope(&self.runs.iter().map(|(h, e)| (*h, e.error(field, norm))).collect::<Vec<_>>())
     }
 
     /// The smaller of the orders in both norms.
-    pub fn least(&self, field: ErrorField) -> f64 {
+    pub fn least(&self, field: FieldId) -> f64 {
         Norm::ALL.iter().map(|norm| self.of(field, *norm)).fold(f64::INFINITY, f64::min)
     }
 
-    pub fn last(&self, field: ErrorField, norm: Norm) -> f64 {
+    pub fn last(&self, field: FieldId, norm: Norm) -> f64 {
         self.runs.last().unwrap().1.error(field, norm)
     }
 
     #[track_caller]
-    pub fn at_least(&self, bounds: [(ErrorField, f64); 4]) {
+    pub fn at_least(&self, bounds: [(FieldId, f64); 4]) {
         for (field, bound) in bounds {
             let order = self.least(field);
-            assert!(order >= bound, "{}: {} has order {order:.2}, not {bound}", self.name, field.name());
+            assert!(order >= bound, "{}: {} has order {order:.2}, not {bound}", self.name, field.name);
         }
     }
 }

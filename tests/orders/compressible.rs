@@ -1,7 +1,7 @@
 //! Orders of the compressible sheet: in space alone, and in time alone by formulas that blend and formulas that do not.
 
-use monolayer::measure::errors::ErrorField::{Density, Diffusion, Polarity, Velocity};
 use monolayer::measure::errors::Norm;
+use monolayer::model::fields::{DENSITY, DIFFUSION, POLARITY, VELOCITY};
 
 use super::common::{Orders, run, run_and_count};
 use super::slope;
@@ -15,7 +15,7 @@ fn of_the_study(n: usize, sets: &[(&str, &str)]) -> ([f64; 3], usize) {
     let sets = sets.iter().map(|(key, value)| (*key, (*value).to_owned()));
     let level = [("mesh.n", n.to_string()), ("time.step", (1.0 / (3 * n) as f64).to_string())];
     let (_, errors, counts) = run_and_count(&scene(), &level.into_iter().chain(sets).collect::<Vec<_>>());
-    let errors = [Velocity, Density, Polarity].map(|field| errors.error(field, Norm::Square));
+    let errors = [VELOCITY, DENSITY, POLARITY].map(|field| errors.error(field, Norm::Square));
     println!("n = {n}: {errors:?}, {} cells limited", counts.limited);
     (errors, counts.limited)
 }
@@ -63,8 +63,8 @@ fn in_space(k: usize, levels: [usize; 3]) -> Orders {
 /// Every field has the order of its own space, k + 1 the density and k + 2 velocity and polarity.
 #[test]
 fn every_field_has_the_order_of_its_space() {
-    in_space(1, [4, 8, 16]).at_least([(Velocity, 2.8), (Density, 1.77), (Polarity, 2.7), (Diffusion, 2.3)]);
-    in_space(2, [4, 6, 8]).at_least([(Velocity, 4.4), (Density, 2.75), (Polarity, 4.0), (Diffusion, 3.1)]);
+    in_space(1, [4, 8, 16]).at_least([(VELOCITY, 2.8), (DENSITY, 1.77), (POLARITY, 2.7), (DIFFUSION, 2.3)]);
+    in_space(2, [4, 6, 8]).at_least([(VELOCITY, 4.4), (DENSITY, 2.75), (POLARITY, 4.0), (DIFFUSION, 3.1)]);
 }
 
 /// Orders of the velocity, which the density drives, between two steps; with k = 3 the error in space is far below
@@ -84,7 +84,7 @@ fn the_density_has_the_order_of_its_formula() {
                 ("time.step", step.to_string()),
                 ("time.end", "0.24".to_owned()),
             ];
-            (step, run(&scene(), &sets).1.error(Velocity, Norm::Square))
+            (step, run(&scene(), &sets).1.error(VELOCITY, Norm::Square))
         });
         let order = slope(&errors);
         println!("{scheme}, {density}: {errors:?}, order {order:.2}");

@@ -1,9 +1,9 @@
 //! Orders on a disc with the homogeneous conditions of slip and `∂p/∂n = 0` on its circle, which the exact fields meet:
 //! what curved cells are worth.
 
-use monolayer::measure::errors::ErrorField::{Laplacian, Polarity, Pressure, Velocity};
 use monolayer::measure::errors::Norm;
 use monolayer::mesh::Point;
+use monolayer::model::fields::{LAPLACIAN, POLARITY, PRESSURE, VELOCITY};
 use monolayer::scene::{Scene, SceneSource};
 
 use super::common::{Orders, run};
@@ -51,15 +51,15 @@ fn the_exact_fields_meet_the_homogeneous_conditions_on_the_circle() {
 #[test]
 fn straight_cells_are_of_second_order_and_curved_cells_optimal() {
     let straight = orders(1, 1);
-    for field in [Velocity, Pressure, Polarity] {
+    for field in [VELOCITY, PRESSURE, POLARITY] {
         let order = straight.least(field);
-        assert!((1.7..2.3).contains(&order), "straight: {} has order {order:.2}", field.name());
+        assert!((1.7..2.3).contains(&order), "straight: {} has order {order:.2}", field.name);
     }
     for curved in [2, 3] {
         let found = orders(1, curved);
-        found.at_least([(Velocity, 2.7), (Pressure, 1.9), (Polarity, 3.8), (Laplacian, 1.7)]);
-        let gain = straight.last(Polarity, monolayer::measure::errors::Norm::Square)
-            / found.last(Polarity, monolayer::measure::errors::Norm::Square);
+        found.at_least([(VELOCITY, 2.7), (PRESSURE, 1.9), (POLARITY, 3.8), (LAPLACIAN, 1.7)]);
+        let gain = straight.last(POLARITY, monolayer::measure::errors::Norm::Square)
+            / found.last(POLARITY, monolayer::measure::errors::Norm::Square);
         assert!(gain > 100.0, "cells of degree {curved} gain a factor {gain}");
     }
 }
@@ -68,7 +68,7 @@ fn straight_cells_are_of_second_order_and_curved_cells_optimal() {
 #[test]
 fn curved_cells_are_optimal_for_cubic_velocities() {
     for curved in [2, 3] {
-        orders(2, curved).at_least([(Velocity, 3.8), (Pressure, 2.6), (Polarity, 4.8), (Laplacian, 2.4)]);
+        orders(2, curved).at_least([(VELOCITY, 3.8), (PRESSURE, 2.6), (POLARITY, 4.8), (LAPLACIAN, 2.4)]);
     }
 }
 
@@ -83,10 +83,10 @@ fn curved_cells_are_optimal_on_an_annulus_and_straight_ones_are_not() {
     };
     let (straight, curved) = (of(1), of(2));
     let order = |field| curved.of(field, Norm::Square);
-    assert!(order(Velocity) > 2.8 && order(Pressure) > 2.0);
-    assert!(order(Polarity) > 3.8 && order(Laplacian) > 1.95);
-    for field in [Velocity, Polarity] {
-        assert!(straight.of(field, Norm::Square) < 2.3, "{}", field.name());
-        assert!(straight.last(field, Norm::Square) > 20.0 * curved.last(field, Norm::Square), "{}", field.name());
+    assert!(order(VELOCITY) > 2.8 && order(PRESSURE) > 2.0);
+    assert!(order(POLARITY) > 3.8 && order(LAPLACIAN) > 1.95);
+    for field in [VELOCITY, POLARITY] {
+        assert!(straight.of(field, Norm::Square) < 2.3, "{}", field.name);
+        assert!(straight.last(field, Norm::Square) > 20.0 * curved.last(field, Norm::Square), "{}", field.name);
     }
 }

@@ -1,7 +1,7 @@
 //! A stress of gradients of the polarity, whose form has integrals over faces, keeps the orders of both sheets.
 
-use monolayer::measure::errors::ErrorField::{Polarity, Velocity};
 use monolayer::measure::errors::Norm;
+use monolayer::model::fields::{POLARITY, VELOCITY};
 
 use super::common::{Orders, run};
 
@@ -25,7 +25,7 @@ fn the_stress_of_gradients_keeps_the_orders_in_both_sheets() {
             run(text, &sets)
         };
         let found = Orders::new(sheet, [4, 8, 16].map(level).to_vec());
-        let [v, p] = [Velocity, Polarity].map(|field| found.of(field, Norm::Square));
+        let [v, p] = [VELOCITY, POLARITY].map(|field| found.of(field, Norm::Square));
         assert!(v >= 2.75 && p >= of_polarity, "{sheet}: orders {v:.2} of v and {p:.2} of p");
     }
 }

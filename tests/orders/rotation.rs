@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use monolayer::model::fields::VELOCITY;
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
 
@@ -44,7 +45,7 @@ fn turning(setup: &Setup) -> (f64, f64) {
     let loops = setup.model.loops();
     let state = setup.model.state_of(&vec![0.0; setup.model.carried_len()], 0.0).unwrap();
     let sum = |f: &(dyn Fn(monolayer::mesh::Point, monolayer::mesh::Point) -> f64 + Sync)| {
-        loops.sum(12, |x| f(x.site.x, state.v.vector(&x.site)))
+        loops.sum(12, |x| f(x.site.x, state[VELOCITY].vector(&x.site)))
     };
     let size = sum(&|x, _| x.norm_squared());
     let rate = sum(&|x, v| x.perp(&v)) / size;

@@ -1,8 +1,8 @@
-//! Polarity that carries itself along, in both sheets: with little diffusion, and with values that come in where the
+//! POLARITY that carries itself along, in both sheets: with little diffusion, and with values that come in where the
 //! polarity at the boundary points inwards, it has the order k + ½ of an upwind method in P(k) in L², or better.
 
-use monolayer::measure::errors::ErrorField::Polarity;
 use monolayer::measure::errors::Norm;
+use monolayer::model::fields::POLARITY;
 
 use super::common::{Orders, run};
 
@@ -42,7 +42,7 @@ fn self_advection_has_the_order_of_an_upwind_method_in_both_sheets() {
                 run(text, &sets)
             };
             let found = Orders::new(&format!("{sheet}, ζ = {factor}"), [4, 8, 16].map(level).to_vec());
-            let order = found.of(Polarity, Norm::Square);
+            let order = found.of(POLARITY, Norm::Square);
             assert!(order >= 2.5, "{sheet}, ζ = {factor}: P2 has order {order:.2}");
         }
     }
@@ -53,7 +53,7 @@ fn self_advection_has_the_order_of_an_upwind_method_in_both_sheets() {
 #[test]
 fn equations_in_turn_have_the_same_solution() {
     for text in [PLAIN, SQUEEZED] {
-        let of = |coupling: &str| run(text, &sets(4, 1.5, coupling)).1.error(Polarity, Norm::Square);
+        let of = |coupling: &str| run(text, &sets(4, 1.5, coupling)).1.error(POLARITY, Norm::Square);
         let (newton, turns, mixed) = (of("newton"), of("fixed-point"), of("anderson"));
         assert!((turns / newton - 1.0).abs() < 1e-6, "fixed point {turns}, Newton {newton}");
         assert!((mixed / newton - 1.0).abs() < 1e-6, "Anderson {mixed}, Newton {newton}");

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use monolayer::expression::Expression;
 use monolayer::mesh::Point;
 use monolayer::mesh::generate::MeshScene;
+use monolayer::model::fields::POLARITY;
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::model::{Conditions, Degrees, Description, Incompressible, Parameters, Sources};
 
@@ -27,7 +28,7 @@ fn error(h: f64, curved: usize, slip: SlipTreatment) -> f64 {
     let sources = Sources { force, ..Sources::default() };
     let description = Description { degrees: Degrees { polarity: 1, ..usual.degrees }, sources, slip, ..usual };
     let model = Incompressible::new(&mesh, &description).unwrap();
-    let (v, _) = model.flow(&model.zero().p, 0.0).unwrap();
+    let (v, _) = model.flow(&model.zero()[POLARITY], 0.0).unwrap();
     let square = model.loops.sum(10, |x| {
         let at = x.site.x;
         let g = 1.0 + 0.5 * (std::f64::consts::PI * (at.norm() - 1.0)).cos();

@@ -1,9 +1,8 @@
 //! Orders in space alone, on uniform and on distorted meshes of the square: BDF4 from exact values, with steps so short
 //! that halving them changes no order by more than 0.02.
 
-use monolayer::measure::errors::ErrorField::{Laplacian, Polarity, Pressure, Velocity};
-
 use super::common::{Orders, run};
+use monolayer::model::fields::{LAPLACIAN, POLARITY, PRESSURE, VELOCITY};
 
 fn orders(k: usize, distortion: f64) -> Orders {
     let scene = std::fs::read_to_string("studies/mms/square.toml").unwrap();
@@ -29,7 +28,7 @@ fn taylor_hood_and_swip_are_optimal_on_uniform_meshes() {
     for k in [1, 2] {
         let best = k as f64 + 2.0;
         let bounds =
-            [(Velocity, best - 0.15), (Pressure, best - 1.1), (Polarity, best + 0.75), (Laplacian, best - 1.1)];
+            [(VELOCITY, best - 0.15), (PRESSURE, best - 1.1), (POLARITY, best + 0.75), (LAPLACIAN, best - 1.1)];
         orders(k, 0.0).at_least(bounds);
     }
 }
@@ -40,7 +39,7 @@ fn taylor_hood_and_swip_are_optimal_on_uniform_meshes() {
 fn distortion_costs_no_order() {
     for k in [1, 2] {
         let best = k as f64 + 2.0;
-        let bounds = [(Velocity, best - 0.4), (Pressure, best - 1.4), (Polarity, best + 0.5), (Laplacian, best - 1.2)];
+        let bounds = [(VELOCITY, best - 0.4), (PRESSURE, best - 1.4), (POLARITY, best + 0.5), (LAPLACIAN, best - 1.2)];
         orders(k, 0.2).at_least(bounds);
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::common::near;
+use monolayer::model::fields::POLARITY;
 use monolayer::output::progress::Verbosity;
 use monolayer::steady::branch::{Branch, End, Point, Special};
 use monolayer::study::BranchStudy;
@@ -63,7 +64,7 @@ fn special(branch: &Branch) -> Vec<(Special, f64)> {
 /// `p` if it is everywhere `(p, 0)`.
 #[track_caller]
 fn uniform(point: &Point) -> f64 {
-    let p = &point.place.state.p;
+    let p = &point.place.state[POLARITY];
     let first = p.values[0];
     for (k, value) in p.values.iter().enumerate() {
         let along = (k / p.space.n).is_multiple_of(2);
@@ -156,7 +157,7 @@ max_points = 16
     let rest = |kappa: f64| lowest(kappa, 0.5) + lowest(kappa, -0.5) - 1.5;
     let critical = bisect(rest, 0.2, 0.35);
     let trivial = &found.branches[0];
-    assert!(trivial.points.iter().all(|point| point.place.state.p.values.iter().all(|v| v.abs() < 1e-9)));
+    assert!(trivial.points.iter().all(|point| point.place.state[POLARITY].values.iter().all(|v| v.abs() < 1e-9)));
     let places = special(trivial);
     assert_eq!(places.iter().map(|(kind, _)| *kind).collect::<Vec<_>>(), [Special::Pitchfork]);
     near(places[0].1, critical, 2e-4, "where p = 0 loses its stability");
@@ -171,7 +172,7 @@ max_points = 16
     let (mut logarithms, mut farthest) = (Vec::new(), 0.0_f64);
     for point in &branch.points {
         assert_eq!(point.unstable_dimension, 0, "κ = {}", point.parameter);
-        let p = &point.place.state.p.values;
+        let p = &point.place.state[POLARITY].values;
         let amplitude = p.iter().map(|v| v * v).sum::<f64>().sqrt();
         farthest = farthest.max(p.iter().fold(0.0_f64, |m, v| m.max(v.abs())));
         let beyond = places[0].1 - point.parameter;

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::common::*;
-use monolayer::measure::errors::{ErrorField, History, Norm, errors};
+use monolayer::measure::errors::{self, History, Norm, errors};
+use monolayer::model::fields::{POLARITY, VELOCITY};
 use monolayer::output::progress::Verbosity;
 use monolayer::run::{self, Ending, Options, Setup};
 use monolayer::scene::{Scene, SceneSource};
@@ -66,17 +67,17 @@ fn exact_fields_are_found_with_the_errors_that_marching_leaves() {
         march.advance(1e9).unwrap();
     }
     let exact = scene.sources.exact.as_ref().unwrap();
-    let mut both = [History::default(); 2];
+    let mut both = [History::default(), History::default()];
     both[0].add(&errors(&*setup.model, exact, &steady.state, 0.0), 1.0);
     both[1].add(&errors(&*setup.model, exact, &march.state, 0.0), 1.0);
-    for field in ErrorField::INCOMPRESSIBLE {
+    for field in errors::INCOMPRESSIBLE {
         for norm in Norm::ALL {
-            let [by_search, by_marching] = both.map(|history| history.error(field, norm));
-            near(by_search / by_marching, 1.0, 1e-5, field.name());
+            let [by_search, by_marching] = both.each_ref().map(|history| history.error(field, norm));
+            near(by_search / by_marching, 1.0, 1e-5, field.name);
         }
-        assert!(both[0].error(field, Norm::Square) < 0.5, "{}", field.name());
+        assert!(both[0].error(field, Norm::Square) < 0.5, "{}", field.name);
     }
-    assert!(both[0].error(ErrorField::Polarity, Norm::Square) < 0.02, "the exact state, not another one");
+    assert!(both[0].error(POLARITY, Norm::Square) < 0.02, "the exact state, not another one");
 }
 
 #[test]
@@ -85,7 +86,7 @@ fn no_polarity_is_kept_or_left_as_the_scene_wants() {
     let (scene, setup) = square().set("steady.want", "any").setup();
     let found = search(&scene, &setup);
     let kept = steady(&found);
-    assert!(kept.state.p.values.iter().all(|v| *v == 0.0));
+    assert!(kept.state[POLARITY].values.iter().all(|v| *v == 0.0));
     assert_eq!(kept.spectrum.as_ref().unwrap().stability(), Stability::Unstable);
     assert_eq!(ways(&found), [Way::PseudoTransient]);
 
@@ -99,7 +100,7 @@ fn no_polarity_is_kept_or_left_as_the_scene_wants() {
     });
     let left = steady(&found);
     for (cell, xi) in [(0, [0.2, 0.3]), (7, [0.1, 0.6]), (31, [1.0 / 3.0; 2])] {
-        near(left.state.p.vector_at(cell, xi.into()).norm(), 1.0, 1e-8, "|p|");
+        near(left.state[POLARITY].vector_at(cell, xi.into()).norm(), 1.0, 1e-8, "|p|");
     }
     assert_eq!(ways(&found)[..2], [Way::PseudoTransient, Way::Departure]);
     assert!(
@@ -166,20 +167,35 @@ fn every_way_is_tried_in_its_turn() {
     assert!(found.tries[..3].iter().all(|attempt| attempt.outcome.contains("1 pseudo-steps were not enough")));
     assert!(found.tries[3].outcome.contains("steady at t = "), "{}", found.tries[3].outcome);
     assert!(notes.len() >= 4 && notes[3].contains("marching in time"), "{notes:?}");
-    near(distance(model_of(&setup), &steady(&found).state.p, &rest.p), 0.0, 1e-7, "the state by marching");
+    near(
+        distance(model_of(&setup), &steady(&found).state[POLARITY], &rest[POLARITY]),
+        0.0,
+        1e-7,
+        "the state by marching",
+    );
 
     // the first way rejects some of its steps: smaller ones come to the end in as many
     let fewer = SteadySettings { max_steps: steps + 1, ..scene.steady.unwrap() };
     let found = search_with(&scene, &setup, fewer, &NEVER, &mut |_| Ok(()));
     assert_eq!(ways(&found), all[..2], "{:?}", found.tries);
-    near(distance(model_of(&setup), &steady(&found).state.p, &rest.p), 0.0, 1e-7, "the state by smaller steps");
+    near(
+        distance(model_of(&setup), &steady(&found).state[POLARITY], &rest[POLARITY]),
+        0.0,
+        1e-7,
+        "the state by smaller steps",
+    );
 
     // absurd first steps lead to the same state
     for step in [1e-9, 1e9] {
         let found =
             search_with(&scene, &setup, SteadySettings { step, ..scene.steady.unwrap() }, &NEVER, &mut |_| Ok(()));
         println!("{:?}", found.tries);
-        near(distance(model_of(&setup), &steady(&found).state.p, &rest.p), 0.0, 1e-7, "the state from an absurd step");
+        near(
+            distance(model_of(&setup), &steady(&found).state[POLARITY], &rest[POLARITY]),
+            0.0,
+            1e-7,
+            "the state from an absurd step",
+        );
     }
 }
 
@@ -193,7 +209,7 @@ fn easier_parameters_lead_to_those_of_the_scene() {
     let found = search_with(&scene, &setup, fewer, &NEVER, &mut |_| Ok(()));
     assert_eq!(ways(&found), [Way::PseudoTransient, Way::SmallerSteps, Way::Parameters], "{:?}", found.tries);
     assert!(found.tries[2].steps > found.tries[0].steps, "several states were passed: {:?}", found.tries);
-    let [by_parameters, straight] = [&found, &direct].map(|search| &steady(search).state.p);
+    let [by_parameters, straight] = [&found, &direct].map(|search| &steady(search).state[POLARITY]);
     near(distance(model_of(&setup), by_parameters, straight), 0.0, 1e-7, "the state by parameters");
 }
 
@@ -257,7 +273,8 @@ fn an_interrupted_run_is_resumed_where_it_was() {
     assert!(rows() >= before, "the history goes on");
     let found = search(&scene, &setup);
     let last = monolayer::output::checkpoint::Saved::read(&out.join("checkpoint.bin")).unwrap().march().unwrap();
-    let apart: Vec<f64> = last.past[0].1.iter().zip(&steady(&found).state.p.values).map(|(a, b)| a - b).collect();
+    let apart: Vec<f64> =
+        last.past[0].1.iter().zip(&steady(&found).state[POLARITY].values).map(|(a, b)| a - b).collect();
     near(size(model_of(&setup), &apart), 0.0, 1e-7, "the state of the resumed run");
 }
 
@@ -271,7 +288,7 @@ fn one_and_two_threads_find_the_same_bits() {
             let steady = steady(&found);
             let spectrum = steady.spectrum.as_ref().unwrap();
             let modes: Vec<_> = spectrum.modes.iter().map(|mode| (mode.value, mode.vector.clone())).collect();
-            (steady.state.p.values.clone(), steady.state.v.values.clone(), modes)
+            (steady.state[POLARITY].values.clone(), steady.state[VELOCITY].values.clone(), modes)
         })
     };
     assert!(with(1) == with(2), "the results differ");

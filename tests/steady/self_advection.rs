@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use crate::common::*;
 use monolayer::mesh::Point;
 use monolayer::model::State;
+use monolayer::model::fields::{POLARITY, VELOCITY};
 use monolayer::run::Setup;
 use monolayer::scene::Scene;
 use monolayer::space::Field;
@@ -58,7 +59,7 @@ fn errors(setup: &Setup, state: &State, factor: f64) -> [f64; 2] {
         loops.sum(12, |x| (field.vector(&x.site) - exact(x.site.x)).norm_squared()).sqrt()
     };
     let exact = |x: Point| Point::new(((x.x - 0.5) / width(factor)).tanh(), 0.0);
-    [of(&state.p, &exact), of(&state.v, &|_| Point::zeros())]
+    [of(&state[POLARITY], &exact), of(&state[VELOCITY], &|_| Point::zeros())]
 }
 
 /// A kink that polarity runs away from is wide, one that it runs into is narrow; nothing else moves.

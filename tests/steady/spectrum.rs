@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::common::*;
+use monolayer::model::fields::{POLARITY, VELOCITY};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::start;
 use monolayer::scene::{Initial, Scene};
@@ -117,7 +118,7 @@ pub fn steady(scene: &Scene, model: &Incompressible) -> State {
 
 /// The rate at which marching amplifies a small disturbance along `direction`, once other modes are gone.
 fn rate_of_marching(scene: &Scene, model: &Incompressible, rest: &State, direction: &[f64], times: [f64; 2]) -> f64 {
-    let mut begin = rest.p.clone();
+    let mut begin = rest[POLARITY].clone();
     let scale = 1e-7 / size(model, direction);
     begin.values.iter_mut().zip(direction).for_each(|(p, d)| *p += scale * d);
     let coupling = CouplingSettings { kind: CouplingKind::Newton, tolerance: 1e-12, ..scene.coupling };
@@ -127,7 +128,7 @@ fn rate_of_marching(scene: &Scene, model: &Incompressible, rest: &State, directi
         while march.t < time - 1e-9 {
             march.advance(time).unwrap();
         }
-        distances.push(distance(model, &march.state.p, &rest.p));
+        distances.push(distance(model, &march.state[POLARITY], &rest[POLARITY]));
     }
     (distances[1] / distances[0]).ln() / (times[1] - times[0])
 }
@@ -142,7 +143,7 @@ fn marching_a_disturbance_shows_the_leading_eigenvalue() {
         let (scene, setup) = driven(3, &[sets, &[("time.step", "0.02")]].concat());
         let model = model_of(&setup);
         let rest = steady(&scene, model);
-        let flow = rest.v.values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let flow = rest[VELOCITY].values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         assert!(flow > 0.2, "there is a flow: {flow}");
         let found = spectrum_of(model, &rest, 6);
         println!("{:?} {:?}", values(&found.modes), found.searched);

@@ -2,6 +2,7 @@
 
 use crate::common::*;
 use crate::spectrum::steady;
+use monolayer::model::fields::{POLARITY, VELOCITY};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::time::Phases;
 use monolayer::time::equations::Equations;
@@ -10,13 +11,13 @@ use nalgebra::{Complex, DMatrix};
 /// `−M⁻¹R′/Pe` by central differences, column by column; the upwind directions of the energy-consistent force stay
 /// those of the state.
 fn differences(model: &Incompressible, state: &State) -> DMatrix<f64> {
-    let equations = Equations::stationary(model, &state.v, 0.0).unwrap();
+    let equations = Equations::stationary(model, &state[VELOCITY], 0.0).unwrap();
     let residual = |p: Vec<f64>| equations.evaluate(p, &mut Phases::default()).unwrap().residual;
-    let (n, h) = (state.p.values.len(), 1e-5);
+    let (n, h) = (state[POLARITY].values.len(), 1e-5);
     let mut matrix = DMatrix::zeros(n, n);
     for j in 0..n {
         let shifted = |s: f64| {
-            let mut p = state.p.values.clone();
+            let mut p = state[POLARITY].values.clone();
             p[j] += s;
             residual(p)
         };

@@ -8,6 +8,7 @@ use monolayer::body::guide::Guide;
 use monolayer::body::{Body, Hold};
 use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
+use monolayer::model::fields::{PRESSURE, VELOCITY};
 use monolayer::model::incompressible::{Description, Incompressible, State};
 use monolayer::model::{Conditions, ElasticForce, Parameters};
 use monolayer::scheme::ControlSettings;
@@ -118,7 +119,7 @@ fn the_energy_law_holds_around_a_fixed_disc() {
     let model = around(&mesh, parameters, &closed, disc(0.21, [0.47, 0.52], Hold::Fixed));
     let (m, p) = (&model.parameters, random(&model.polarity.space, 4));
     let inputs = model.inputs(0.0).unwrap();
-    let (mut v, mut pi) = (model.zero().v, model.zero().pressure().clone());
+    let (mut v, mut pi) = (model.zero().into_field(VELOCITY), model.zero().into_field(PRESSURE));
     for _ in 0..60 {
         (v, pi) = model.flow_of(&model.force(&p, &v, &inputs), &inputs).unwrap();
     }
@@ -126,7 +127,7 @@ fn the_energy_law_holds_around_a_fixed_disc() {
     let state = State::incompressible(v, pi, p.clone());
     let rate: Vec<f64> = model.polarity_residual(&state, 0.0).iter().map(|r| -r / m.peclet).collect();
     let gain = m.elasticity * dot(&l.values, &rate);
-    let (v, tissue) = (&state.v, model.tissue());
+    let (v, tissue) = (&state[VELOCITY], model.tissue());
     let friction = tissue.sum(4, |x| m.friction * v.vector(&x.site).norm_squared());
     let viscous = model.loops.sum(2, |x| {
         let g = v.vector_gradient(&x.site);

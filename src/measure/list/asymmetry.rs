@@ -3,6 +3,7 @@
 use super::{Column, DIMENSIONLESS, Domain, Gauge, Measure, Of, Region, Taken, Taking, Tissue};
 use crate::form::Integrator;
 use crate::measure::{MeasureError, Mirror};
+use crate::model::fields::{POLARITY, VELOCITY};
 
 const COLUMNS: [Column; 2] = [
     Column::new("asymmetry_velocity", "asymmetry of v between the two sides", DIMENSIONLESS, "velocity"),
@@ -27,7 +28,7 @@ fn prepare(domain: &Domain) -> Result<Box<dyn Gauge>, MeasureError> {
 impl Gauge for Mirror {
     fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
         let loops = at.model.loops();
-        taken.put(&COLUMNS, [&at.state.v, &at.state.p].map(|field| self.asymmetry(loops, field)));
+        taken.put(&COLUMNS, [&at.state[VELOCITY], &at.state[POLARITY]].map(|field| self.asymmetry(loops, field)));
         Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Column, DIMENSIONLESS, Measure, Of, Premise, Region, Taken, Taking, Tissue};
 use crate::measure::MeasureError;
+use crate::model::fields::{POLARITY, VELOCITY};
 use crate::space::Field;
 
 const COLUMNS: [Column; 2] = [
@@ -24,8 +25,8 @@ fn take(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     let Some(track) = at.domain.track else { return Ok(()) };
     let (loops, area, state) = (at.model.loops(), at.model.area(), at.state);
     // the direction is no polynomial
-    let degree = 2 * state.v.space.degree.max(state.p.space.degree);
+    let degree = 2 * state[VELOCITY].space.degree.max(state[POLARITY].space.degree);
     let mean = |field: &Field| loops.sum(degree, |x| field.vector(&x.site).dot(&track.tangent(x.site.x))) / area;
-    taken.put(&COLUMNS, [mean(&state.v), mean(&state.p)]);
+    taken.put(&COLUMNS, [mean(&state[VELOCITY]), mean(&state[POLARITY])]);
     Ok(())
 }

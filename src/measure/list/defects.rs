@@ -2,6 +2,7 @@
 
 use super::{Column, Domain, Gauge, Measure, Of, Region, Taken, Taking, Tissue};
 use crate::measure::{Defects, MeasureError};
+use crate::model::fields::POLARITY;
 
 const COLUMNS: [Column; 2] = [
     Column::new("defects_plus", "defects of charge +1", "", "charge +1"),
@@ -24,7 +25,7 @@ fn prepare(domain: &Domain) -> Result<Box<dyn Gauge>, MeasureError> {
 
 impl Gauge for Defects {
     fn take(&self, at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
-        let census = self.of(&at.state.p);
+        let census = self.of(&at.state[POLARITY]);
         taken.put(&COLUMNS, [1, -1].map(|charge| census.count(charge) as f64));
         taken.census = Some(census);
         Ok(())

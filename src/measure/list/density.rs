@@ -2,6 +2,7 @@
 
 use super::{Column, DIMENSIONLESS, Measure, Of, Taken, Taking, Tissue};
 use crate::measure::MeasureError;
+use crate::model::fields::DENSITY;
 use crate::time::SheetKind;
 
 const TOTAL: [Column; 1] = [Column::new("mass", "mass ∫ρ", DIMENSIONLESS, "∫ρ")];
@@ -43,7 +44,7 @@ pub const LIMITED_CELLS: Measure = Measure {
 
 fn mass(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     if let SheetKind::Compressible(sheet) = at.model.kind() {
-        let mass = sheet.density.total(&at.state.volume().values);
+        let mass = sheet.density.total(&at.state[DENSITY].values);
         taken.put(&TOTAL, [mass]);
         at.march.iter().for_each(|march| taken.put(&DEFECT, [mass - march.mass_counted]));
     }
@@ -52,7 +53,7 @@ fn mass(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
 
 fn density_min(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     if let SheetKind::Compressible(sheet) = at.model.kind() {
-        taken.put(&SMALLEST, [sheet.density.limiter.smallest(at.state.volume())]);
+        taken.put(&SMALLEST, [sheet.density.limiter.smallest(&at.state[DENSITY])]);
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::{Column, DIMENSIONLESS, Measure, Of, Premise, Region, Taken, Taking, Tissue};
 use crate::measure::MeasureError;
+use crate::model::fields::VELOCITY;
 
 const LARGEST: [Column; 4] = [
     Column::new("strain_max", "largest elastic strain", DIMENSIONLESS, "largest"),
@@ -28,7 +29,7 @@ pub const ELASTIC_STRAIN: Measure = Measure {
 /// Of the strain in the flow of the state, as if that flow had always been there.
 fn take(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     let Some(strain) = at.domain.strain else { return Ok(()) };
-    let (loops, v) = (at.model.loops(), &at.state.v);
+    let (loops, v) = (at.model.loops(), &at.state[VELOCITY]);
     let tensor = strain.of(loops, v, |_| [0.0; 3])?;
     let largest = tensor.largest();
     taken.put(&LARGEST, [largest.value, largest.x.x, largest.x.y, tensor.least_stretch().value]);

@@ -3,6 +3,7 @@
 use super::{Column, Measure, Of, Premise, Region, Taken, Taking, Tissue};
 use crate::measure::{Inlet, MeasureError, Overshoot};
 use crate::model::boundary::PolarityCondition;
+use crate::model::fields;
 
 const VELOCITY: [Column; 2] = [
     Column::new("overshoot_velocity", "overshoot of v₁ behind the disc", "percent", "velocity"),
@@ -32,10 +33,12 @@ fn take(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     // the polarity is imposed weakly: what is given counts, not its trace
     let polarity = match &at.model.conditions()[inlet.tag].polarity {
         PolarityCondition::Dirichlet([first, _]) => Some(first.eval(inlet.x, at.t)),
-        PolarityCondition::Neumann => inlet.value(&state.p, mesh, locator),
+        PolarityCondition::Neumann => inlet.value(&state[fields::POLARITY], mesh, locator),
     };
-    let velocity = inlet.value(&state.v, mesh, locator);
-    for (field, inflow, columns) in [(&state.v, velocity, &VELOCITY), (&state.p, polarity, &POLARITY)] {
+    let velocity = inlet.value(&state[fields::VELOCITY], mesh, locator);
+    for (field, inflow, columns) in
+        [(&state[fields::VELOCITY], velocity, &VELOCITY), (&state[fields::POLARITY], polarity, &POLARITY)]
+    {
         if let Some(inflow) = inflow.filter(|inflow| *inflow != 0.0) {
             let found = Overshoot::of(field, mesh, locator, span, (axis, inflow))?;
             taken.put(columns, [found.percent, found.x1]);

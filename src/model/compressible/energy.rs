@@ -9,8 +9,9 @@ use crate::form::FacePoint;
 use crate::form::compression::Compression;
 use crate::form::elastic::PolarEnergy;
 use crate::mesh::Point;
+use crate::model::State;
+use crate::model::fields::{DENSITY, POLARITY, VELOCITY};
 use crate::model::polarity::FORMULA_DEGREE;
-use crate::model::state::State;
 use crate::model::terms::Given;
 use crate::solve::dot;
 use crate::space::{Continuity, Field, Space};
@@ -34,12 +35,12 @@ impl Compressible {
 
     /// `F_h`   [5.39]
     pub fn free_energy(&self, state: &State, t: f64) -> f64 {
-        self.polar_energy(&state.p, &self.given(t)).with(state.volume(), &self.parameters.compression())
+        self.polar_energy(&state[POLARITY], &self.given(t)).with(&state[DENSITY], &self.parameters.compression())
     }
 
     /// `dF_h/dt` for the given rate of the polarity, and that of the density that the transport gives.
     pub fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64 {
-        let (rho, p) = (state.volume(), &state.p);
+        let (rho, p) = (&state[DENSITY], &state[POLARITY]);
         let by_polarity = match self.parameters.elasticity {
             0.0 => 0.0,
             b => b * dot(&self.molecular_functional(rho, p, t), rate_of_p),
@@ -53,7 +54,7 @@ impl Compressible {
     /// # Errors
     /// A formula that is not finite.
     pub fn density_rate(&self, state: &State, t: f64) -> Result<Field, ExpressionError> {
-        let transport = self.transport(state.volume(), &state.v, &self.inputs(t)?);
+        let transport = self.transport(&state[DENSITY], &state[VELOCITY], &self.inputs(t)?);
         let values = self.density.mass_solve(&transport).into_iter().map(|r| -r).collect();
         Ok(Field::new(&self.density.space, values))
     }
@@ -61,7 +62,7 @@ impl Compressible {
     /// A bound on `−λ` of the density's equation, per time: transport through a cell, and the relaxation of a squeezed
     /// cell, `ds/dρ` of the isotropic stress s over four times the viscosity.
     pub fn stiffness(&self, state: &State) -> f64 {
-        let (rho, p) = (state.volume(), &state.p);
+        let (rho, p) = (&state[DENSITY], &state[POLARITY]);
         let compression = self.parameters.compression();
         let k = (self.density.space.degree + 1) as f64;
         let mut largest = 0.0_f64;
@@ -72,14 +73,14 @@ impl Compressible {
             };
             let densest = rho.coefficients(cell, 0).fold(0.0_f64, f64::max);
             let squeezed = compression.stress_by_density(densest, size(p).powi(2)).abs() / 4.0;
-            largest = largest.max(0.75 * k * k * self.loops.ratio(cell) * size(&state.v) + squeezed);
+            largest = largest.max(0.75 * k * k * self.loops.ratio(cell) * size(&state[VELOCITY]) + squeezed);
         }
         largest
     }
 
     /// `ρΠ = c_0 ρ^(γ+1) − ½Bρ_min|p|²` at the nodes of the polarity   [5.50]
     pub fn pressure(&self, state: &State) -> Field {
-        let (rho, p) = (state.volume(), &state.p);
+        let (rho, p) = (&state[DENSITY], &state[POLARITY]);
         let stress = Compression { active: 0.0, ..self.parameters.compression() };
         let nodes = crate::element::basis::nodes(p.space.degree);
         let space = Arc::new(Space::new(&self.loops.mesh, Continuity::Discontinuous, p.space.degree, 1));

@@ -21,6 +21,7 @@ pub use viscous::Viscous;
 
 use super::closed::ClosedParts;
 use super::description::Description;
+use super::fields::{Residuals, State};
 use super::formulas::{check_formulas, check_inflow};
 use super::frames::Frames;
 use super::incompressible::Inputs;
@@ -30,7 +31,6 @@ use super::momentum::{MomentumError, SlipTreatment, check_held, outer_force, tag
 use super::parameters::DensityLaw;
 use super::polarity::{FORMULA_DEGREE, Polarity};
 use super::scales::{Scales, relative};
-use super::state::{Residuals, State};
 use super::terms::{At, Given, MASS, MOMENTUM, Sum};
 use super::walls::Walls;
 use super::{Conditions, Parameters, Sources};
@@ -38,6 +38,7 @@ use crate::expression::ExpressionError;
 use crate::form::upwind::Carrier;
 use crate::form::{CellPoint, Integrator, mass};
 use crate::mesh::Mesh;
+use crate::model::fields::{DENSITY, POLARITY, VELOCITY};
 use crate::solve::rows::Rows;
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, axpy, dot, root};
@@ -89,6 +90,13 @@ pub enum FlowError {
     Density(#[from] NegativeMean),
     #[error(transparent)]
     Momentum(#[from] MomentumError),
+}
+
+impl State {
+    /// Of a compressible sheet.
+    pub fn compressible(v: Field, rho: Field, p: Field) -> Self {
+        Self::of([(VELOCITY, v), (DENSITY, rho), (POLARITY, p)])
+    }
 }
 
 impl Compressible {
@@ -210,7 +218,7 @@ impl Compressible {
     }
 
     /// The carried vector of density and polarity.
-    pub fn joined(&self, rho: &[f64], p: &[f64]) -> Vec<f64> {
+    pub fn stacked(&self, rho: &[f64], p: &[f64]) -> Vec<f64> {
         [rho, p].concat()
     }
 
@@ -320,7 +328,7 @@ impl Compressible {
 
     /// Net mass that enters per time: through the boundary and from sources.
     pub fn gain(&self, state: &State, inputs: &Inputs) -> f64 {
-        -self.transport(state.volume(), &state.v, inputs).iter().sum::<f64>()
+        -self.transport(&state[DENSITY], &state[VELOCITY], inputs).iter().sum::<f64>()
     }
 
     /// Residuals of the stationary equations   [9.8], [9.9], [9.10]
@@ -329,24 +337,24 @@ impl Compressible {
     /// Formulas that are not finite; as [`Factored::solve`].
     pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
         let scale = self.area.sqrt();
-        let (rho, p) = (state.volume(), &state.p);
+        let (rho, p) = (&state[DENSITY], &state[POLARITY]);
         let inputs = self.inputs(t)?;
         let well = self.molecular_functional(rho, p, t);
-        let mut momentum = Viscous::new(self, rho)?.times(self, &state.v.values);
+        let mut momentum = Viscous::new(self, rho)?.times(self, &state[VELOCITY].values);
         axpy(-1.0, &self.force(rho, p, self.molecular(&well).as_ref(), &inputs), &mut momentum);
         let momentum = self.frames.restrict(&momentum);
         let velocity = match crate::solve::norm(&momentum) {
             0.0 => 0.0,
             _ => root(dot(&momentum, &self.residual_mass.solve(&momentum)?)),
         };
-        let transport = self.transport(rho, &state.v, &inputs);
+        let transport = self.transport(rho, &state[VELOCITY], &inputs);
         let volume = root(dot(&transport, &self.density.mass_solve(&transport)));
-        let r = self.polarity_residual(rho, p, &state.v, &well, &inputs);
+        let r = self.polarity_residual(rho, p, &state[VELOCITY], &well, &inputs);
         let polarity = root(dot(&r, &self.polarity.mass_solve(&r)));
-        let speed = root(self.velocity_mass.quadratic(&state.v.values)) / scale;
+        let speed = root(self.velocity_mass.quadratic(&state[VELOCITY].values)) / scale;
         let mass = root(dot(&rho.values, &self.density.mass_times(&rho.values))) / scale;
         let velocity = relative(velocity / scale, self.scales(speed, mass).force);
-        Ok(Residuals { velocity, volume: volume / scale, polarity: polarity / scale })
+        Ok(Residuals::of([(VELOCITY, velocity), (DENSITY, volume / scale), (POLARITY, polarity / scale)]))
     }
 
     /// The scales of states with the root mean square velocity `v` and density `rho`.

@@ -13,13 +13,14 @@ use nalgebra::DMatrix;
 use super::Compressible;
 use super::viscous::Viscous;
 use crate::form::mass;
+use crate::model::State;
+use crate::model::fields::{DENSITY, POLARITY, VELOCITY};
 use crate::model::incompressible::Inputs;
 use crate::model::lagged::{Elements, add_velocity_block};
 use crate::model::limiter::Limited;
 use crate::model::momentum::MomentumError;
 use crate::model::pushed::Pushed;
-use crate::model::state::State;
-use crate::model::terms::{MASS, MOLECULAR, MOMENTUM, POLARITY, Sum};
+use crate::model::terms::{self, MASS, MOLECULAR, MOMENTUM, Sum};
 use crate::solve::axpy;
 use crate::solve::blocks::{NONE, VectorBlocks};
 use crate::solve::rows::Rows;
@@ -74,11 +75,11 @@ impl<'m> Tangent<'m> {
     ) -> Self {
         let loops = &model.loops;
         let (velocity, density_space, space) = (&*model.velocity, &*model.density.space, &*model.polarity.space);
-        let (rho, p, v) = (state.volume(), &state.p, &state.v);
+        let (rho, p, v) = (&state[DENSITY], &state[POLARITY], &state[VELOCITY]);
         let given = model.given(inputs.t);
         let here = model.at(rho, p, v, &given).with_field(at.molecular.as_ref());
-        let [momentum, polarity] = [Sum::of(&[MOMENTUM]), Sum::of(&[POLARITY])];
-        let [molecular, whole] = [Sum::of(&[MOLECULAR]), Sum::of(&[POLARITY, MOLECULAR])];
+        let [momentum, polarity] = [Sum::of(&[MOMENTUM]), Sum::of(&[terms::POLARITY])];
+        let [molecular, whole] = [Sum::of(&[MOLECULAR]), Sum::of(&[terms::POLARITY, MOLECULAR])];
         let sizes = [density_space.n, space.cell_dof_count(), velocity.cell_dof_count()];
         let rows = |size: (usize, usize), wide: bool| Rows::zero(model.polarity.neighbours(), size, wide);
 

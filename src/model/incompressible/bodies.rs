@@ -6,6 +6,7 @@ use super::{Description, Incompressible, Inputs, State};
 use crate::body::guide::Guide;
 use crate::form::Integrator;
 use crate::mesh::Mesh;
+use crate::model::fields::{POLARITY, VELOCITY};
 use crate::model::floating::{Floating, immerse};
 use crate::model::immersed::{FlowWithBodies, Rigidity};
 use crate::model::momentum::{Momentum, MomentumError};
@@ -115,6 +116,6 @@ impl Incompressible {
     /// Without bodies.
     pub fn holding(&self, state: &State, t: f64) -> Result<Vec<Wrench>, MomentumError> {
         let inputs = self.inputs(t)?;
-        Ok(self.carry(&self.force(&state.p, &state.v, &inputs), &inputs)?.holding)
+        Ok(self.carry(&self.force(&state[POLARITY], &state[VELOCITY], &inputs), &inputs)?.holding)
     }
 }

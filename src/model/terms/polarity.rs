@@ -2,7 +2,7 @@
 
 mod self_advection;
 
-use super::{At, Factor, Formula, Functional, Pass, Side, Strong, Switch, Term, Weak};
+use super::{At, Factor, Formula, Functional, Line, Pass, Power, Side, Strong, Switch, Term, Weak, power};
 use crate::form::words::{Scalar, Vector};
 use crate::form::{Bilinear, FacePoint, Faces, Linear, elastic, mass, polarity, swip, upwind};
 use crate::mesh::Point;
@@ -128,6 +128,13 @@ const FLOW_ALIGNMENT: Term<Vector> = Term {
         ..Functional::NOTHING
     }),
     strong: Strong::Vector(|s| -s.velocity()),
+    power: Some(Power {
+        line: Line { column: "budget_flow_alignment", words: "energy law: flow alignment", short: "flow alignment" },
+        of: |at, loops| {
+            let v = at.v();
+            power::along_field(at, loops, mass::load(&at.p.space, v.space.degree, move |x| v.vector(&x.site)))
+        },
+    }),
     ..Term::PLAIN
 };
 

@@ -1,17 +1,19 @@
 //! What terms do for the energy law: those that give energy to the sheet or take it away each have a line there.
 
 use super::{At, MOLECULAR, MOMENTUM, POLARITY, Side, Term};
+use crate::element::basis;
 use crate::form::words::Vector;
-use crate::form::{Integrator, Linear};
+use crate::form::{Density, Integrator, Linear};
 use crate::model::parameters::Parameters;
 use crate::solve::dot;
+use crate::space::Field;
 
 /// The power of a term, a line of the energy law on the side where the term's formula stands.
 pub struct Power {
     /// Where it is written.
     pub line: Line,
-    /// The power at a state: the formula with `w = v` in the momentum balance, and with `q = L_h/Pe` in the equation of
-    /// the polarity.
+    /// The power at a state: the formula with `w = v` in the momentum balance, and with `q = L_h/(Pe ρ)` in the equation
+    /// of the polarity.
     pub of: for<'a> fn(&At<'a>, &Loops) -> f64,
 }
 
@@ -146,10 +148,29 @@ pub fn powers(at: &At, loops: &Loops) -> [f64; COUNT] {
     powers
 }
 
-/// The power of a form in the equation of the polarity, the form with `q = L_h/Pe`; zero without elasticity.
+/// The power of a form in the equation of the polarity, the form with `q = L_h/(Pe ρ)`, interpolated where ρ is a
+/// field; zero without elasticity, and where there is no tissue.
 pub fn along_field<'a>(at: &At<'a>, loops: &Loops, form: Linear<'a, Vector>) -> f64 {
-    match at.parameters.elasticity {
-        0.0 => 0.0,
-        b => b / at.parameters.peclet * dot(&loops.tissue.vector(&form, &at.p.space), &at.molecular().values),
+    let of = |q: &[f64]| dot(&loops.tissue.vector(&form, &at.p.space), q);
+    match (at.parameters.elasticity, at.rho) {
+        (0.0, _) => 0.0,
+        (b, Density::One) => b / at.parameters.peclet * of(&at.molecular().values),
+        (b, Density::Of(rho)) => b / at.parameters.peclet * of(&over_density(at.molecular(), rho)),
     }
+}
+
+/// `L/ρ` at the nodes of L; zero where ρ is not above 0.
+fn over_density(l: &Field, rho: &Field) -> Vec<f64> {
+    let (space, nodes) = (&l.space, basis::nodes(l.space.degree));
+    let mut values = l.values.clone();
+    for cell in 0..space.mesh.cells.len() {
+        for (i, &xi) in nodes.iter().enumerate() {
+            let rho = rho.scalar_at(cell, xi);
+            for c in 0..space.components {
+                let value = &mut values[space.dof(cell, c, i)];
+                *value = if rho > 0.0 { *value / rho } else { 0.0 };
+            }
+        }
+    }
+    values
 }

@@ -14,6 +14,7 @@ use crate::mesh::generate::MeshScene;
 use crate::mesh::{Mesh, Point};
 use crate::model::TermStatus;
 use crate::model::compressible::Density;
+use crate::model::fields::DENSITY;
 use crate::model::polarity::downstream_order;
 use crate::model::start;
 use crate::run::available::available;
@@ -100,7 +101,7 @@ impl Kind for AdvectionScene {
             exact: None,
             tissue: None,
             caption: Caption::default(),
-            unknowns: Unknowns { pressure: stepper.rho.values.len(), ..Unknowns::default() },
+            unknowns: Unknowns { fields: [(DENSITY.name, stepper.rho.values.len())].into(), ..Unknowns::default() },
             setup_seconds: begin.elapsed().as_secs_f64(),
         };
         then(&plan, Some(&Ground::new(&mesh, &self.mesh)), &mut stepper)

@@ -230,7 +230,7 @@ fn stage(scene: &ParticlesScene, wanted: &Wanted, then: &mut Stage) -> Result<()
         exact: None,
         tissue: None,
         caption: Caption::default(),
-        unknowns: Unknowns { velocity: unknowns, stokes_system: unknowns, ..Unknowns::default() },
+        unknowns: Unknowns { stokes_system: unknowns, ..Unknowns::default() },
         setup_seconds: begin.elapsed().as_secs_f64(),
     };
     then(&plan, None, &mut stepper)

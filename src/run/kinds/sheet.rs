@@ -114,9 +114,7 @@ impl Setup {
             tissue: Some(scene),
             caption: Caption::of(scene),
             unknowns: Unknowns {
-                velocity: model.velocity().dof_count(),
-                pressure: model.volume().dof_count(),
-                polarity: model.polarity().space.dof_count(),
+                fields: model.fields().into_iter().map(|(id, space)| (id.name, space.dof_count())).collect(),
                 stokes_system: model.flow_unknowns(),
                 ..Unknowns::default()
             },

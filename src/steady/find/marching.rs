@@ -38,7 +38,7 @@ impl<'m> Finder<'_, 'm> {
         let mut march = March::start(self.model, settings, p.clone())?;
         march.interrupt = self.interrupt;
         let outcome = self.march_to(end, &mut march);
-        *p = self.model.carried(&march.state);
+        *p = march.state.carried();
         let (steps, t) = (march.counts.steps, march.t);
         self.phases.add(&march.phases);
         let outcome = outcome?;
@@ -82,7 +82,7 @@ impl<'m> Finder<'_, 'm> {
         if residual.is_nan() || residual >= NEARLY_STEADY.max(self.settings.residual) {
             return Ok(None);
         }
-        let mut near = self.model.carried(&march.state);
+        let mut near = march.state.carried();
         let settings = Pseudo {
             residual: self.settings.residual,
             step: 1e3,

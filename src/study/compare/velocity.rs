@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::measure::measured::{Binned, Bins, Sample};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
+use crate::model::fields::VELOCITY;
 use crate::run::domain::build_mesh;
 use crate::run::finished::FinishedRun;
 use crate::scene::Scene;
@@ -45,8 +46,9 @@ impl RunVelocity {
         let left = FinishedRun::read(folder)?;
         let mesh = Arc::new(build_mesh(&left.scene)?);
         let space = Arc::new(Space::new(&mesh, Continuity::Continuous, left.scene.space.velocity, 2));
-        let (scene, saved) = left.on(&mesh, |saved| saved.velocity.len() == space.dof_count())?;
-        let velocity = Field::new(&space, saved.velocity);
+        let (scene, saved) =
+            left.on(&mesh, |saved| saved.flow_of(VELOCITY).is_some_and(|v| v.len() == space.dof_count()))?;
+        let velocity = Field::new(&space, saved.flow_of(VELOCITY).expect("it fits").to_vec());
         let centre = Point::from(scene.mesh.centre());
         let radius = scene.mesh.radius();
         Ok(Self { locator: Locator::new(&mesh), scene, mesh, velocity, time: saved.t, centre, radius })

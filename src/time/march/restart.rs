@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Counts, March, MarchSettings, NEVER};
-use crate::model::{State, Volume};
+use crate::model::State;
+use crate::model::fields::{FieldId, POLARITY, Role, VELOCITY};
 use crate::scheme::control::Control;
-use crate::space::Field;
 use crate::time::kept_factors::{KeptFactors, Origin};
-use crate::time::{CouplingKind, Phases, Sheet, SheetKind};
+use crate::time::{CouplingKind, Phases, Sheet};
 
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,10 +20,8 @@ pub struct Checkpoint {
     pub control: Control,
     /// Times and carried vectors, newest first; the newest is the current state.
     pub past: Vec<(f64, Vec<f64>)>,
-    /// Coefficients of v.
-    pub velocity: Vec<f64>,
-    /// Pressure or density.
-    pub volume: Vec<f64>,
+    /// Coefficients of the fields that are not carried.
+    pub flow: Vec<(FieldId, Vec<f64>)>,
     /// `∂_t p`
     pub rate_of_p: Vec<f64>,
     /// Mass at the start and gained since at the times of `past`, and what is gained per time now.
@@ -49,6 +47,26 @@ pub struct Parked {
     kept: KeptFactors,
 }
 
+impl Checkpoint {
+    /// The coefficients of a field that is not carried.
+    pub fn flow_of(&self, id: FieldId) -> Option<&[f64]> {
+        self.flow.iter().find(|(known, _)| *known == id).map(|(_, values)| &values[..])
+    }
+
+    /// Whether it has the unknowns of a model.
+    pub fn fits(&self, model: &dyn Sheet) -> bool {
+        let carried = model.carried_len();
+        let fields = model.fields();
+        let flow = fields.iter().filter(|(id, _)| id.role != Role::Carried);
+        flow.clone().count() == self.flow.len()
+            && flow.clone().all(|(id, space)| self.flow_of(id).is_some_and(|values| values.len() == space.dof_count()))
+            && self.rate_of_p.len() == model.space(POLARITY).dof_count()
+            && self.origin.as_ref().is_none_or(|o| o.fits(model.space(VELOCITY).dof_count(), carried))
+            && !self.past.is_empty()
+            && self.past.iter().all(|(_, y)| y.len() == carried)
+    }
+}
+
 impl Parked {
     /// Of the state.
     pub fn time(&self) -> f64 {
@@ -64,18 +82,8 @@ impl Parked {
 impl<'m> March<'m> {
     /// Continues from a checkpoint of the same problem.
     pub fn resume(model: &'m dyn Sheet, settings: MarchSettings, from: Checkpoint) -> Self {
-        let past = from.past;
-        let newest = &past[0].1;
-        let volume = Field::new(model.volume(), from.volume);
-        let space = &model.polarity().space;
-        let state = State {
-            v: Field::new(model.velocity(), from.velocity),
-            volume: match model.kind() {
-                SheetKind::Incompressible(_) => Volume::Pressure(volume),
-                SheetKind::Compressible(_) => Volume::Density(volume),
-            },
-            p: Field::new(space, newest[newest.len() - space.dof_count()..].to_vec()),
-        };
+        let of_flow = |id| from.flow_of(id).expect("a checkpoint has all fields of its model").to_vec();
+        let state = model.joined(&from.past[0].1, &of_flow);
         Self {
             model,
             settings,
@@ -86,7 +94,7 @@ impl<'m> March<'m> {
             quiet: from.quiet,
             interrupt: &NEVER,
             control: from.control.within(&settings.control),
-            past,
+            past: from.past,
             gained: from.gained,
             gain: from.gain,
             limited: from.limited,
@@ -106,8 +114,12 @@ impl<'m> March<'m> {
             counts: self.counts,
             control: self.control.clone(),
             past: self.past.clone(),
-            velocity: self.state.v.values.clone(),
-            volume: self.state.volume().values.clone(),
+            flow: self
+                .state
+                .fields()
+                .filter(|(id, _)| id.role != Role::Carried)
+                .map(|(id, field)| (id, field.values.clone()))
+                .collect(),
             rate_of_p: self.rate_of_p.clone(),
             gained: self.gained.clone(),
             gain: self.gain,

@@ -13,6 +13,7 @@ use crate::contact::Law;
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::closed::ClosedParts;
+use crate::model::fields::{PRESSURE, VELOCITY};
 use crate::model::frames::Frames;
 use crate::model::momentum::check_held;
 use crate::model::{TermStatus, rotation};
@@ -365,7 +366,11 @@ fn stage(scene: &StokesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), R
         exact: None,
         tissue: None,
         caption: Caption::of_flow(scene),
-        unknowns: Unknowns { velocity, pressure, stokes_system, ..Unknowns::default() },
+        unknowns: Unknowns {
+            fields: [(VELOCITY.name, velocity), (PRESSURE.name, pressure)].into(),
+            stokes_system,
+            ..Unknowns::default()
+        },
         setup_seconds: begin.elapsed().as_secs_f64(),
     };
     then(&plan, Some(&Ground::new(&mesh, &scene.mesh)), &mut stepper)
