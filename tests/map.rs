@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
+use monolayer::measure::fields::{self, TissueFields};
 use monolayer::mesh::Point;
 use monolayer::model::State;
 use monolayer::model::fields::{POLARITY, PRESSURE, VELOCITY};
@@ -13,9 +14,9 @@ use monolayer::output::plot::map::{Layer, Map, Palette, Window, contours, nice_l
 use monolayer::output::plot::{PNG_SCALE, PlotError};
 use monolayer::output::progress::Verbosity;
 use monolayer::run::maps::{Caption, Draft};
-use monolayer::run::view::TissueFields;
 use monolayer::run::{self, Options, RunError, Setup};
-use monolayer::scene::{ArrowsOf, MapRequest, Quantity, Scene, SceneError, SceneSource};
+use monolayer::scene::{ArrowsOf, MapOptions, MapRequest, Quantity, Scene, SceneError, SceneSource};
+use monolayer::schema::Listed;
 use monolayer::space::project::interpolate_vector;
 use tiny_skia::Pixmap;
 
@@ -103,8 +104,8 @@ fn scene(text: &str, sets: &[(&str, &str)]) -> Result<Scene, SceneError> {
     Scene::check(source)
 }
 
-fn request(of: Quantity) -> MapRequest {
-    let name = of.name().to_owned();
+fn request(name: &str) -> MapRequest {
+    let (name, of) = (name.to_owned(), Quantity::named(name).expect("a quantity"));
     MapRequest { name, of, arrows: None, streamlines: false, mesh: false, window: None, range: None }
 }
 
@@ -180,7 +181,7 @@ fn fields_are_exact_and_the_hole_is_white() {
     let fields = TissueFields { model: &*setup.model, state: &march.state, t: 0.0 };
     let draft = Draft::new(&fields, &setup.ground, 0.0);
     let (low, high) = ([-2.0, -2.0], [2.0, 1.5]);
-    let request = MapRequest { window: Some([low, high]), ..request(Quantity::Polarity1) };
+    let request = MapRequest { window: Some([low, high]), ..request("polarity_1") };
     let picture = draft.draw(&request, &Caption::of(&scene)).expect("drawn");
     let png = Pixmap::decode_png(&picture.png().expect("png")).expect("readable");
     let (at, window) = (place(&picture.svg()), Window::new(low, high).expect("window"));
@@ -236,7 +237,7 @@ fn streamlines_of_turning_tissue_are_circles() {
     let fields = TissueFields { model: &*setup.model, state: &state, t: 0.0 };
     let draft = Draft::new(&fields, &setup.ground, 0.0);
     let (low, high) = ([-1.2, -1.2], [1.2, 1.2]);
-    let request = MapRequest { window: Some([low, high]), streamlines: true, ..request(Quantity::Speed) };
+    let request = MapRequest { window: Some([low, high]), streamlines: true, ..request("speed") };
     let svg = draft.draw(&request, &Caption::of(&scene)).expect("drawn").svg();
     // ψ = x² + y² less its mean 2/3, with the spacing that is told
     let step: f64 = svg.split("Δψ = ").nth(1).and_then(|s| s.split('<').next()).expect("told").parse().expect("number");
@@ -319,9 +320,8 @@ fn pictures_are_well_formed_told_and_the_same_every_time() {
     let march = setup.start(&scene).expect("start");
     let fields = TissueFields { model: &*setup.model, state: &march.state, t: 0.125 };
     let draft = Draft::new(&fields, &setup.ground, 0.125);
-    let arrows = Some(ArrowsOf::Polarity);
-    let request =
-        MapRequest { arrows, streamlines: true, mesh: true, range: Some([0.0, 0.5]), ..request(Quantity::Speed) };
+    let arrows = Some(ArrowsOf(&fields::POLARITY));
+    let request = MapRequest { arrows, streamlines: true, mesh: true, range: Some([0.0, 0.5]), ..request("speed") };
     let draw = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let picture = pool.install(|| draft.draw(&request, &Caption::of(&scene))).expect("drawn");
@@ -351,12 +351,18 @@ fn every_quantity_can_be_drawn() {
     let march = setup.start(&scene).expect("start");
     let fields = TissueFields { model: &*setup.model, state: &march.state, t: 0.0 };
     let draft = Draft::new(&fields, &setup.ground, 0.0);
-    for of in Quantity::ALL.into_iter().filter(|of| ![Quantity::Density, Quantity::Bodies].contains(of)) {
-        let thin = MapRequest { window: Some([[-4.0, 1.1], [6.0, 1.6]]), ..request(of) };
+    let drawable = |of: &Quantity| {
+        let options = MapOptions::of(*of);
+        options.check(&scene.parameters).and_then(|()| options.check_strain(scene.strain)).is_ok()
+    };
+    let all: Vec<Quantity> = Quantity::all().filter(drawable).collect();
+    assert_eq!(all.len() + 5, Quantity::all().count(), "but for the density, the strain and bodies alone");
+    for of in all {
+        let thin = MapRequest { window: Some([[-4.0, 1.1], [6.0, 1.6]]), ..request(of.name()) };
         let [low, high] = draft.extent(&thin, &Caption::of(&scene)).expect("sampled");
         assert!(low <= high && low.is_finite() && high.is_finite(), "{}", of.name());
-        let signed = of.name().ends_with(['1', '2']) || of == Quantity::Pressure;
-        assert!(signed || low >= 0.0, "{}", of.name());
+        let Quantity::Of(scalar) = of else { panic!("bodies have no field") };
+        assert!(scalar.part.signed || low >= 0.0, "{}", of.name());
     }
 }
 

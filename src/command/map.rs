@@ -12,6 +12,7 @@ use monolayer::run::AnyScene;
 use monolayer::run::{RunError, finished};
 use monolayer::scene::renamed::name_now;
 use monolayer::scene::{ArrowsOf, MapOptions, MapRequest, Quantity};
+use monolayer::schema::Listed;
 use serde::Deserialize;
 use serde::de::value::{Error as NameError, StrDeserializer};
 
@@ -26,7 +27,7 @@ pub struct MapArgs {
     /// Quantity to show; may be repeated [default: speed and polarity; speed of a Stokes flow; bodies of particles].
     #[arg(long, value_name = "Q", value_parser = named::<Quantity>)]
     of: Vec<Quantity>,
-    /// Vector to show as arrows: velocity or polarity.
+    /// Vector to show as arrows, such as velocity or polarity.
     #[arg(long, value_name = "VECTOR", value_parser = named::<ArrowsOf>)]
     arrows: Option<ArrowsOf>,
     /// Draw contour lines of the stream function.
@@ -68,7 +69,11 @@ pub fn run(args: &MapArgs, quiet: bool) -> Result<(), Failure> {
         _ => Err(format!("`--range` has {} numbers, must have 2; hint: such as `--range 0,1.5`", r.len())),
     });
     let (window, range) = (window.transpose()?, range.transpose()?);
-    let mut of = if args.of.is_empty() { vec![Quantity::Speed, Quantity::Polarity] } else { args.of.clone() };
+    let mut of = if args.of.is_empty() {
+        ["speed", "polarity"].into_iter().filter_map(Quantity::named).collect()
+    } else {
+        args.of.clone()
+    };
     let mut seen = Vec::new();
     of.retain(|quantity| {
         !seen.contains(quantity) && {

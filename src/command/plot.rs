@@ -2,21 +2,33 @@
 
 use std::path::PathBuf;
 
-use monolayer::results::curves::{CurveSettings, What, curves};
-use monolayer::results::{Results, ResultsError, ResultsKind};
+use monolayer::measure::fields::Scalar;
+use monolayer::results::curves::{CurveSettings, curves};
+use monolayer::results::{PlotKind, Results, ResultsError, ResultsKind, plots};
+
+/// What `--what` takes.
+fn plots() -> String {
+    format!("Plots to draw, separated by commas: {} [default: all that the folders have]", plots::names())
+}
+
+/// What `--quantity` takes.
+fn quantities() -> String {
+    let all = Scalar::all().map(|scalar| scalar.part);
+    let (names, usual): (Vec<&str>, Vec<Option<&str>>) =
+        all.map(|part| (part.name, part.in_curves.then_some(part.name))).unzip();
+    let usual: Vec<&str> = usual.into_iter().flatten().collect();
+    let (names, usual) = (names.join(", "), usual.join(", "));
+    format!("Quantities along sections: {names}, or a column of the tables [default: {usual}]")
+}
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folders that runs, studies or comparisons have left; several runs go into one picture.
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Curves to draw, separated by commas: sections, energy, lissajous, residual, overshoot, asymmetry, budget, step,
-    /// iterations, bodies, measures (all others), study [default: all that the folders have].
-    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    #[arg(long, value_name = "KIND", value_delimiter = ',', help = plots())]
     what: Vec<String>,
-    /// Quantities along sections: velocity_1, velocity_2, speed, pressure, polarity_1, polarity_2, polarity, density,
-    /// or a column of the tables [default: velocity_1, pressure, polarity_1, density].
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', help = quantities())]
     quantity: Vec<String>,
     /// Cuts, such as axis-3 [default: all].
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -74,7 +86,7 @@ impl Args {
 
     fn wish(&self) -> Result<CurveSettings, ResultsError> {
         Ok(CurveSettings {
-            what: self.what.iter().map(|name| What::parse(name)).collect::<Result<_, _>>()?,
+            what: self.what.iter().map(|name| PlotKind::named(name)).collect::<Result<_, _>>()?,
             quantities: self.quantity.clone(),
             axes: self.axis.clone(),
             bodies: self.body.clone(),

@@ -44,6 +44,7 @@ pub mod integrate;
 mod kernel;
 pub mod linear;
 pub mod mass;
+mod nodal;
 pub mod polarity;
 pub mod power;
 mod restrict;

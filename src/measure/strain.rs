@@ -281,6 +281,16 @@ impl System {
 }
 
 impl Tensor {
+    /// The same as one field of three components.
+    pub fn field(&self) -> Field {
+        let of = &self.components[0].space;
+        let space = Arc::new(Space::new(&of.mesh, Continuity::Discontinuous, of.degree, COMPONENTS));
+        let cells = (0..of.mesh.cells.len()).map(|cell| cell * of.n..(cell + 1) * of.n);
+        let values =
+            cells.flat_map(|cell| self.components.iter().flat_map(move |one| one.values[cell.clone()].to_vec()));
+        Field::new(&space, values.collect())
+    }
+
     /// Largest eigenvalue of ε at any node, and where.
     pub fn largest(&self) -> Extreme {
         self.extreme(|mean, radius| mean + radius)

@@ -13,6 +13,7 @@ mod drawn;
 #[cfg(not(feature = "pictures"))]
 #[path = "plot/undrawn.rs"]
 mod drawn;
+pub mod grid;
 #[cfg(feature = "pictures")]
 mod header;
 #[cfg(feature = "pictures")]

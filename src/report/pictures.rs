@@ -120,10 +120,10 @@ fn number(path: &Path) -> Option<u64> {
 /// Curves that were drawn for the page.
 pub(super) fn drawn(drawn: &Drawn) -> Markup {
     let shown = drawn.pictures.iter().filter_map(|picture| {
-        let svg = picture.plot.svg().ok()?;
-        let small = if svg.len() > LARGEST_SVG { picture.plot.png().ok() } else { None };
+        let svg = picture.image.svg().ok()?;
+        let small = if svg.len() > LARGEST_SVG { picture.image.png().ok() } else { None };
         let uri = small.map_or_else(|| uri("svg+xml", svg.as_bytes()), |png| uri("png", &png));
-        Some(Shown { uri, title: picture.plot.title.clone(), file: String::new() })
+        Some(Shown { uri, title: picture.image.title().to_owned(), file: String::new() })
     });
     figures(&shown.collect::<Vec<_>>())
 }

@@ -4,7 +4,8 @@ use maud::{Markup, html};
 
 use super::pictures;
 use super::tables::{notes, sortable};
-use crate::results::curves::{CurveSettings, What, curves};
+use crate::results::curves::{CurveSettings, curves};
+use crate::results::plots::{self, Wish};
 use crate::results::study::Columns;
 use crate::results::{Drawn, Results, ResultsKind, Table};
 
@@ -44,18 +45,6 @@ pub(super) fn section(study: &Results, budget: &mut pictures::ByteBudget) -> Mar
     }
 }
 
-/// What the runs of a study are compared by, the most telling first.
-const COMPARED: [What; 8] = [
-    What::Energy,
-    What::Lissajous,
-    What::Residual,
-    What::Overshoot,
-    What::Asymmetry,
-    What::Budget,
-    What::Measures,
-    What::Sections,
-];
-
 /// Curves from the tables: measures over parameters where the folder has no pictures, and the curves of a few runs in
 /// common.
 fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> Drawn {
@@ -63,9 +52,10 @@ fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> Dr
     if study.kind != ResultsKind::Sweep {
         return all;
     }
-    let over_parameters = (pictures == 0).then_some(What::Study);
+    let over_parameters = (pictures == 0).then_some(&plots::STUDY);
     let few = study.parts.len() <= FEW;
-    for what in over_parameters.into_iter().chain(COMPARED.into_iter().filter(|_| few)) {
+    let compared = plots::ALL.iter().copied().filter(|kind| few && kind.drawn == Wish::Always);
+    for what in over_parameters.into_iter().chain(compared) {
         // of the sections one quantity is enough for a page of many runs
         let wish =
             CurveSettings { what: vec![what], quantities: vec!["velocity_1".to_owned()], ..CurveSettings::default() };

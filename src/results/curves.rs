@@ -1,44 +1,19 @@
 //! Curves from tables: sections, measures over time, Lissajous figures, measures over a study's parameters.
 
+use std::cell::OnceCell;
 use std::path::Path;
 
-use super::{Results, ResultsError, ResultsKind, body_curves, history, label, sections, study};
+use super::history::Histories;
+use super::plots::{ALL, PlotKind, Wish};
+use super::{Results, ResultsError, label};
+use crate::output::plot::grid::Grid;
 use crate::output::plot::{Plot, PlotError};
-
-/// A kind of curve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum What {
-    /// Fields along the cuts.
-    Sections,
-    /// Free energy over time.
-    Energy,
-    /// `dF/dt` over `F`.
-    Lissajous,
-    /// Stationary residuals over time.
-    Residual,
-    /// Overshoots over time.
-    Overshoot,
-    /// Asymmetries over time.
-    Asymmetry,
-    /// Terms of the energy law over time.
-    Budget,
-    /// Length of the steps.
-    Step,
-    /// Iterations of a step.
-    Iterations,
-    /// Paths, speeds and angles of rigid bodies.
-    Bodies,
-    /// Every other measure over time.
-    Measures,
-    /// Measures of a study over what it varies.
-    Study,
-}
 
 /// What is to be drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CurveSettings {
-    /// Kinds of curves; all that the folders have if empty.
-    pub what: Vec<What>,
+    /// The plots; all that the folders have if empty.
+    pub what: Vec<&'static PlotKind>,
     /// Quantities of sections, such as `velocity_1`, or columns of their tables; the usual ones if empty.
     pub quantities: Vec<String>,
     /// Names of cuts; all if empty.
@@ -56,10 +31,70 @@ pub struct CurveSettings {
 pub struct Picture {
     /// Without ending.
     pub name: String,
-    /// Which curves these are.
-    pub what: What,
+    /// Which plot it belongs to.
+    pub kind: &'static PlotKind,
     /// The picture, to be drawn.
-    pub plot: Plot,
+    pub image: Image,
+}
+
+/// What a picture shows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Image {
+    /// Curves and points.
+    Curves(Plot),
+    /// Colours over two axes.
+    Colours(Grid),
+}
+
+impl Image {
+    /// Its title line.
+    pub fn title(&self) -> &str {
+        match self {
+            Image::Curves(plot) => &plot.title,
+            Image::Colours(grid) => &grid.title,
+        }
+    }
+
+    /// Its curves, if it has some.
+    pub fn curves(&self) -> Option<&Plot> {
+        match self {
+            Image::Curves(plot) => Some(plot),
+            Image::Colours(_) => None,
+        }
+    }
+
+    /// Draws it as an SVG document.
+    ///
+    /// # Errors
+    /// As [`Plot::svg`] and [`Grid::draw`].
+    pub fn svg(&self) -> Result<String, PlotError> {
+        match self {
+            Image::Curves(plot) => plot.svg(),
+            Image::Colours(grid) => Ok(grid.draw()?.svg()),
+        }
+    }
+
+    /// Draws it as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// As [`Plot::png`] and [`Grid::draw`].
+    pub fn png(&self) -> Result<Vec<u8>, PlotError> {
+        match self {
+            Image::Curves(plot) => plot.png(),
+            Image::Colours(grid) => grid.draw()?.png(),
+        }
+    }
+
+    /// Writes `<path>.svg` and `<path>.png`.
+    ///
+    /// # Errors
+    /// As [`Plot::write`] and [`Grid::draw`].
+    pub fn write(&self, path_without_extension: &Path) -> Result<(), PlotError> {
+        match self {
+            Image::Curves(plot) => plot.write(path_without_extension),
+            Image::Colours(grid) => grid.draw()?.write(path_without_extension),
+        }
+    }
 }
 
 /// The pictures, and what could not be drawn.
@@ -71,92 +106,38 @@ pub struct Drawn {
     pub notes: Vec<String>,
 }
 
-/// Most runs whose curves are drawn into one picture.
-pub const MOST_RUNS: usize = 24;
+/// What plots are drawn of.
+pub struct Source<'a> {
+    /// The folders that were named.
+    pub folders: &'a [&'a Results],
+    /// The runs in them that a picture shows.
+    pub runs: &'a [&'a Results],
+    /// Their entries in a legend.
+    pub labels: &'a [String],
+    /// What is to be drawn.
+    pub wish: &'a CurveSettings,
+    histories: OnceCell<Histories<'a>>,
+}
 
-impl What {
-    /// Every kind, in the order in which they are drawn.
-    pub const ALL: [What; 12] = [
-        What::Sections,
-        What::Energy,
-        What::Lissajous,
-        What::Residual,
-        What::Overshoot,
-        What::Asymmetry,
-        What::Budget,
-        What::Step,
-        What::Iterations,
-        What::Bodies,
-        What::Measures,
-        What::Study,
-    ];
-
-    /// As on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            What::Sections => "sections",
-            What::Energy => "energy",
-            What::Lissajous => "lissajous",
-            What::Residual => "residual",
-            What::Overshoot => "overshoot",
-            What::Asymmetry => "asymmetry",
-            What::Budget => "budget",
-            What::Step => "step",
-            What::Iterations => "iterations",
-            What::Bodies => "bodies",
-            What::Measures => "measures",
-            What::Study => "study",
-        }
-    }
-
-    /// The kind of a name.
-    ///
-    /// # Errors
-    /// [`ResultsError::Option`]: there is none.
-    pub fn parse(name: &str) -> Result<Self, ResultsError> {
-        Self::ALL.into_iter().find(|what| what.name() == name).ok_or_else(|| ResultsError::Option {
-            option: "--what",
-            value: name.to_owned(),
-            rule: "there are no such curves".to_owned(),
-            hint: format!("the kinds are {}", Self::ALL.map(Self::name).join(", ")),
-        })
-    }
-
-    /// Where nobody asked for them by name.
-    fn is_usual(self) -> bool {
-        match self {
-            What::Sections | What::Energy | What::Lissajous | What::Residual | What::Overshoot => true,
-            What::Asymmetry | What::Budget | What::Measures | What::Step | What::Study => true,
-            What::Bodies => true,
-            What::Iterations => false,
-        }
-    }
-
-    /// What a folder must have for them.
-    fn needs(self) -> &'static str {
-        match self {
-            What::Sections => "`cuts` in an [[output]] of the scene",
-            What::Energy | What::Lissajous => "the measure `free_energy` with `every` in the scene",
-            What::Residual => "`time.stop.residual`, [steady] or any measure with `every` in the scene",
-            What::Overshoot => "the measure `overshoot` with `every` in the scene",
-            What::Asymmetry => "the measure `asymmetry` with `every` in the scene",
-            What::Budget => "the measure `energy_budget` with `every` in the scene",
-            What::Step | What::Iterations => "a history.csv of two or more steps",
-            What::Bodies => "`bodies = true` with `every` in an [[output]] of the scene",
-            What::Measures => "measures with `every` in the scene",
-            What::Study => "a study with a number that varies and measures",
-        }
+impl<'a> Source<'a> {
+    /// The histories of the runs, read when they are first needed; what cannot be read is a note.
+    pub fn histories(&self, drawn: &mut Drawn) -> &Histories<'a> {
+        self.histories.get_or_init(|| Histories::read(self.runs, self.labels, self.wish, drawn))
     }
 }
 
+/// Most runs whose curves are drawn into one picture.
+pub const MOST_RUNS: usize = 24;
+
 impl CurveSettings {
-    /// Whether these curves are drawn, and whether somebody named them.
-    pub(super) fn wants(&self, what: What) -> bool {
-        if self.what.is_empty() { what.is_usual() } else { self.what.contains(&what) }
+    /// Whether a plot is drawn.
+    fn wants(&self, kind: &PlotKind) -> bool {
+        if self.what.is_empty() { kind.drawn != Wish::Named } else { self.names(kind) }
     }
 
-    pub(super) fn names(&self, what: What) -> bool {
-        self.what.contains(&what)
+    /// Whether somebody named it.
+    pub(super) fn names(&self, kind: &PlotKind) -> bool {
+        self.what.iter().any(|what| **what == *kind)
     }
 
     /// The points inside the window.
@@ -204,26 +185,18 @@ pub fn curves(folders: &[&Results], wish: &CurveSettings) -> Result<Drawn, Resul
         drawn.notes.push(format!("{left_out} of {} runs are left out: a picture shows {MOST_RUNS}", runs.len()));
     }
     let labels = label::labels(shown, &wish.labels);
-    history::draw(shown, &labels, wish, &mut drawn);
-    if wish.wants(What::Sections) {
-        sections::draw(shown, &labels, wish, &mut drawn)?;
-    }
-    if wish.wants(What::Bodies) {
-        body_curves::draw(shown, &labels, wish, &mut drawn)?;
-    }
-    if wish.wants(What::Study) {
-        folders.iter().filter(|f| f.kind == ResultsKind::Sweep).for_each(|folder| study::draw(folder, &mut drawn));
-    }
+    let source = Source { folders, runs: shown, labels: &labels, wish, histories: OnceCell::new() };
+    ALL.iter().filter(|kind| wish.wants(kind)).try_for_each(|kind| kind.draw(&source, &mut drawn))?;
     for &what in &wish.what {
-        if !drawn.pictures.iter().any(|picture| picture.what == what) {
+        if !drawn.pictures.iter().any(|picture| picture.kind == what) {
             return Err(ResultsError::Option {
                 option: "--what",
-                value: what.name().to_owned(),
+                value: what.name.to_owned(),
                 rule: match drawn.notes.first() {
                     Some(note) => format!("there is nothing to draw ({note})"),
                     None => "there is nothing to draw in these folders".to_owned(),
                 },
-                hint: format!("they need {}", what.needs()),
+                hint: format!("they need {}", what.needs),
             });
         }
     }
@@ -254,6 +227,6 @@ impl Drawn {
             return Ok(());
         }
         std::fs::create_dir_all(folder).map_err(|source| PlotError::Write { path: folder.to_owned(), source })?;
-        self.pictures.iter().try_for_each(|picture| picture.plot.write(&folder.join(&picture.name)))
+        self.pictures.iter().try_for_each(|picture| picture.image.write(&folder.join(&picture.name)))
     }
 }

@@ -35,20 +35,21 @@
 //! ```
 
 pub mod bodies;
-mod body_curves;
 pub mod curves;
 pub mod folder;
-mod history;
+pub mod history;
 pub(crate) mod label;
 pub mod names;
-mod sections;
+pub mod plots;
+pub mod sections;
 pub mod study;
 pub mod table;
 
-pub use curves::{CurveSettings, Drawn, Picture, What};
+pub use curves::{CurveSettings, Drawn, Image, Picture};
 pub use folder::{Results, ResultsKind};
 pub use label::{Setting, differing, labels, parameters};
 pub use names::symbol;
+pub use plots::PlotKind;
 pub use table::Table;
 
 /// Why results cannot be shown.

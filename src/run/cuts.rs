@@ -7,55 +7,34 @@ use rayon::prelude::*;
 
 use super::RunError;
 use super::stepper::Ground;
-use super::view::Fields;
 use crate::measure::cut::{Bases, Columns};
-use crate::measure::{Circle, Line, MeasureError, Section, Tensor};
+use crate::measure::fields::{At, IN_CUTS};
+use crate::measure::{Circle, Line, MeasureError, OutputField, Section};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
 use crate::output::{push_number, write_whole};
 use crate::scene::output::AXIS_POINTS;
-use crate::scene::{Axis, AxisLine, Cut, Field, Output, What};
+use crate::scene::{Axis, AxisLine, Cut, Output};
 use crate::space;
 
 /// Points of a cut that are written in a moment. Longer ones of its last state a run writes at its end, not when it is
 /// stopped.
 pub(super) const QUICK: usize = 200_000;
 
-/// The fields of a table, with the names of their columns; those that a state does not have are left out.
-const COLUMNS: [(Field, &[&str]); 5] = [
-    (Field::Velocity, &["v1", "v2"]),
-    (Field::Pressure, &["pressure"]),
-    (Field::Polarity, &["p1", "p2"]),
-    (Field::Density, &["density"]),
-    (Field::PolarityLaplacian, &["laplacian1", "laplacian2"]),
-];
-const STRAIN: [&str; 3] = ["strain_11", "strain_12", "strain_22"];
-
 /// The fields of a state, as the tables of its sections have them.
 pub(super) struct Table {
-    names: Vec<&'static str>,
-    fields: Vec<(space::Field, usize)>,
+    fields: Vec<(&'static OutputField, space::Field)>,
 }
 
 impl Table {
-    /// Of the fields that there are, and the strain.
+    /// Of these fields; where none are named, of the usual ones that there are.
     ///
     /// # Errors
     /// A field that cannot be solved for.
-    pub fn new(fields: &dyn Fields, strain: Option<&Tensor>) -> Result<Self, RunError> {
-        let mut table = Self { names: Vec::new(), fields: Vec::new() };
-        for (name, columns) in COLUMNS {
-            let Some(field) = fields.field(name)? else { continue };
-            for (component, column) in columns.iter().enumerate() {
-                table.names.push(column);
-                table.fields.push((field.clone(), component));
-            }
-        }
-        if let Some(strain) = strain {
-            table.names.extend(STRAIN);
-            table.fields.extend(strain.components.iter().map(|part| (part.clone(), 0)));
-        }
-        Ok(table)
+    pub fn new(at: &At, named: Option<&[&'static OutputField]>) -> Result<Self, RunError> {
+        let wanted = named.unwrap_or(IN_CUTS).iter();
+        let found = wanted.map(|&field| Ok((field.find)(at)?.map(|found| (field, found))));
+        Ok(Self { fields: found.filter_map(Result::transpose).collect::<Result<_, RunError>>()? })
     }
 
     /// Writes the table of a section; whether it came to its end.
@@ -69,8 +48,10 @@ impl Table {
         ground: &Ground,
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<bool, RunError> {
-        let columns = Columns::new(self.fields.iter().map(|(field, component)| (field, *component)).collect());
-        let (abscissa, names) = (section.abscissa(), self.names.join(","));
+        let each = self.fields.iter().flat_map(|(of, found)| (0..of.columns.len()).map(move |c| (found, c)));
+        let columns = Columns::new(each.collect());
+        let names: Vec<&str> = self.fields.iter().flat_map(|(of, _)| of.columns.iter().copied()).collect();
+        let (abscissa, names) = (section.abscissa(), names.join(","));
         let written = write_whole(path, |out| {
             writeln!(out, "{abscissa},x1,x2,{names}")?;
             write_rows(out, section, &columns, (&*ground.mesh, &*ground.locator), is_stopped)
@@ -87,12 +68,8 @@ impl Table {
 /// # Errors
 /// [`MeasureError::CutOutside`]
 pub fn check(outputs: &[Output], ground: &Ground) -> Result<(), RunError> {
-    let cuts = |output: &'_ Output| match &output.what {
-        What::Cuts(cuts) => cuts.clone(),
-        What::Measures(_) | What::Fields(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => Vec::new(),
-    };
-    for cut in outputs.iter().flat_map(cuts) {
-        let section = section(&cut, ground);
+    for cut in outputs.iter().flat_map(|output| output.what.cuts()) {
+        let section = section(cut, ground);
         let inside = |k| section.sample(k, &ground.mesh, &ground.locator).is_some();
         if !(0..section.points()).into_par_iter().any(inside) {
             return Err(MeasureError::CutOutside { name: cut.name().to_owned() }.into());

@@ -5,7 +5,8 @@ use std::path::Path;
 use super::RunError;
 use super::memory::MIB;
 use crate::element::basis;
-use crate::scene::{Field, Output, SceneSource, What};
+use crate::measure::OutputField;
+use crate::scene::{Output, SceneSource, What};
 use crate::scheme::Schedule;
 
 /// Bytes of a number in a table, and of one of a field: eight, a little less when compressed, and a third more as
@@ -16,7 +17,7 @@ const FIELD: f64 = 10.5;
 const PICTURE: f64 = 400e3;
 /// Bytes of a body in the polydata and the tables of one time.
 const BODY: f64 = 900.0;
-/// Columns of a table of a section, and of the history before its measures.
+/// Usual columns of a table of a section, and those of the history before its measures.
 const COLUMNS: [f64; 2] = [9.0, 8.0];
 
 /// What the size of files follows from.
@@ -71,20 +72,15 @@ fn once(output: &Output, sizes: &Sizes) -> f64 {
         What::Measures(_) | What::Checkpoint => 0.0,
         What::Bodies { .. } => sizes.bodies as f64 * BODY,
         What::Maps(maps) => maps.len() as f64 * PICTURE,
-        What::Cuts(cuts) => cuts.iter().map(|cut| COLUMNS[0] * TABLE * cut.points() as f64).sum(),
+        What::Cuts { cuts, columns } => {
+            let named = |fields: &Vec<&OutputField>| 3 + fields.iter().map(|field| field.columns.len()).sum::<usize>();
+            let width = columns.as_ref().map_or(COLUMNS[0], |fields| named(fields) as f64);
+            cuts.iter().map(|cut| width * TABLE * cut.points() as f64).sum()
+        }
         What::Fields(fields) => {
-            let numbers: usize = 3 + fields.iter().map(|field| components(*field)).sum::<usize>();
+            let numbers: usize = 3 + fields.iter().map(|field| field.value.written()).sum::<usize>();
             sizes.cells * basis::node_count(sizes.degree) as f64 * numbers as f64 * FIELD
         }
-    }
-}
-
-fn components(field: Field) -> usize {
-    match field {
-        Field::Velocity | Field::Polarity | Field::MolecularField | Field::TissueVelocity => 3,
-        Field::PolarityLaplacian => 3,
-        Field::Pressure | Field::Density | Field::StreamFunction => 1,
-        Field::ElasticStrain => 9,
     }
 }
 

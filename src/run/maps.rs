@@ -4,15 +4,15 @@ use std::collections::HashMap;
 
 use super::RunError;
 use super::stepper::Ground;
-use super::view::Fields;
 use crate::element::basis;
+use crate::measure::OutputField;
+use crate::measure::fields::{Fields, Part, STREAM_FUNCTION};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Face, Mesh, Point};
-use crate::model::ModelKind;
 use crate::output::bodies::{Moment, overlay};
 use crate::output::plot::PlotError;
 use crate::output::plot::map::{Layer, Look, Map, Palette, Picture, Window};
-use crate::scene::{ArrowsOf, Field as Name, MapRequest, Output, Quantity, Scene, SceneSource, StokesScene, What};
+use crate::scene::{ArrowsOf, MapRequest, Output, Quantity, Scene, SceneSource, StokesScene};
 use crate::space::Field;
 
 /// Straight pieces that a curved face is drawn with.
@@ -82,62 +82,6 @@ pub struct Draft<'s> {
     pub bodies: Option<&'s Moment<'s>>,
 }
 
-/// How a quantity follows from its field.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
-    Component(usize),
-    Length,
-}
-
-/// How a quantity is called and drawn.
-struct Kind {
-    /// The field that it is a part of.
-    of: Name,
-    title: &'static str,
-    name: &'static str,
-    palette: Palette,
-    part: Part,
-}
-
-impl Kind {
-    fn of(quantity: Quantity, model: ModelKind) -> Self {
-        use Palette::{Diverging, Sequential};
-        use Part::{Component, Length};
-        let (title, name, palette, part) = match (quantity, model) {
-            (Quantity::Speed, _) => ("speed", "|v|", Sequential, Length),
-            (Quantity::Velocity1, _) => ("velocity", "v₁", Diverging, Component(0)),
-            (Quantity::Velocity2, _) => ("velocity", "v₂", Diverging, Component(1)),
-            (Quantity::Polarity, _) => ("polarity", "|p|", Sequential, Length),
-            (Quantity::Polarity1, _) => ("polarity", "p₁", Diverging, Component(0)),
-            (Quantity::Polarity2, _) => ("polarity", "p₂", Diverging, Component(1)),
-            (Quantity::Pressure, ModelKind::Incompressible) => ("pressure", "Π", Diverging, Component(0)),
-            (Quantity::Pressure, ModelKind::Compressible) => ("pressure", "ρΠ", Diverging, Component(0)),
-            (Quantity::Bodies, _) => unreachable!("bodies alone are drawn without a field"),
-            (Quantity::Density, _) => ("density", "ρ", Sequential, Component(0)),
-            // a density weighs the diffusion
-            (Quantity::PolarityLaplacian, ModelKind::Incompressible) => {
-                ("diffusion of the polarity", "|κ²Δₕp|", Sequential, Length)
-            }
-            (Quantity::PolarityLaplacian1, ModelKind::Incompressible) => {
-                ("diffusion of the polarity", "κ²Δₕp₁", Diverging, Component(0))
-            }
-            (Quantity::PolarityLaplacian2, ModelKind::Incompressible) => {
-                ("diffusion of the polarity", "κ²Δₕp₂", Diverging, Component(1))
-            }
-            (Quantity::PolarityLaplacian, ModelKind::Compressible) => {
-                ("diffusion of the polarity", "|κ² divₕ(ρ∇p)|", Sequential, Length)
-            }
-            (Quantity::PolarityLaplacian1, ModelKind::Compressible) => {
-                ("diffusion of the polarity", "κ² divₕ(ρ∇p₁)", Diverging, Component(0))
-            }
-            (Quantity::PolarityLaplacian2, ModelKind::Compressible) => {
-                ("diffusion of the polarity", "κ² divₕ(ρ∇p₂)", Diverging, Component(1))
-            }
-        };
-        Self { of: quantity.field().expect("bodies alone are drawn without a field"), title, name, palette, part }
-    }
-}
-
 impl<'s> Draft<'s> {
     /// Of fields without bodies.
     pub fn new(fields: &'s dyn Fields, ground: &'s Ground, t: f64) -> Self {
@@ -174,21 +118,21 @@ impl<'s> Draft<'s> {
     ) -> Result<R, RunError> {
         let loops = self.fields.loops();
         let mesh = &*loops.mesh;
-        let kind = Kind::of(request.of, self.fields.kind());
-        let field = self.field(kind.of)?;
-        let scalar = |x: Point| self.at(x, |cell, xi| value(&field, kind.part, cell, xi));
+        let kind = self.fields.kind();
+        let Quantity::Of(shown) = request.of else { unreachable!("bodies alone are drawn without a field") };
+        let field = self.field(shown.field)?;
+        let scalar = |x: Point| self.at(x, |cell, xi| shown.at(&field, cell, xi));
         let arrows = match request.arrows {
-            Some(ArrowsOf::Velocity) => Some((self.field(Name::Velocity)?, "|v|")),
-            Some(ArrowsOf::Polarity) => Some((self.field(Name::Polarity)?, "|p|")),
+            Some(ArrowsOf(vector)) => {
+                let length = vector.length().expect("every vector has its length among its scalars");
+                Some((self.field(vector)?, length.part.symbol.of(kind)))
+            }
             None => None,
         };
         let vector =
             |x: Point| self.at(x, |cell, xi| arrows.as_ref().map(|(field, _)| field.vector_at(cell, xi))).flatten();
         let psi = match request.streamlines {
-            true => {
-                let stream = self.ground.stream(self.fields)?.expect("a flow has a stream function");
-                Some(stream.of(loops, &self.field(Name::Velocity)?)?)
-            }
+            true => Some(self.field(&STREAM_FUNCTION)?),
             false => None,
         };
         // bodies hide its lines inside of them
@@ -207,10 +151,10 @@ impl<'s> Draft<'s> {
         layers.extend(self.bodies.iter().flat_map(|moment| overlay(moment, true)));
         let failed = |error| failed(&request.name, error);
         let map = Map {
-            title: self.title(&kind, caption),
+            title: self.title(shown.part, caption),
             subtitle: caption.parameters.clone(),
-            name: kind.name.into(),
-            palette: kind.palette,
+            name: shown.part.symbol.of(kind).into(),
+            palette: if shown.part.signed { Palette::Diverging } else { Palette::Sequential },
             range: request.range,
             layers,
             ..Map::new(window(request, mesh).map_err(failed)?, &scalar)
@@ -218,16 +162,17 @@ impl<'s> Draft<'s> {
         then(&map).map_err(failed)
     }
 
-    fn title(&self, kind: &Kind, caption: &Caption) -> String {
+    fn title(&self, shown: &Part, caption: &Caption) -> String {
         let when = match caption.steady {
             true => String::new(),
             false => format!(" at t = {}", short(self.t, 6)),
         };
-        format!("{} {}{when}", kind.title, kind.name)
+        format!("{} {}{when}", shown.title, shown.symbol.of(self.fields.kind()))
     }
 
-    fn field(&self, name: Name) -> Result<Field, RunError> {
-        Ok(self.fields.field(name)?.expect("refused with the scene where there is none"))
+    fn field(&self, of: &OutputField) -> Result<Field, RunError> {
+        let found = (of.find)(&self.ground.at(self.fields))?;
+        Ok(found.expect("refused with the scene where there is none"))
     }
 
     /// What a function of cell and reference point has at a point of the domain that lies in no body.
@@ -238,13 +183,6 @@ impl<'s> Draft<'s> {
 
     fn anywhere<T>(&self, x: Point, value: impl FnOnce(usize, Point) -> T) -> Option<T> {
         self.ground.locator.locate(&self.ground.mesh, x).map(|(cell, xi)| value(cell, xi))
-    }
-}
-
-fn value(field: &Field, part: Part, cell: usize, xi: Point) -> f64 {
-    match part {
-        Part::Component(c) => field.component_at(cell, xi, c),
-        Part::Length => field.vector_at(cell, xi).norm(),
     }
 }
 
@@ -294,17 +232,13 @@ pub(super) fn check_windows(
 /// # Errors
 /// The first such window.
 pub(super) fn check_all_windows(outputs: &[Output], scene: &SceneSource, mesh: &Mesh) -> Result<(), RunError> {
-    let maps = |output: &Output| matches!(output.what, What::Maps(_));
-    if !outputs.iter().any(maps) {
+    if outputs.iter().all(|output| output.what.maps().is_empty()) {
         return Ok(());
     }
     let locator = Locator::new(mesh);
-    for (at, output) in outputs.iter().enumerate() {
-        if let What::Maps(requests) = &output.what {
-            check_windows(requests, &format!("output.{at}.maps"), scene, (mesh, &locator))?;
-        }
-    }
-    Ok(())
+    outputs.iter().enumerate().try_for_each(|(at, output)| {
+        check_windows(output.what.maps(), &format!("output.{at}.maps"), scene, (mesh, &locator))
+    })
 }
 
 /// The faces between two cells.

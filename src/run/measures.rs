@@ -6,13 +6,14 @@ use std::sync::Arc;
 use super::RunError;
 use super::kinds::sheet::show_bodies_at_rest;
 use super::stepper::{Ground, Plan};
-use super::view::{Fields, TissueFields, TissueNow, View};
+use super::view::{TissueNow, View};
 use crate::measure::Measure;
 use crate::measure::errors::{History, errors};
+use crate::measure::fields::{Fields, TissueFields};
 use crate::measure::list::{ALL, Column, Domain, FREE_ENERGY, Flow, Prepared, Subject, Taken, Tissue};
 use crate::model::fields::{self, POLARITY, VELOCITY};
 use crate::model::{Exact, Residuals, State};
-use crate::scene::{Field, Output, Scene, measured};
+use crate::scene::{Output, Scene, measured};
 use crate::scheme::Schedule;
 use crate::time::Sheet;
 use crate::time::phases::Phases;
@@ -169,7 +170,7 @@ impl<'s> Gauges<'s> {
         mut gauges: impl Iterator<Item = &'g Prepared>,
         taken: &mut Taken,
     ) -> Result<(), RunError> {
-        let v = view.fields.map(|fields| fields.field(Field::Velocity)).transpose()?.flatten();
+        let v = view.fields.map(|fields| fields.field(VELOCITY)).transpose()?.flatten();
         let flowing = view.fields.map(Fields::flowing);
         let flow = v.as_ref().zip(flowing.as_ref()).map(|(v, loops)| Flow { v, loops });
         let tissue = view.tissue.zip(self.domain.as_ref()).map(|(now, domain)| Tissue {
@@ -202,7 +203,7 @@ fn domain(ground: &Ground, polarity: usize) -> Domain<'_> {
         radius,
         end: ground.mesh.vertices.iter().fold(f64::MIN, |m, x| m.max(x.x)),
         track: ground.shape.track(),
-        strain: ground.strain.as_ref(),
+        strain: ground.tools.strain.as_ref(),
         polarity,
     }
 }

@@ -18,6 +18,7 @@ use super::setup::describe;
 use crate::form::Faces;
 use crate::form::words::Vector;
 use crate::measure::Strain;
+use crate::measure::fields::Tool;
 use crate::mesh::Mesh;
 use crate::model::closed::ClosedParts;
 use crate::model::frames::Frames;
@@ -25,7 +26,7 @@ use crate::model::incompressible::Description;
 use crate::model::lagged::{Layout, Structure};
 use crate::model::parameters::{ElasticForce, ModelKind};
 use crate::model::terms::{MOLECULAR, MOMENTUM, POLARITY, Sum, Term};
-use crate::scene::{Cut, Field, Initial, Scene, What};
+use crate::scene::{Cut, Initial, Scene, What};
 use crate::solve::SolveError;
 use crate::solve::blocks::{Neighbours, neighbours};
 use crate::solve::sparse::factor_bound;
@@ -161,11 +162,7 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
     let r = factor_bound(&stokes_pattern(layout)) as f64;
     let cells = layout.velocity.mesh.cells.len() as f64;
     let rows = layout.velocity.cell_dof_count() as f64;
-    let streams = scene.outputs.iter().any(|output| match &output.what {
-        What::Fields(fields) => fields.contains(&Field::StreamFunction),
-        What::Maps(maps) => maps.iter().any(|map| map.streamlines),
-        What::Measures(_) | What::Cuts(_) | What::Bodies { .. } | What::Checkpoint => false,
-    });
+    let streams = scene.outputs.iter().any(|output| output.what.takes(Tool::StreamFunction));
     let stream = if streams { STREAM * r } else { 0.0 };
     let model = PROGRAM + STOKES * r + BLOCKS * cells * rows * rows;
     let start = match scene.initial {
@@ -288,14 +285,11 @@ pub fn samples(scene: &Scene, cells: f64) -> Option<Samples> {
 fn pictures(scene: &Scene) -> f64 {
     let told = scene.time.stop_residual.is_some() || scene.time.stop_energy_rate.is_some() || scene.steady.is_some();
     let drawn = scene.outputs.iter().map(|output| match &output.what {
-        What::Measures(_) | What::Cuts(_) => PICTURES[0],
+        What::Measures(_) | What::Cuts { .. } => PICTURES[0],
         What::Maps(_) => PICTURES[1],
         What::Fields(_) | What::Bodies { .. } | What::Checkpoint => 0.0,
     });
-    let points = scene.outputs.iter().filter_map(|output| match &output.what {
-        What::Cuts(cuts) => cuts.iter().map(Cut::points).max(),
-        What::Measures(_) | What::Fields(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
-    });
+    let points = scene.outputs.iter().flat_map(|output| output.what.cuts()).map(Cut::points);
     let batch = cuts::CHUNK * cuts::CHUNKS * rayon::current_num_threads();
     let rows = points.max().unwrap_or(0).min(batch);
     drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max) + ROW * rows as f64

@@ -26,7 +26,7 @@ use crate::model::manufactured::Volume;
 use crate::model::momentum::{MomentumError, check_held};
 use crate::model::{Conditions, ModelKind, rotation, start};
 use crate::scene::path::quoted;
-use crate::scene::{Initial, InitialDensity, Scene, measured};
+use crate::scene::{Initial, InitialDensity, Scene, StrainSettings, measured};
 use crate::scheme::schedule::plain;
 use crate::space::{Continuity, Field, Space, project};
 use crate::time::{Checkpoint, March, Sheet, SheetKind};
@@ -154,9 +154,23 @@ impl Setup {
             model.know_structure(structure);
         }
         let mut ground = Ground::new(&mesh, &scene.mesh);
-        ground.strain = super::strain::prepare(scene, &mesh, model.conditions())?;
         ground.disc = super::kinds::tissue::wake(scene).map(|(middle, end)| (middle.into(), end - middle.x));
-        Ok(Self { ground, model, seconds: begin.elapsed().as_secs_f64(), said_of_start: OnceLock::new() })
+        let mut setup = Self { ground, model, seconds: 0.0, said_of_start: OnceLock::new() };
+        setup.prepare_strain(scene.strain_needed())?;
+        setup.seconds = begin.elapsed().as_secs_f64();
+        Ok(setup)
+    }
+
+    /// Makes the equation of the elastic strain, where there is none yet.
+    ///
+    /// # Errors
+    /// A structure that contradicts itself.
+    pub fn prepare_strain(&mut self, settings: Option<StrainSettings>) -> Result<(), RunError> {
+        if let (Some(settings), None) = (settings, &self.ground.tools.strain) {
+            self.ground.tools.strain =
+                Some(super::strain::prepare(settings, &self.ground.mesh, self.model.conditions())?);
+        }
+        Ok(())
     }
 
     /// The polarity at t = 0.

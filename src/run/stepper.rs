@@ -1,15 +1,15 @@
 //! What the one loop of a run moves, and what it needs of a scene.
 
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use super::maps::Caption;
 use super::summary::Unknowns;
-use super::view::{Fields, View};
+use super::view::View;
 use super::{Options, RunError, Setup};
 use crate::body::Body;
 use crate::contact::Wall;
-use crate::measure::{Strain, StreamFunction};
+use crate::measure::fields::{At, Fields, Tools};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::mesh::locate::Locator;
@@ -17,7 +17,7 @@ use crate::mesh::quality::Quality;
 use crate::model::{Exact, TermStatus};
 use crate::output::OutputError;
 use crate::output::checkpoint::Saved;
-use crate::scene::{Field, Output, Scene, SceneSource};
+use crate::scene::{Output, Scene, SceneSource};
 use crate::time::March;
 use crate::time::march::Counts;
 use crate::time::phases::Phases;
@@ -217,13 +217,12 @@ pub struct Ground {
     pub quality: Quality,
     /// Finds the cell of a point.
     pub locator: Arc<Locator>,
-    /// The equation of the elastic strain, where some output needs it.
-    pub strain: Option<Strain>,
+    /// What is made once for fields that have to be solved for.
+    pub tools: Tools,
     /// As the scene describes it.
     pub shape: MeshScene,
     /// Centre and radius of the one disc, where it is a body.
     pub disc: Option<([f64; 2], f64)>,
-    stream: OnceLock<StreamFunction>,
 }
 
 impl Ground {
@@ -235,7 +234,7 @@ impl Ground {
     /// A mesh whose points are located already.
     pub fn with(mesh: &Arc<Mesh>, shape: &MeshScene, locator: Arc<Locator>) -> Self {
         let (mesh, quality, shape) = (mesh.clone(), mesh.quality(), shape.clone());
-        Self { mesh, quality, locator, strain: None, shape, disc: None, stream: OnceLock::new() }
+        Self { mesh, quality, locator, tools: Tools::default(), shape, disc: None }
     }
 
     /// Centre and radius of the disc that axes refer to.
@@ -243,23 +242,9 @@ impl Ground {
         self.disc.unwrap_or_else(|| (self.shape.centre(), self.shape.radius()))
     }
 
-    /// The equation of the stream function of these fields' velocity, made when it is first needed.
-    ///
-    /// # Errors
-    /// A matrix that cannot be factorised.
-    pub fn stream(&self, fields: &dyn Fields) -> Result<Option<&StreamFunction>, RunError> {
-        if self.stream.get().is_none() {
-            let Some(v) = fields.field(Field::Velocity)? else { return Ok(None) };
-            let stream = StreamFunction::new(fields.loops(), &v.space)?;
-            // whoever came first has made the same
-            let _ = self.stream.set(stream);
-        }
-        Ok(self.stream.get())
-    }
-
-    /// Unknowns of the stream function, where it was needed.
-    pub fn stream_unknowns(&self) -> Option<usize> {
-        self.stream.get().map(|stream| stream.space.dof_count())
+    /// A state on it, for output fields.
+    pub fn at<'a>(&'a self, fields: &'a dyn Fields) -> At<'a> {
+        At { fields, tools: &self.tools }
     }
 }
 
@@ -290,7 +275,11 @@ impl Wanted<'_> {
     /// As [`Setup::within`]; results that the disk cannot take.
     pub fn setup(&self, scene: &Scene) -> Result<Setup, RunError> {
         match self.run {
-            None => Setup::within(scene, None),
+            None => {
+                let mut setup = Setup::within(scene, None)?;
+                setup.prepare_strain(scene.strain)?;
+                Ok(setup)
+            }
             Some(options) => {
                 let setup = Setup::new(scene)?;
                 setup.check_disk(scene, &options.out)?;

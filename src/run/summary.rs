@@ -240,8 +240,8 @@ impl Summary {
             terms: plan.terms.clone(),
             mesh: ground.map_or(MeshFacts::None { cells: 0 }, |g| MeshFacts::Flow(Box::new(g.quality.clone()))),
             unknowns: Unknowns {
-                stream_function: ground.and_then(Ground::stream_unknowns),
-                elastic_strain: ground.and_then(|ground| ground.strain.as_ref()).map(Strain::unknowns),
+                stream_function: ground.and_then(|ground| ground.tools.stream_unknowns()),
+                elastic_strain: ground.and_then(|ground| ground.tools.strain.as_ref()).map(Strain::unknowns),
                 ..plan.unknowns.clone()
             },
             bodies: plan.tells_of_bodies.then_some(BodyFacts {

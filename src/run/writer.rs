@@ -9,12 +9,13 @@ use super::folder::Resumed;
 use super::maps::{self, Draft};
 use super::measures::{Readings, columns};
 use super::stepper::{Ground, Plan, Stepper, Stride};
-use super::view::{Fields, View};
-use super::{RunError, Totals, strain};
+use super::view::View;
+use super::{RunError, Totals};
 use crate::element::basis;
 use crate::element::tables::Tables;
 use crate::measure::bodies::loads;
-use crate::measure::{Census, Defects, Section};
+use crate::measure::fields::{Fields, POLARITY, PRESSURE, Tool, VELOCITY};
+use crate::measure::{Census, Defects, OutputField, Section};
 use crate::output::OutputError;
 use crate::output::bodies::{BodyFiles, BodyOutputs, Look, Moment, Solids, picture, view};
 use crate::output::checkpoint::{Kept, Saved};
@@ -22,12 +23,19 @@ use crate::output::history::History;
 use crate::output::plot::map::{Picture, Window};
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
-use crate::scene::{Field, MapRequest, Quantity, What};
+use crate::scene::{MapRequest, Quantity, What};
 use crate::scheme::Schedule;
 use crate::space;
 
 /// A run that is killed loses no more than this, whatever its scene asks for.
 const PAUSE: std::time::Duration = std::time::Duration::from_secs(60);
+
+/// A section and the fields in the columns of its table.
+#[derive(Clone)]
+struct Cut {
+    section: Section,
+    columns: Option<Vec<&'static OutputField>>,
+}
 
 /// Writes what a scene asks for.
 pub struct Writer<'p> {
@@ -38,8 +46,8 @@ pub struct Writer<'p> {
     series: Option<Series>,
     history: History,
     defects: Option<DefectTables>,
-    fields: Vec<(Vec<Field>, Schedule)>,
-    cuts: Vec<(Vec<Section>, Schedule)>,
+    fields: Vec<(Vec<&'static OutputField>, Schedule)>,
+    cuts: Vec<(Vec<Cut>, Schedule)>,
     maps: Vec<(Vec<MapRequest>, Schedule)>,
     tables: Vec<Schedule>,
     checkpoints: Vec<Schedule>,
@@ -48,7 +56,7 @@ pub struct Writer<'p> {
     /// Of all pictures of bodies alone that name none, so that a film does not zoom.
     window: Option<Window>,
     /// Step and fields of the last file, so that the last state is not written twice.
-    last_fields: Option<(usize, Vec<Field>)>,
+    last_fields: Option<(usize, Vec<&'static OutputField>)>,
     /// Step and names of the last pictures, for the same reason.
     last_maps: (usize, Vec<String>),
     /// Goes into every checkpoint.
@@ -118,10 +126,11 @@ impl<'p> Writer<'p> {
                 (What::Checkpoint, _) => self.checkpoints.push(output.schedule),
                 (What::Maps(requests), _) => self.maps.push((requests.clone(), output.schedule)),
                 (What::Fields(fields), _) => self.fields.push((fields.clone(), output.schedule)),
-                (What::Cuts(cuts), Some(ground)) => {
-                    self.cuts.push((cuts.iter().map(|cut| section(cut, ground)).collect(), output.schedule));
+                (What::Cuts { cuts, columns }, Some(ground)) => {
+                    let cut = |cut| Cut { section: section(cut, ground), columns: columns.clone() };
+                    self.cuts.push((cuts.iter().map(cut).collect(), output.schedule));
                 }
-                (What::Cuts(_), None) => {}
+                (What::Cuts { .. }, None) => {}
             }
         }
     }
@@ -129,9 +138,8 @@ impl<'p> Writer<'p> {
     /// Opens what depends on the fields that there are.
     fn prepare(&mut self, view: &View, resumed: Option<Resumed>) -> Result<(), RunError> {
         let (Some(fields), Some(ground)) = (view.fields, self.ground) else { return Ok(()) };
-        let streamlines = self.maps.iter().flat_map(|(requests, _)| requests).any(|request| request.streamlines);
-        if streamlines || self.fields.iter().any(|(fields, _)| fields.contains(&Field::StreamFunction)) {
-            ground.stream(fields)?;
+        if self.plan.outputs.iter().any(|output| output.what.takes(Tool::StreamFunction)) {
+            ground.tools.stream(fields)?;
         }
         if defects::named(self.plan) {
             let boundaries = Defects::new(&ground.mesh).boundaries;
@@ -148,7 +156,7 @@ impl<'p> Writer<'p> {
     }
 
     fn open_series(&mut self, fields: &dyn Fields, ground: &Ground, resume: Option<f64>) -> Result<(), RunError> {
-        let strain = ground.strain.as_ref().map(|strain| strain.space.degree);
+        let strain = ground.tools.strain.as_ref().map(|strain| strain.space.degree);
         let bent = ground.mesh.curved.iter().flatten().map(|nodes| nodes.degree);
         let degree = bent.chain(strain).chain([fields.degree()]).max().unwrap_or(1);
         make_folder(&self.out.join("fields"))?;
@@ -181,14 +189,14 @@ impl<'p> Writer<'p> {
             Some(before) => s.is_due(before, t, step),
             None => matches!(s, Schedule::Time(_) | Schedule::Steps(_)),
         };
-        let fields: Vec<Field> =
+        let fields: Vec<&OutputField> =
             self.fields.iter().filter(|(_, s)| due(s)).flat_map(|(f, _)| f.iter().copied()).collect();
         let maps: Vec<MapRequest> =
             self.maps.iter().filter(|(_, s)| due(s)).flat_map(|(m, _)| m.iter().cloned()).collect();
         let tables = self.tables.iter().any(due);
         let due_cuts = self.cuts.iter().filter(|(_, s)| before.is_some() && due(s));
-        let sections: Vec<Section> = due_cuts.flat_map(|(sections, _)| sections.iter().cloned()).collect();
-        if fields.is_empty() && maps.is_empty() && sections.is_empty() && !tables {
+        let cuts: Vec<Cut> = due_cuts.flat_map(|(cuts, _)| cuts.iter().cloned()).collect();
+        if fields.is_empty() && maps.is_empty() && cuts.is_empty() && !tables {
             return Ok(());
         }
         stepper.look(&mut |view| {
@@ -199,7 +207,7 @@ impl<'p> Writer<'p> {
                 with_moment(&cast, view, |moment| self.bodies.write(step, moment))?;
             }
             // that of a step is written to its end, as the step is done
-            self.write_cuts(view, &sections, Some(step), &|| false).map(|_| ())
+            self.write_cuts(view, &cuts, Some(step), &|| false).map(|_| ())
         })
     }
 
@@ -219,21 +227,21 @@ impl<'p> Writer<'p> {
             if let (true, true, Some(fields), Some(ground)) = (failed, self.fields.is_empty(), view.fields, self.ground)
             {
                 let mut all = Vec::new();
-                for name in [Field::Velocity, Field::Pressure, Field::Polarity] {
-                    all.extend(fields.field(name)?.map(|_| name));
+                for field in [&VELOCITY, &PRESSURE, &POLARITY] {
+                    all.extend((field.find)(&ground.at(fields))?.map(|_| field));
                 }
                 self.fields.push((all, Schedule::End));
                 self.open_series(fields, ground, Some(t))?;
             }
-            let fields: Vec<Field> = self.fields.iter().flat_map(|(f, _)| f.iter().copied()).collect();
-            let written = |field: &Field| {
+            let fields: Vec<&OutputField> = self.fields.iter().flat_map(|(f, _)| f.iter().copied()).collect();
+            let written = |field: &&OutputField| {
                 self.last_fields.as_ref().is_some_and(|(last, all)| *last == step && all.contains(field))
             };
             if !fields.iter().all(written) {
                 self.write_fields(view, step, &fields)?;
             }
-            let sections: Vec<Section> = self.cuts.iter().flat_map(|(sections, _)| sections.iter().cloned()).collect();
-            self.left_out = self.write_cuts(view, &sections, None, is_stopped)?;
+            let cuts: Vec<Cut> = self.cuts.iter().flat_map(|(cuts, _)| cuts.iter().cloned()).collect();
+            self.left_out = self.write_cuts(view, &cuts, None, is_stopped)?;
             let maps: Vec<MapRequest> = self.maps.iter().flat_map(|(m, _)| m.iter().cloned()).collect();
             self.draw_maps(view, step, &maps)?;
             if !self.tables.is_empty() {
@@ -297,32 +305,21 @@ impl<'p> Writer<'p> {
         Ok(())
     }
 
-    fn write_fields(&mut self, view: &View, step: usize, fields: &[Field]) -> Result<(), RunError> {
+    fn write_fields(&mut self, view: &View, step: usize, fields: &[&'static OutputField]) -> Result<(), RunError> {
         let (Some(all), Some(ground), Some(grid)) = (view.fields, self.ground, &self.grid) else { return Ok(()) };
         if fields.is_empty() {
             return Ok(());
         }
-        let named = Field::in_order(fields);
+        let named = OutputField::in_order(fields);
         let mut at_nodes: Vec<(usize, Vec<f64>)> = Vec::new();
-        for &field in &named {
-            at_nodes.push(match field {
-                Field::ElasticStrain => {
-                    let strain = strain::at(ground, all)?.expect("prepared when a scene asks for it");
-                    let parts = strain.components.each_ref().map(|part| nodal(part, grid.degree).1);
-                    (3, (0..parts[0].len()).flat_map(|k| parts.each_ref().map(|part| part[k])).collect())
-                }
-                Field::StreamFunction => {
-                    let stream = ground.stream(all)?.expect("a flow has a stream function");
-                    let v = all.field(Field::Velocity)?.expect("a flow has a velocity");
-                    nodal(&stream.of(all.loops(), &v)?, grid.degree)
-                }
-                other => nodal(&all.field(other)?.expect("refused with the scene where there is none"), grid.degree),
-            });
+        for field in &named {
+            let found = (field.find)(&ground.at(all))?.expect("refused with the scene where there is none");
+            at_nodes.push(nodal(&found, grid.degree));
         }
         let list: Vec<vtk::Field> = named
             .iter()
             .zip(&at_nodes)
-            .map(|(field, (components, values))| vtk::Field { name: field.name(), components: *components, values })
+            .map(|(field, (components, values))| vtk::Field { name: field.name, components: *components, values })
             .collect();
         let name = format!("fields/step-{step:06}.vtu");
         write_vtu(&self.out.join(&name), grid, view.t, &list)?;
@@ -340,16 +337,18 @@ impl<'p> Writer<'p> {
     fn write_cuts(
         &self,
         view: &View,
-        sections: &[Section],
+        cuts: &[Cut],
         step: Option<usize>,
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<Vec<String>, RunError> {
-        let (Some(fields), Some(ground), false) = (view.fields, self.ground, sections.is_empty()) else {
-            return Ok(Vec::new());
-        };
-        let table = Table::new(fields, strain::at(ground, fields)?.as_ref())?;
+        let (Some(fields), Some(ground)) = (view.fields, self.ground) else { return Ok(Vec::new()) };
         let mut left_out = Vec::new();
-        for section in sections {
+        let mut tables: Vec<(&Option<Vec<_>>, Table)> = Vec::new();
+        for Cut { section, columns } in cuts {
+            if tables.iter().all(|(of, _)| *of != columns) {
+                tables.push((columns, Table::new(&ground.at(fields), columns.as_deref())?));
+            }
+            let (_, table) = tables.iter().find(|(of, _)| *of == columns).expect("made before");
             let name = section.name();
             let file = match step {
                 Some(step) => format!("{name}-step-{step:06}.csv"),

@@ -1,99 +1,40 @@
 //! `maps` of an `[[output]]`: pictures of fields.
 
+use std::borrow::Cow;
 use std::fmt;
+use std::sync::LazyLock;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize, de};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use super::output::Field;
-use crate::schema::{self, FLOWS, TISSUE, WITH_DENSITY, WITH_PRESSURE};
+use crate::measure::OutputField;
+use crate::measure::fields::{ALL, Scalar, Value};
+use crate::schema::listed::{self, Listed};
+use crate::schema::{self, FLOWS};
 
-/// A scalar that a map shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+/// What the colours of a map show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// `|v|`
-    #[schemars(extend("x-kinds" = FLOWS))]
-    Speed,
-    /// `v_1`
-    #[serde(rename = "velocity_1")]
-    #[schemars(extend("x-kinds" = FLOWS))]
-    Velocity1,
-    /// `v_2`
-    #[serde(rename = "velocity_2")]
-    #[schemars(extend("x-kinds" = FLOWS))]
-    Velocity2,
-    /// `|p|`
-    #[schemars(extend("x-kinds" = TISSUE))]
-    Polarity,
-    /// `p_1`
-    #[serde(rename = "polarity_1")]
-    #[schemars(extend("x-kinds" = TISSUE))]
-    Polarity1,
-    /// `p_2`
-    #[serde(rename = "polarity_2")]
-    #[schemars(extend("x-kinds" = TISSUE))]
-    Polarity2,
-    /// `Π`, in a compressible sheet `ρΠ`.
-    #[schemars(extend("x-kinds" = WITH_PRESSURE))]
-    Pressure,
-    /// `ρ`, of a compressible sheet and of advection.
-    #[schemars(extend("x-kinds" = WITH_DENSITY))]
-    Density,
-    /// `|κ²Δ_h p|`
-    #[schemars(extend("x-kinds" = TISSUE))]
-    PolarityLaplacian,
-    /// `(κ²Δ_h p)_1`
-    #[serde(rename = "polarity_laplacian_1")]
-    #[schemars(extend("x-kinds" = TISSUE))]
-    PolarityLaplacian1,
-    /// `(κ²Δ_h p)_2`
-    #[serde(rename = "polarity_laplacian_2")]
-    #[schemars(extend("x-kinds" = TISSUE))]
-    PolarityLaplacian2,
+    /// A scalar of a field.
+    Of(Scalar),
     /// No field: the rigid bodies alone, without tissue around them.
-    #[schemars(extend("x-kinds" = "stokes particles"))]
     Bodies,
 }
 
-/// A vector that a map shows as arrows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ArrowsOf {
-    /// `v`
-    Velocity,
-    /// `p`
-    #[schemars(extend("x-kinds" = TISSUE))]
-    Polarity,
-}
+/// The name of [`Quantity::Bodies`].
+const BODIES: &str = "bodies";
 
 impl Quantity {
     /// Every quantity.
-    pub const ALL: [Quantity; 12] = [
-        Quantity::Speed,
-        Quantity::Velocity1,
-        Quantity::Velocity2,
-        Quantity::Polarity,
-        Quantity::Polarity1,
-        Quantity::Polarity2,
-        Quantity::Pressure,
-        Quantity::Density,
-        Quantity::PolarityLaplacian,
-        Quantity::PolarityLaplacian1,
-        Quantity::PolarityLaplacian2,
-        Quantity::Bodies,
-    ];
+    pub fn all() -> impl Iterator<Item = Quantity> {
+        Scalar::all().map(Quantity::Of).chain([Quantity::Bodies])
+    }
 
     /// The field that it is a part of; bodies alone have none.
-    pub fn field(self) -> Option<Field> {
-        use Quantity as Q;
+    pub fn field(self) -> Option<&'static OutputField> {
         match self {
-            Q::Speed | Q::Velocity1 | Q::Velocity2 => Some(Field::Velocity),
-            Q::Polarity | Q::Polarity1 | Q::Polarity2 => Some(Field::Polarity),
-            Q::Pressure => Some(Field::Pressure),
-            Q::Density => Some(Field::Density),
-            Q::PolarityLaplacian | Q::PolarityLaplacian1 | Q::PolarityLaplacian2 => Some(Field::PolarityLaplacian),
-            Q::Bodies => None,
+            Quantity::Of(scalar) => Some(scalar.field),
+            Quantity::Bodies => None,
         }
     }
 
@@ -105,19 +46,106 @@ impl Quantity {
     /// As in the scene file.
     pub fn name(self) -> &'static str {
         match self {
-            Quantity::Speed => "speed",
-            Quantity::Velocity1 => "velocity_1",
-            Quantity::Velocity2 => "velocity_2",
-            Quantity::Polarity => "polarity",
-            Quantity::Polarity1 => "polarity_1",
-            Quantity::Polarity2 => "polarity_2",
-            Quantity::Pressure => "pressure",
-            Quantity::Density => "density",
-            Quantity::PolarityLaplacian => "polarity_laplacian",
-            Quantity::PolarityLaplacian1 => "polarity_laplacian_1",
-            Quantity::PolarityLaplacian2 => "polarity_laplacian_2",
-            Quantity::Bodies => "bodies",
+            Quantity::Of(scalar) => scalar.part.name,
+            Quantity::Bodies => BODIES,
         }
+    }
+}
+
+impl Listed for Quantity {
+    const WHAT: &'static str = "Quantity";
+
+    fn names() -> &'static [&'static str] {
+        static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| Quantity::all().map(Quantity::name).collect());
+        &NAMES
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        Quantity::all().find(|quantity| quantity.name() == name)
+    }
+}
+
+impl Serialize for Quantity {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Quantity {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        listed::read(deserializer)
+    }
+}
+
+impl JsonSchema for Quantity {
+    fn schema_name() -> Cow<'static, str> {
+        Self::WHAT.into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let choice = |quantity: Quantity| {
+            let (help, kinds) = match quantity {
+                Quantity::Of(scalar) => (scalar.part.symbol.to_string(), scalar.field.kinds()),
+                Quantity::Bodies => ("no field: the rigid bodies alone".to_owned(), "stokes particles".to_owned()),
+            };
+            let mut choice = schema::choice(quantity.name(), &help);
+            choice["x-kinds"] = kinds.into();
+            choice
+        };
+        json_schema!({
+            "oneOf": Quantity::all().map(choice).collect::<Vec<_>>(),
+            "x-values": "a [quantity](#maps)",
+        })
+    }
+}
+
+/// A vector that a map shows as arrows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ArrowsOf(pub &'static OutputField);
+
+impl ArrowsOf {
+    fn all() -> impl Iterator<Item = ArrowsOf> {
+        ALL.iter().filter(|field| field.value == Value::Vector).map(|field| ArrowsOf(field))
+    }
+}
+
+impl Listed for ArrowsOf {
+    const WHAT: &'static str = "ArrowsOf";
+
+    fn names() -> &'static [&'static str] {
+        static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| ArrowsOf::all().map(|one| one.0.name).collect());
+        &NAMES
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        ArrowsOf::all().find(|one| one.0.name == name)
+    }
+}
+
+impl Serialize for ArrowsOf {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for ArrowsOf {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        listed::read(deserializer)
+    }
+}
+
+impl JsonSchema for ArrowsOf {
+    fn schema_name() -> Cow<'static, str> {
+        Self::WHAT.into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let choice = |one: ArrowsOf| {
+            let mut choice = schema::choice(one.0.name, &one.0.symbol.to_string());
+            choice["x-kinds"] = one.0.kinds().into();
+            choice
+        };
+        json_schema!({ "oneOf": ArrowsOf::all().map(choice).collect::<Vec<_>>() })
     }
 }
 

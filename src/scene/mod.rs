@@ -24,6 +24,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::expression::Expression;
+use crate::measure::fields::Tool;
 use crate::measure::list::Premise;
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
@@ -41,7 +42,7 @@ pub use kinds::SceneKind;
 pub use kinds::particles::ParticlesScene;
 pub use kinds::stokes::StokesScene;
 pub use maps::{ArrowsOf, MapOptions, MapRequest, Quantity};
-pub use output::{Axis, AxisLine, Cut, Field, Output, What, measured};
+pub use output::{Axis, AxisLine, Cut, Output, What, measured};
 pub use source::SceneSource;
 
 /// One computation, checked as far as possible without its mesh.
@@ -209,14 +210,10 @@ impl Scene {
         Ok(())
     }
 
-    /// The settings of the elastic strain where some output needs it: its field, its measure, or a cut.
+    /// The settings of the elastic strain where some output needs it: a field, a measure, or a cut.
     pub fn strain_needed(&self) -> Option<StrainSettings> {
-        let needs = |output: &Output| match &output.what {
-            What::Fields(fields) => fields.contains(&Field::ElasticStrain),
-            What::Measures(measures) => measures.iter().any(|measure| measure.needs(Premise::Strain)),
-            What::Cuts(_) => true,
-            What::Maps(_) | What::Bodies { .. } | What::Checkpoint => false,
-        };
+        let measured = |what: &What| what.measures().iter().any(|measure| measure.needs(Premise::Strain));
+        let needs = |output: &Output| measured(&output.what) || output.what.takes(Tool::Strain);
         self.strain.filter(|_| self.outputs.iter().any(needs))
     }
 

@@ -6,42 +6,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::maps::{MapRequest, MapTable};
-use crate::measure::Measure;
+use crate::measure::fields::{IN_CUTS, Tool};
 use crate::measure::list::ALL;
+use crate::measure::{Measure, OutputField};
 use crate::mesh::Point;
-use crate::schema::{self, FLOWS, Range, TISSUE, WITH_BODIES, WITH_DENSITY, WITH_PRESSURE};
+use crate::schema::{self, FLOWS, Range, TISSUE, WITH_BODIES};
 use crate::scheme::Schedule;
-
-/// Fields that can be written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Field {
-    /// `v`
-    Velocity,
-    /// `Π`, in a compressible sheet `ρΠ`, which follows from density and polarity.
-    #[schemars(extend("x-kinds" = WITH_PRESSURE))]
-    Pressure,
-    /// `ρ`, of a compressible sheet and of advection.
-    #[schemars(extend("x-kinds" = WITH_DENSITY))]
-    Density,
-    /// `p`
-    #[schemars(extend("x-kinds" = TISSUE))]
-    Polarity,
-    /// `L_h`, needs `B > 0`.
-    #[schemars(extend("x-kinds" = TISSUE))]
-    MolecularField,
-    /// `ψ` of [B.54]
-    StreamFunction,
-    /// `v − (T_a/C_F) e_1`, needs `C_F > 0`.
-    #[schemars(extend("x-kinds" = TISSUE))]
-    TissueVelocity,
-    /// `κ²Δ_h p`, in a compressible sheet `κ² div_h(ρ∇p)`.
-    #[schemars(extend("x-kinds" = TISSUE))]
-    PolarityLaplacian,
-    /// `ε`, the elastic strain carried by the flow [12.3], needs `[strain]`; in the order 11, 22, 33, 12, 23, 13.
-    #[schemars(extend("x-kinds" = TISSUE))]
-    ElasticStrain,
-}
 
 /// The six axes of the strip, lengths in disc radii.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -97,41 +67,6 @@ impl Axis {
             Axis::Axis3 => "axis-3",
             Axis::Axis4 => "axis-4",
             Axis::Axis5 => "axis-5",
-        }
-    }
-}
-
-impl Field {
-    /// In the order in which files have them: what is asked for most comes first, the only tensor last.
-    pub const ALL: [Field; 9] = [
-        Field::Velocity,
-        Field::Pressure,
-        Field::Density,
-        Field::Polarity,
-        Field::MolecularField,
-        Field::StreamFunction,
-        Field::TissueVelocity,
-        Field::PolarityLaplacian,
-        Field::ElasticStrain,
-    ];
-
-    /// Each once, in the order of [`Field::ALL`].
-    pub fn in_order(fields: &[Field]) -> Vec<Field> {
-        Self::ALL.into_iter().filter(|field| fields.contains(field)).collect()
-    }
-
-    /// As in the scene file.
-    pub fn name(self) -> &'static str {
-        match self {
-            Field::Velocity => "velocity",
-            Field::Pressure => "pressure",
-            Field::Density => "density",
-            Field::Polarity => "polarity",
-            Field::MolecularField => "molecular_field",
-            Field::StreamFunction => "stream_function",
-            Field::TissueVelocity => "tissue_velocity",
-            Field::PolarityLaplacian => "polarity_laplacian",
-            Field::ElasticStrain => "elastic_strain",
         }
     }
 }
@@ -194,11 +129,16 @@ impl Cut {
 #[derive(Debug, Clone, PartialEq)]
 pub enum What {
     /// Whole fields, for ParaView.
-    Fields(Vec<Field>),
+    Fields(Vec<&'static OutputField>),
     /// Columns of the history.
     Measures(Vec<&'static Measure>),
     /// Tables along lines and circles.
-    Cuts(Vec<Cut>),
+    Cuts {
+        /// Where they lie.
+        cuts: Vec<Cut>,
+        /// The fields in their columns; those that there are of [`IN_CUTS`] where the scene names none.
+        columns: Option<Vec<&'static OutputField>>,
+    },
     /// Pictures.
     Maps(Vec<MapRequest>),
     /// Polydata and a table of the bodies; and a table of their contacts.
@@ -215,8 +155,45 @@ impl What {
     pub fn measures(&self) -> &[&'static Measure] {
         match self {
             What::Measures(measures) => measures,
-            What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => &[],
+            What::Fields(_) | What::Cuts { .. } | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => &[],
         }
+    }
+
+    /// The cuts that it names.
+    pub fn cuts(&self) -> &[Cut] {
+        match self {
+            What::Cuts { cuts, .. } => cuts,
+            What::Fields(_) | What::Measures(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => &[],
+        }
+    }
+
+    /// The maps that it names.
+    pub fn maps(&self) -> &[MapRequest] {
+        match self {
+            What::Maps(maps) => maps,
+            What::Fields(_) | What::Measures(_) | What::Cuts { .. } | What::Bodies { .. } | What::Checkpoint => &[],
+        }
+    }
+
+    /// The fields that it names, itself or by a quantity.
+    pub fn fields(&self) -> Vec<&'static OutputField> {
+        match self {
+            What::Fields(fields) => fields.clone(),
+            What::Cuts { columns, .. } => columns.clone().unwrap_or_default(),
+            What::Maps(maps) => {
+                let named = |map: &MapRequest| map.of.field().into_iter().chain(map.arrows.map(|arrows| arrows.0));
+                maps.iter().flat_map(named).collect()
+            }
+            What::Measures(_) | What::Bodies { .. } | What::Checkpoint => Vec::new(),
+        }
+    }
+
+    /// Whether it takes a field that something has to be made for.
+    pub fn takes(&self, tool: Tool) -> bool {
+        let streamlines = self.maps().iter().any(|map| map.streamlines);
+        let named = self.fields().iter().any(|field| field.tool == Some(tool));
+        let in_cuts = matches!(self, What::Cuts { columns: None, .. }) && IN_CUTS.iter().any(|f| f.tool == Some(tool));
+        named || in_cuts || (streamlines && tool == Tool::StreamFunction)
     }
 }
 
@@ -245,7 +222,7 @@ pub struct OutputTable {
     /// Fields for ParaView.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(transform = schema::not_empty, extend("x-kinds" = FLOWS, "x-values" = "list of [fields](#fields)"))]
-    pub fields: Option<Vec<Field>>,
+    pub fields: Option<Vec<&'static OutputField>>,
     /// Numbers of each step, or of the last state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(transform = schema::not_empty, extend("x-values" = "list of [measures](#measures)"))]
@@ -259,6 +236,11 @@ pub struct OutputTable {
     #[schemars(transform = schema::not_empty, extend("x-kinds" = FLOWS))]
     #[schemars(extend("x-values" = "list of `axis-1`, `-2a`, `-2b`, `-3`, `-4`, `-5`, lines, circles"))]
     pub cuts: Option<Vec<CutTable>>,
+    /// Beside `cuts`: the fields in the columns of their tables.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = schema::not_empty, extend("x-kinds" = FLOWS, "x-values" = "list of [fields](#fields)"))]
+    #[schemars(extend("x-default" = "the usual ones [there](#fields)"))]
+    pub columns: Option<Vec<&'static OutputField>>,
     /// Pictures, see [maps](#maps).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(transform = schema::not_empty, extend("x-values" = "list of quantities and of tables"))]
@@ -285,7 +267,7 @@ pub struct OutputTable {
 fn one_each(schema: &mut schemars::Schema) {
     let one = ["fields", "measures", "cuts", "maps", "bodies", "checkpoint"];
     schema.insert("oneOf".to_owned(), one.map(|key| serde_json::json!({ "required": [key] })).into());
-    let beside = serde_json::json!({ "estimate": ["measures"], "contacts": ["bodies"] });
+    let beside = serde_json::json!({ "estimate": ["measures"], "columns": ["cuts"], "contacts": ["bodies"] });
     schema.insert("dependentRequired".to_owned(), beside);
 }
 

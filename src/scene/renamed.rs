@@ -6,9 +6,9 @@ use toml_edit::Document;
 
 use super::locate;
 use super::maps::Quantity;
-use super::output::Field;
-use crate::measure::Measure;
+use crate::measure::{Measure, OutputField};
 use crate::names::RENAMED;
+use crate::schema::Listed;
 
 /// Keys of studies whose values are names of measures.
 const MEASURES: [&str; 4] = ["measure", "measures", "x", "y"];
@@ -111,11 +111,9 @@ fn is_output(path: &[String]) -> bool {
     let parts: Vec<&str> = path.iter().flat_map(|part| part.split('.')).collect();
     let Some(at) = parts.iter().position(|part| *part == "output") else { return false };
     let rest: Vec<&&str> = parts[at + 1..].iter().filter(|part| part.parse::<usize>().is_err()).collect();
-    matches!(rest[..], [&"measures" | &"fields" | &"maps"] | [&"maps", &"of"])
+    matches!(rest[..], [&"measures" | &"fields" | &"columns" | &"maps"] | [&"maps", &"of" | &"arrows"])
 }
 
 fn is_data(name: &str) -> bool {
-    Measure::named(name).is_some()
-        || Field::ALL.iter().any(|field| field.name() == name)
-        || Quantity::ALL.iter().any(|quantity| quantity.name() == name)
+    Measure::named(name).is_some() || OutputField::named(name).is_some() || Quantity::named(name).is_some()
 }

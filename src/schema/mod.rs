@@ -17,6 +17,7 @@
 //! From there come the JSON Schema of files ([`printed`]) and the tables of the docs ([`rows`]).
 
 mod fields;
+pub mod listed;
 mod range;
 mod rows;
 
@@ -26,6 +27,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
 pub use fields::fields;
+pub use listed::Listed;
 pub use range::Range;
 pub use rows::{choices, row, rows};
 

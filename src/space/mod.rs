@@ -23,7 +23,7 @@ pub enum Continuity {
     Discontinuous,
 }
 
-/// A Lagrange space of degree 1 to 5 with one or two components.
+/// A Lagrange space of degree 1 to 5 with one to three components.
 #[derive(Debug, Clone)]
 pub struct Space {
     /// What it stands on.
@@ -32,7 +32,7 @@ pub struct Space {
     pub continuity: Continuity,
     /// Polynomial degree on a cell.
     pub degree: usize,
-    /// 1 of a scalar, 2 of a vector.
+    /// 1 of a scalar, 2 of a vector, 3 of a symmetric tensor.
     pub components: usize,
     /// Basis functions of one component on one cell.
     pub n: usize,
@@ -46,9 +46,9 @@ impl Space {
     /// The space of the given kind.
     ///
     /// # Panics
-    /// For a degree outside 1 to [`MAX_DEGREE`] or components other than 1 and 2: the scene is checked before.
+    /// For a degree outside 1 to [`MAX_DEGREE`] or components other than 1 to 3: the scene is checked before.
     pub fn new(mesh: &Arc<Mesh>, continuity: Continuity, degree: usize, components: usize) -> Self {
-        assert!((1..=MAX_DEGREE).contains(&degree) && (1..=2).contains(&components));
+        assert!((1..=MAX_DEGREE).contains(&degree) && (1..=3).contains(&components));
         let n = basis::node_count(degree);
         let (nodes, node_count) = match continuity {
             Continuity::Continuous => number_nodes(mesh, degree),

@@ -6,6 +6,7 @@ mod defects;
 mod density;
 mod element;
 mod energy;
+mod fields;
 mod form;
 mod limiter;
 mod measure;

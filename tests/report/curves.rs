@@ -1,12 +1,18 @@
 //! Curves: which pictures there are, what they show, and what is said of wishes that cannot be met.
 
-use monolayer::results::curves::{CurveSettings, What, curves};
-use monolayer::results::{Results, labels};
+use monolayer::output::plot::Plot;
+use monolayer::results::curves::{CurveSettings, curves};
+use monolayer::results::{Drawn, Results, labels, plots};
 
 use crate::common::{copy_of, fails, files, results, succeeds};
 
 fn read(name: &str) -> Results {
     Results::read(&results().join(name)).unwrap()
+}
+
+/// The curves of the picture of this name.
+fn plot<'d>(drawn: &'d Drawn, name: &str) -> &'d Plot {
+    drawn.pictures.iter().find(|picture| picture.name == name).and_then(|picture| picture.image.curves()).expect(name)
 }
 
 #[test]
@@ -36,9 +42,9 @@ fn a_run_without_measures_and_cuts_draws_nothing() {
 #[test]
 fn sections_stop_at_the_disc() {
     let one = read("one");
-    let wish = |what| CurveSettings { what: vec![what], ..CurveSettings::default() };
-    let drawn = curves(&[&one], &wish(What::Sections)).unwrap();
-    let plot = &drawn.pictures.iter().find(|p| p.name == "sections-along-x1-velocity-1").unwrap().plot;
+    let wish = CurveSettings { what: vec![&plots::SECTIONS], ..CurveSettings::default() };
+    let drawn = curves(&[&one], &wish).unwrap();
+    let plot = plot(&drawn, "sections-along-x1-velocity-1");
     // axis 1 goes through the disc, axis 2a passes it
     assert_eq!(plot.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().len(), 3);
     let ends: Vec<f64> =
@@ -58,19 +64,19 @@ fn legends_say_what_differs() {
     assert_eq!(labels(&both, &["mine".to_owned()]), ["mine", "Pe = 0.5"]);
     let drawn =
         curves(&both, &CurveSettings { quantities: vec!["speed".to_owned()], ..CurveSettings::default() }).unwrap();
-    let section = drawn.pictures.iter().find(|p| p.name == "section-axis-3-speed").unwrap();
-    assert_eq!(section.plot.title, "|v| on axis 3 (x₁ = 0)");
-    assert!(section.plot.subtitle.contains("β = 0.75") && !section.plot.subtitle.contains("Pe"));
-    assert!(!section.plot.subtitle.contains("T_a"), "the traction is the friction");
+    let section = plot(&drawn, "section-axis-3-speed");
+    assert_eq!(section.title, "|v| on axis 3 (x₁ = 0)");
+    assert!(section.subtitle.contains("β = 0.75") && !section.subtitle.contains("Pe"));
+    assert!(!section.subtitle.contains("T_a"), "the traction is the friction");
     // below and above the disc, of two runs
-    assert_eq!(section.plot.series.len(), 4);
+    assert_eq!(section.series.len(), 4);
 }
 
 #[test]
 fn the_table_of_a_study_is_drawn_over_what_it_varies() {
     let sweep = read("sweep");
-    let drawn = curves(&[&sweep], &CurveSettings { what: vec![What::Study], ..CurveSettings::default() }).unwrap();
-    let energy = &drawn.pictures.iter().find(|p| p.name == "study-free-energy").unwrap().plot;
+    let drawn = curves(&[&sweep], &CurveSettings { what: vec![&plots::STUDY], ..CurveSettings::default() }).unwrap();
+    let energy = plot(&drawn, "study-free-energy");
     assert_eq!(energy.x.label, "Pe");
     assert_eq!(energy.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["κ = 0.5", "κ = 1"]);
     assert_eq!(energy.series[0].points.iter().map(|p| p.0).collect::<Vec<_>>(), [0.5, 2.0, 10.0], "in order");
@@ -96,10 +102,9 @@ fn a_folder_of_sections_alone_is_drawn_with_a_run() {
     let measured = Results::read(&folder).unwrap();
     assert!(measured.problems.is_empty(), "{:?}", measured.problems);
     let one = read("one");
-    let drawn =
-        curves(&[&one, &measured], &CurveSettings { what: vec![What::Sections], ..CurveSettings::default() }).unwrap();
-    let section = drawn.pictures.iter().find(|p| p.name == "section-axis-3-velocity-1").unwrap();
-    let last = section.plot.series.last().unwrap();
+    let drawn = curves(&[&one, &measured], &CurveSettings { what: vec![&plots::SECTIONS], ..CurveSettings::default() })
+        .unwrap();
+    let last = plot(&drawn, "section-axis-3-velocity-1").series.last().unwrap();
     assert_eq!((last.name.as_str(), last.points.len()), ("measured", 3));
 }
 
@@ -130,7 +135,7 @@ fn wrong_wishes_are_explained() {
         (&["plot", "empty"], &["empty: is empty; hint:"]),
         (
             &["plot", "one", "--what", "heat"],
-            &["`--what heat`: there are no such curves; hint: the kinds are sections, energy"],
+            &["`--what heat`: there are no such curves; hint: the kinds are energy, lissajous"],
         ),
         (&["plot", "one", "--what", "budget"], &["`--what budget`: there is nothing to draw", "`energy_budget`"]),
         (&["plot", "one", "--axis", "axis-9"], &["`--axis axis-9`", "the cuts are axis-1, axis-2a, axis-3, axis-4"]),

@@ -4,12 +4,13 @@ mod names;
 
 use std::path::Path;
 
+use monolayer::measure::fields::{DENSITY, POLARITY, PRESSURE, VELOCITY};
 use monolayer::measure::list;
 use monolayer::mesh::Point;
 use monolayer::model::terms::factor;
 use monolayer::model::{DensityLaw, ModelKind, PolarityCondition, VelocityCondition};
 use monolayer::scene::{
-    Axis, AxisLine, Cut, Field, Initial, InitialDensity, Scene, SceneSource, Schedule, SlipTreatment, What,
+    Axis, AxisLine, Cut, Initial, InitialDensity, Scene, SceneSource, Schedule, SlipTreatment, What,
 };
 use monolayer::time::CouplingKind;
 
@@ -48,7 +49,7 @@ fn the_reference_scene_is_the_reference_case() {
     assert_eq!(strip.initial, Initial::AlignedAroundDisc);
     assert_eq!(strip.outputs.len(), 4);
     assert_eq!(strip.outputs[0].schedule, Schedule::Time(10.0));
-    assert_eq!(strip.outputs[0].what, What::Fields(vec![Field::Velocity, Field::Pressure, Field::Polarity]));
+    assert_eq!(strip.outputs[0].what, What::Fields(vec![&VELOCITY, &PRESSURE, &POLARITY]));
     assert_eq!(strip.outputs[1].schedule, Schedule::Steps(10));
     assert_eq!(strip.outputs[2].schedule, Schedule::End);
     assert_eq!(strip.outputs[3].what, What::Checkpoint);
@@ -121,7 +122,7 @@ fn the_compressible_scene_has_a_density() {
     assert_eq!((moving("inlet"), moving("outlet")), (("density", false), ("density", true)));
     let Some(InitialDensity::Formula(start)) = &sheet.initial_density else { panic!("no formula") };
     assert_eq!(start.eval(x, 0.0), 1.0 + 0.1 * x.x.cos());
-    assert_eq!(sheet.outputs[0].what, What::Fields(vec![Field::Velocity, Field::Density, Field::Pressure]));
+    assert_eq!(sheet.outputs[0].what, What::Fields(vec![&VELOCITY, &DENSITY, &PRESSURE]));
     assert_eq!(sheet.outputs[1].what, What::Measures(vec![&list::MASS, &list::DENSITY_MIN, &list::LIMITED_CELLS]));
 }
 
@@ -218,7 +219,7 @@ fn every_kind_of_value_can_be_set() {
     let VelocityCondition::Traction([s, _]) = &changed.boundary["disc"].velocity else { panic!("no traction") };
     assert_eq!(s.eval(Point::new(7.0, 0.0), 0.0), 7.0);
     assert_eq!(changed.outputs[0].schedule, Schedule::Time(2.5));
-    let What::Cuts(cuts) = &changed.outputs[2].what else { panic!("no cuts") };
+    let What::Cuts { cuts, .. } = &changed.outputs[2].what else { panic!("no cuts") };
     let line = Cut::Line { name: "wake".into(), from: Point::new(1.0, 0.0), to: Point::new(9.0, 0.0), points: 200 };
     assert_eq!(cuts, &[line, Cut::Axis(Axis::Axis1)]);
     assert_eq!(changed.space.slip, SlipTreatment::Penalty { epsilon: 1e-8 });

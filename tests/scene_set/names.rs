@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use monolayer::measure::list;
+use monolayer::measure::{fields, list};
 use monolayer::names::{RENAMED, did_you_mean, nearest};
 use monolayer::run::AnyScene;
-use monolayer::scene::{Field, Quantity, Scene, SceneSource, SlipTreatment, What, renamed};
+use monolayer::scene::{Quantity, Scene, SceneSource, SlipTreatment, What, renamed};
 
 use super::{DISC, SHEET, STRIP};
 
@@ -91,8 +91,8 @@ fn words_of_studies_are_renamed_in_their_places() {
 
 #[test]
 fn measures_fields_and_quantities_have_one_spelling() {
-    let fields = Field::ALL.iter().map(|field| field.name());
-    let names = fields.chain(list::ALL.iter().map(|m| m.name)).chain(Quantity::ALL.iter().map(|q| q.name()));
+    let fields = fields::ALL.iter().map(|field| field.name);
+    let names = fields.chain(list::ALL.iter().map(|m| m.name)).chain(Quantity::all().map(Quantity::name));
     for name in names {
         assert!(!name.contains('-'), "{name}");
         let old = name.replace('_', "-");

@@ -2,10 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use monolayer::measure::OutputField;
+use monolayer::measure::fields::{self, Scalar};
 use monolayer::measure::list::ALL;
 use monolayer::mesh::generate::{key_rows, shape_rows};
 use monolayer::model::boundary::{POLARITY, VELOCITY, rows as conditions};
 use monolayer::model::terms::factor;
+use monolayer::results::PlotKind;
+use monolayer::results::plots::{self, Wish};
 use monolayer::schema::{FileKind, choices, rows};
 use monolayer::{scene, study};
 use serde_json::Value;
@@ -54,7 +58,23 @@ fn tables() -> BTreeMap<&'static str, String> {
     }
     let output = "/properties/output/items";
     all.insert("output", keys(&tissue, output));
-    all.insert("fields", values(&tissue, &format!("{output}/properties/fields/items")));
+    let code = |names: &[&str]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let field = |field: &&OutputField| {
+        let usual = if fields::IN_CUTS.contains(field) { "usual: " } else { "" };
+        let (symbol, columns) = (field.symbol.to_string(), code(field.columns));
+        format!("| `{}` | {symbol} | {} | {} | {usual}{columns} |", field.name, field.help, field.subject())
+    };
+    let header = "| field | symbol | what it is | of | columns of cuts |";
+    all.insert("fields", table(header, fields::ALL.iter().map(field).collect()));
+    let quantity = |scalar: Scalar| {
+        let colours = if scalar.part.signed { "blue below zero, red above" } else { "from dark to light" };
+        let symbol = scalar.part.symbol.to_string().replace('|', "\\|");
+        format!("| `{}` | {symbol} | `{}` | {colours} |", scalar.part.name, scalar.field.name)
+    };
+    all.insert(
+        "quantities",
+        table("| quantity | shows | of the field | colours |", Scalar::all().map(quantity).collect()),
+    );
     let section = at(&tissue, &format!("{output}/properties/cuts/items/anyOf/1"));
     all.insert("sections", table(KEYS, rows(&section)));
     let measure = |measure: &&monolayer::measure::Measure| {
@@ -65,6 +85,11 @@ fn tables() -> BTreeMap<&'static str, String> {
     all.insert("measures", table("| measure | what it is | of | columns |", measures));
     let map = at(&tissue, &format!("{output}/properties/maps/items/anyOf/1"));
     all.insert("map", table(KEYS, rows(&map)));
+    let plot = |kind: &&PlotKind| {
+        let usual = if kind.drawn == Wish::Named { "no" } else { "yes" };
+        format!("| `{}` | {} | {usual} | {} |", kind.name, kind.help, kind.needs)
+    };
+    all.insert("plots", table("| `--what` | shows | unasked | needs |", plots::ALL.iter().map(plot).collect()));
     for (name, path) in
         [("body", "body/items"), ("bodies", "bodies/items"), ("wall", "wall/items"), ("contact", "contact")]
     {
@@ -113,7 +138,7 @@ fn the_tables_of_the_pages_are_those_of_the_code() {
     let tables = tables();
     let write = std::env::var("MONOLAYER_DOCS").is_ok_and(|what| what == "write");
     let mut shown = Vec::new();
-    for page in ["scene.md", "study.md", "compare.md"] {
+    for page in ["scene.md", "study.md", "compare.md", "report.md"] {
         let path = root().join("docs").join(page);
         let text = std::fs::read_to_string(&path).unwrap();
         let (now, names) = filled(&text, &tables);

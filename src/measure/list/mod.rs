@@ -19,10 +19,10 @@ mod subject;
 
 use std::borrow::Cow;
 use std::fmt;
+use std::sync::LazyLock;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{EnumAccess, VariantAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE};
 pub use column::{Column, DIMENSIONLESS};
@@ -38,6 +38,7 @@ pub use self::free_energy::FREE_ENERGY;
 pub use self::mean_speed::MEAN_SPEED;
 pub use self::overshoot::OVERSHOOT;
 use super::MeasureError;
+use crate::schema::listed::{self, Listed};
 use crate::schema::{self, FLOWS, IN_A_FLOW, TISSUE, WITH_BODIES};
 
 /// Every measure, in the order of its columns.
@@ -251,27 +252,28 @@ impl fmt::Debug for Measure {
     }
 }
 
-/// The names, for messages of what there is.
-const NAMES: [&str; ALL.len()] = {
-    let mut names = [""; ALL.len()];
-    let mut at = 0;
-    while at < names.len() {
-        names[at] = ALL[at].name;
-        at += 1;
-    }
-    names
-};
-
 impl Serialize for Measure {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name)
     }
 }
 
+impl Listed for &'static Measure {
+    const WHAT: &'static str = "Measure";
+
+    fn names() -> &'static [&'static str] {
+        static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| ALL.iter().map(|measure| measure.name).collect());
+        &NAMES
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        Measure::named(name)
+    }
+}
+
 impl<'de> Deserialize<'de> for &'static Measure {
-    /// As an enum, so that the messages are those of every other choice.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_enum("Measure", &NAMES, OneOfAll)
+        listed::read(deserializer)
     }
 }
 
@@ -287,44 +289,5 @@ impl JsonSchema for Measure {
             choice
         };
         json_schema!({ "oneOf": ALL.iter().map(choice).collect::<Vec<_>>() })
-    }
-}
-
-struct OneOfAll;
-
-impl<'de> Visitor<'de> for OneOfAll {
-    type Value = &'static Measure;
-
-    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("enum Measure")
-    }
-
-    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<&'static Measure, A::Error> {
-        let (Name(measure), variant) = data.variant()?;
-        variant.unit_variant()?;
-        Ok(measure)
-    }
-}
-
-/// A measure by its name alone.
-struct Name(&'static Measure);
-
-impl<'de> Deserialize<'de> for Name {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_identifier(OneOfNames)
-    }
-}
-
-struct OneOfNames;
-
-impl Visitor<'_> for OneOfNames {
-    type Value = Name;
-
-    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("variant identifier")
-    }
-
-    fn visit_str<E: de::Error>(self, name: &str) -> Result<Name, E> {
-        Measure::named(name).map(Name).ok_or_else(|| E::unknown_variant(name, &NAMES))
     }
 }

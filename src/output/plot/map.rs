@@ -79,6 +79,18 @@ impl Window {
         }
     }
 
+    /// From the lower left to the upper right corner of axes that are drawn with scales of their own, so that the sides may
+    /// differ by any factor; see [`Map::height`].
+    ///
+    /// # Errors
+    /// [`PlotError::Window`] for corners that are not finite or not in this order.
+    pub fn of_two_scales(low: [f64; 2], high: [f64; 2]) -> Result<Self, PlotError> {
+        let size = Point::from(high) - Point::from(low);
+        let fits = size.min() > 0.0 && size.max().is_finite();
+        let window = Self { low: low.into(), high: high.into() };
+        if fits { Ok(window) } else { Err(PlotError::Window { low, high, limit: f64::INFINITY }) }
+    }
+
     /// Around all of these points with a little margin; higher or wider where one side would be too short.
     ///
     /// # Errors
@@ -130,6 +142,8 @@ pub struct Map<'a> {
     pub axes: [String; 2],
     /// Part of the plane that is shown.
     pub window: Window,
+    /// Height of the axes on paper over their width; without it both axes have one scale.
+    pub height: Option<f64>,
     /// Name of the scalar, as a formula.
     pub name: String,
     /// The scalar.
@@ -259,6 +273,7 @@ impl<'a> Map<'a> {
             subtitle: String::new(),
             axes: ["x₁".to_owned(), "x₂".to_owned()],
             window,
+            height: None,
             name: String::new(),
             scalar,
             palette: Palette::Sequential,

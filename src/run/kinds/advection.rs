@@ -10,13 +10,14 @@ use serde::Serialize;
 use crate::expression::{Expression, ExpressionError};
 use crate::form::transport::{a_mass, l_mass, transport};
 use crate::form::{FacePoint, Faces, Integrator};
+use crate::measure::MeasureError;
+use crate::measure::fields::Fields;
 use crate::mesh::generate::MeshScene;
 use crate::mesh::{Mesh, Point};
-use crate::model::TermStatus;
 use crate::model::compressible::Density;
-use crate::model::fields::DENSITY;
+use crate::model::fields::{DENSITY, VELOCITY};
 use crate::model::polarity::downstream_order;
-use crate::model::start;
+use crate::model::{FieldId, TermStatus, start};
 use crate::run::available::available;
 use crate::run::kinds::{self, Amounts, Kind};
 use crate::run::maps::Caption;
@@ -24,10 +25,10 @@ use crate::run::memory::MIB;
 use crate::run::report::{MeshReport, head, indent, refusals};
 use crate::run::stepper::{Ground, Halt, Limits, Plan, Stage, Stepper, Stride, Wanted, shortened};
 use crate::run::summary::Unknowns;
-use crate::run::view::{Fields, View};
+use crate::run::view::View;
 use crate::run::{RunError, disk, domain, maps};
 use crate::scene::kinds::advection::AdvectionScene;
-use crate::scene::{Field as Name, Output, SceneSource, measured};
+use crate::scene::{Output, SceneSource, measured};
 use crate::scheme::abdf::Formula;
 use crate::scheme::adaptive::{AdaptedStep, AdaptiveStep, Refusal};
 use crate::solve::axpy;
@@ -369,12 +370,11 @@ impl Fields for Shown<'_> {
         self.loops.clone()
     }
 
-    fn field(&self, name: Name) -> Result<Option<Field>, RunError> {
-        Ok(match name {
-            Name::Velocity => Some(self.v.clone()),
-            Name::Density => Some(self.rho.clone()),
-            Name::Pressure | Name::Polarity | Name::MolecularField | Name::StreamFunction => None,
-            Name::TissueVelocity | Name::PolarityLaplacian | Name::ElasticStrain => None,
+    fn field(&self, id: FieldId) -> Result<Option<Field>, MeasureError> {
+        Ok(match id {
+            id if *id == *VELOCITY => Some(self.v.clone()),
+            id if *id == *DENSITY => Some(self.rho.clone()),
+            _ => None,
         })
     }
 

@@ -1,12 +1,13 @@
 //! A tissue whose bodies, if it has some, are fixed: its march as a stepper, and its plan.
 
 use super::tissue::has_moving_bodies;
+use crate::measure::fields::TissueFields;
 use crate::measure::list::{Bodies, OfMarch};
 use crate::model::State;
 use crate::run::maps::Caption;
 use crate::run::stepper::{Halt, Limits, MARCH_COLUMNS, Plan, Stage, Stepper, Stride, Wanted};
 use crate::run::summary::Unknowns;
-use crate::run::view::{TissueFields, TissueNow, View};
+use crate::run::view::{TissueNow, View};
 use crate::run::{RunError, Setup, extremes};
 use crate::scene::Scene;
 use crate::shape::Twist;

@@ -9,6 +9,7 @@ use super::{Amounts, Kind, sheet};
 use crate::body::guide::Guide;
 use crate::body::{Body, Hold};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moved, Solver, Wall};
+use crate::measure::fields::TissueFields;
 use crate::measure::list::{Bodies as BodiesNow, OfMarch};
 use crate::mesh::generate::MeshScene;
 use crate::mesh::{Mesh, Point};
@@ -17,7 +18,7 @@ use crate::model::momentum::MomentumError;
 use crate::run::kinds;
 use crate::run::resolution::Resolution;
 use crate::run::stepper::{Halt, MARCH_COLUMNS, Stage, Stepper, Stride, Wanted};
-use crate::run::view::{TissueFields, TissueNow, View};
+use crate::run::view::{TissueNow, View};
 use crate::run::{RunError, Setup, extremes, report, setup};
 use crate::scene::bodies::Bodies;
 use crate::scene::maps::MapOptions;
@@ -87,7 +88,7 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
                     return refuse(key, &name, rule, "leave it out, or take a mesh with a hole");
                 }
             }
-            What::Maps(_) | What::Cuts(_) | What::Fields(_) | What::Bodies { .. } | What::Checkpoint => {}
+            What::Maps(_) | What::Cuts { .. } | What::Fields(_) | What::Bodies { .. } | What::Checkpoint => {}
         }
     }
     if !moving {
@@ -147,7 +148,8 @@ impl Kind for Scene {
     }
 
     fn check_map(&self, options: &MapOptions) -> Result<(), MapRule> {
-        options.check(&self.parameters)
+        options.check(&self.parameters)?;
+        options.check_strain(self.strain)
     }
 }
 

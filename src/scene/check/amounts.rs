@@ -42,7 +42,7 @@ impl Checker<'_> {
                 Schedule::End => continue,
             };
             let most = match &output.what {
-                What::Fields(_) | What::Cuts(_) | What::Maps(_) | What::Bodies { .. } => MOST_FILES,
+                What::Fields(_) | What::Cuts { .. } | What::Maps(_) | What::Bodies { .. } => MOST_FILES,
                 // rows of a table; a step ends at each of them
                 What::Measures(_) | What::Checkpoint => MOST_STEPS,
             };

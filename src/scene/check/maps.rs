@@ -3,15 +3,18 @@
 use std::collections::BTreeSet;
 
 use super::outputs::Scope;
-use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
+use super::strain::NO_STRAIN;
+use super::{Checker, broken_by};
+use crate::measure::fields::Tool;
 use crate::model::{ModelKind, Parameters};
 use crate::names::absent;
 use crate::output::plot;
 use crate::output::plot::map::{LONGEST, Window};
+use crate::scene::StrainSettings;
 use crate::scene::error::SceneError;
 use crate::scene::kinds::SceneKind;
 use crate::scene::maps::{ArrowsOf, MapOptions, MapRequest, MapTable, Quantity};
-use crate::scene::output::{Output, What};
+use crate::scene::output::Output;
 
 impl Checker<'_> {
     pub(super) fn maps(&self, key: &str, maps: &[MapTable], p: &Parameters) -> Result<Vec<MapRequest>, SceneError> {
@@ -78,11 +81,7 @@ impl Checker<'_> {
     pub(super) fn one_picture_each(&self, outputs: &[Output]) -> Result<(), SceneError> {
         let mut names = BTreeSet::new();
         for (at, output) in outputs.iter().enumerate() {
-            let maps = match &output.what {
-                What::Maps(maps) => maps.as_slice(),
-                What::Fields(_) | What::Measures(_) | What::Cuts(_) | What::Bodies { .. } | What::Checkpoint => &[],
-            };
-            for map in maps {
+            for map in output.what.maps() {
                 let rule = "two maps have this name, and would write the same file";
                 let hint = "give every map a `name` of its own; without one it has that of its quantity";
                 let shown = format!("\"{}\"", map.name);
@@ -116,20 +115,41 @@ impl MapOptions {
         let broken = |key: &'static str, value: String, rule: &str, hint: &str| {
             Err(MapRule { key, value, rule: rule.to_owned(), hint: hint.to_owned() })
         };
-        let incompressible = p.kind() == ModelKind::Incompressible;
         self.check_frame()?;
         if self.of == Quantity::Bodies {
             let rule = "the rigid bodies of a tissue are drawn on the maps of its fields";
             return broken("of", "\"bodies\"".into(), rule, "take a map of a field, such as \"speed\"");
         }
-        if self.of == Quantity::Density && incompressible {
-            return broken("of", "\"density\"".into(), CONSTANT_DENSITY, WRONG_KIND);
+        let arrows = self.arrows.map(|arrows| arrows.0);
+        for (key, name, field) in
+            [("of", self.of.name(), self.of.field())].into_iter().chain(arrows.map(|a| ("arrows", a.name, Some(a))))
+        {
+            if let Some((rule, hint)) = field.and_then(|field| broken_by(field, p)) {
+                return broken(key, format!("\"{name}\""), rule, hint);
+            }
         }
-        if self.streamlines && !incompressible {
+        if self.streamlines && p.kind() == ModelKind::Compressible {
             let rule = "the flow of a compressible sheet has no stream function whose contours are streamlines";
             return broken("streamlines", "true".into(), rule, "remove it; arrows = \"velocity\" shows the flow");
         }
         Ok(())
+    }
+
+    /// Whether a tissue with these settings of the elastic strain has the fields that the map shows; those that are in a
+    /// scene are refused with its outputs.
+    ///
+    /// # Errors
+    /// The first rule that is broken.
+    pub fn check_strain(&self, settings: Option<StrainSettings>) -> Result<(), MapRule> {
+        match self.of.field().filter(|field| settings.is_none() && field.tool == Some(Tool::Strain)) {
+            Some(_) => Err(MapRule {
+                key: "of",
+                value: format!("\"{}\"", self.of.name()),
+                rule: NO_STRAIN.to_owned(),
+                hint: "take another quantity".to_owned(),
+            }),
+            None => Ok(()),
+        }
     }
 
     /// Whether runs of a kind without a tissue have what is to be drawn.
@@ -139,9 +159,9 @@ impl MapOptions {
     pub fn check_of(&self, kind: &SceneKind) -> Result<(), MapRule> {
         let broken =
             |key: &'static str, value: String, rule: String, hint: String| Err(MapRule { key, value, rule, hint });
-        let drawn = |of: Quantity| of.field().is_some_and(|field| kind.has(field));
-        if !drawn(self.of) {
-            let all: Vec<&str> = Quantity::ALL.into_iter().filter(|of| drawn(*of)).map(Quantity::name).collect();
+        let drawn = |of: &Quantity| of.field().is_some_and(|field| kind.has(field));
+        if !drawn(&self.of) {
+            let all: Vec<&str> = Quantity::all().filter(drawn).map(Quantity::name).collect();
             let (name, hint) = (kind.names.join("\" or \""), format!("the fields that it has are {}", all.join(", ")));
             return broken(
                 "of",
@@ -150,9 +170,14 @@ impl MapOptions {
                 hint,
             );
         }
-        if self.arrows == Some(ArrowsOf::Polarity) {
-            let rule = format!("kind = \"{}\" has no polarity", kind.names.join("\" or \""));
-            return broken("arrows", "\"polarity\"".into(), rule, "take arrows = \"velocity\", or remove it".into());
+        if let Some(ArrowsOf(field)) = self.arrows.filter(|arrows| !kind.has(arrows.0)) {
+            let rule = format!("kind = \"{}\" has no such field", kind.names.join("\" or \""));
+            return broken(
+                "arrows",
+                format!("\"{}\"", field.name),
+                rule,
+                "take arrows = \"velocity\", or remove it".into(),
+            );
         }
         self.check_frame()
     }

@@ -24,8 +24,10 @@ use super::presets;
 use super::tables::SceneFile;
 use super::{Scene, SceneSource, Sources};
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
+use crate::measure::OutputField;
 use crate::mesh::generate::MeshScene;
 use crate::model::boundary::NamedCondition;
+use crate::model::fields::DENSITY;
 use crate::model::{Conditions, ModelError, ModelKind, Parameters};
 use crate::schema::Range;
 use crate::shape::LENGTHS;
@@ -96,6 +98,14 @@ pub(in crate::scene) fn shown(value: f64) -> String {
 const WRONG_KIND: &str = "remove it, or take kind = \"compressible\"";
 /// Why an incompressible sheet has no such key.
 const CONSTANT_DENSITY: &str = "the density of an incompressible sheet is 1 everywhere";
+
+/// Why a tissue of these parameters does not have an output field, and what to do.
+fn broken_by(field: &OutputField, p: &Parameters) -> Option<(&'static str, &'static str)> {
+    if field.needs.contains(&DENSITY) && p.kind() == ModelKind::Incompressible {
+        return Some((CONSTANT_DENSITY, WRONG_KIND));
+    }
+    field.broken_by(p).map(|rule| (rule.rule, rule.hint))
+}
 
 /// How to give exact fields.
 fn exact_hint(kind: ModelKind) -> &'static str {

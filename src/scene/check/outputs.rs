@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
-use crate::measure::Measure;
-use crate::measure::list::{ALL, Of, Premise, Which};
+use super::{CONSTANT_DENSITY, Checker, WRONG_KIND, broken_by};
+use crate::measure::fields::ALL;
+use crate::measure::list::{self, Of, Premise, Which};
+use crate::measure::{Measure, OutputField};
 use crate::mesh::Point;
 use crate::mesh::generate::{GENERATORS, MeshScene};
 use crate::model::{ModelKind, Parameters};
@@ -13,7 +14,7 @@ use crate::scene::error::SceneError;
 use crate::scene::kinds::{self, SceneKind};
 use crate::scene::maps::{MapRequest, MapTable};
 use crate::scene::output::{
-    Cut, CutTable, EveryTable, Field, LEAST_ON_A_CIRCLE, MOST_POINTS, Output, OutputTable, SectionTable, What,
+    Cut, CutTable, EveryTable, LEAST_ON_A_CIRCLE, MOST_POINTS, Output, OutputTable, SectionTable, What,
 };
 use crate::schema::Range;
 use crate::scheme::Schedule;
@@ -66,11 +67,7 @@ impl Checker<'_> {
     fn one_name_each(&self, outputs: &[Output]) -> Result<(), SceneError> {
         let mut names = BTreeSet::new();
         for (at, output) in outputs.iter().enumerate() {
-            let cuts = match &output.what {
-                What::Cuts(cuts) => cuts.as_slice(),
-                What::Fields(_) | What::Measures(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => &[],
-            };
-            for cut in cuts {
+            for cut in output.what.cuts() {
                 let name = cut.name();
                 let hint = "give every cut a name of its own";
                 let rule = "two cuts have this name, and would write the same file";
@@ -86,9 +83,11 @@ impl Checker<'_> {
         let split = "write one [[output]] for each";
         let flags = (table.bodies, table.checkpoint);
         let what = match (&table.fields, &table.measures, &table.cuts, &table.maps, flags) {
-            (Some(fields), None, None, None, (None, None)) => What::Fields(self.fields_of(key, fields, scope)?),
+            (Some(fields), None, None, None, (None, None)) => {
+                What::Fields(self.fields_of(&format!("{key}.fields"), fields, scope)?)
+            }
             (None, Some(measures), None, None, (None, None)) => What::Measures(self.measures(key, measures, scope)?),
-            (None, None, Some(cuts), None, (None, None)) => What::Cuts(self.cuts_of(key, cuts, scope)?),
+            (None, None, Some(cuts), None, (None, None)) => self.cuts_of(key, cuts, (table, scope))?,
             (None, None, None, Some(maps), (None, None)) => What::Maps(self.maps_of(key, maps, scope)?),
             (None, None, None, None, (Some(true), None)) => self.bodies_of(key, table, scope)?,
             (None, None, None, None, (None, Some(true))) => What::Checkpoint,
@@ -103,10 +102,14 @@ impl Checker<'_> {
             rule,
             "put it beside `bodies = true`, or remove it",
         )?;
+        let (rule, hint) = ("only tables of cuts have columns of fields", "put it beside `cuts`, or remove it");
+        let beside = table.columns.is_none() || table.cuts.is_some();
+        self.require(beside, &format!("{key}.columns"), "(given)", rule, hint)?;
         let empty = match &what {
             What::Fields(list) => list.is_empty().then_some("fields"),
             What::Measures(list) => list.is_empty().then_some("measures"),
-            What::Cuts(list) => list.is_empty().then_some("cuts"),
+            What::Cuts { columns: Some(list), .. } if list.is_empty() => Some("columns"),
+            What::Cuts { cuts, .. } => cuts.is_empty().then_some("cuts"),
             What::Maps(list) => list.is_empty().then_some("maps"),
             What::Bodies { .. } | What::Checkpoint => None,
         };
@@ -133,27 +136,6 @@ impl Checker<'_> {
         Ok(asked)
     }
 
-    fn fields(&self, key: &str, fields: &[Field], p: &Parameters) -> Result<Vec<Field>, SceneError> {
-        let key = &format!("{key}.fields");
-        for field in fields {
-            let (holds, rule, hint) = match field {
-                Field::MolecularField => (
-                    p.has_molecular_field(),
-                    "with elasticity = 0 there is no molecular field",
-                    "remove it, or give elasticity > 0",
-                ),
-                Field::TissueVelocity => {
-                    (p.friction > 0.0, "v − (T_a/C_F) e_1 needs friction > 0", "remove it, or use velocity")
-                }
-                Field::Density => (p.kind() == ModelKind::Compressible, CONSTANT_DENSITY, WRONG_KIND),
-                Field::Velocity | Field::Pressure | Field::Polarity | Field::PolarityLaplacian => (true, "", ""),
-                Field::StreamFunction | Field::ElasticStrain => (true, "", ""),
-            };
-            self.require(holds, key, format!("\"{}\"", field.name()), rule, hint)?;
-        }
-        Ok(fields.to_vec())
-    }
-
     fn measures(
         &self,
         key: &str,
@@ -171,7 +153,7 @@ impl Checker<'_> {
             (Of::Bodies(which, _), _) => {
                 let hint = "add a [[body]], or remove it";
                 self.require(scope.bodies, key, shown(), "the scene has no rigid body", hint)?;
-                let flow = scope.kind.has(Field::Velocity) || which != Which::InAFlow;
+                let flow = scope.kind.flows() || which != Which::InAFlow;
                 let rule = "particles are in no flow that they would be held in";
                 self.require(flow, key, shown(), rule, "remove it")
             }
@@ -181,37 +163,45 @@ impl Checker<'_> {
             }
             (Of::Flow(_) | Of::Tissue(..) | Of::Compressible(_), None) => {
                 let rule = format!("{} has no such measure", scope.kind.shown);
-                let flows = scope.kind.has(Field::Velocity);
+                let flows = scope.kind.flows();
                 let has = |m: &&&Measure| m.is_of_bodies() || flows && !m.is_of_tissue();
-                let known: Vec<&str> = ALL.iter().filter(has).map(|m| m.name).collect();
+                let known: Vec<&str> = list::ALL.iter().filter(has).map(|m| m.name).collect();
                 let hint = format!("the measures that it has are {}", known.join(", "));
                 self.require(flows && !measure.is_of_tissue(), key, shown(), &rule, &hint)
             }
         }
     }
 
-    fn fields_of(&self, key: &str, fields: &[Field], scope: Scope) -> Result<Vec<Field>, SceneError> {
-        if let Some(p) = scope.tissue {
-            return self.fields(key, fields, p);
-        }
-        let key = format!("{key}.fields");
+    /// The fields that a list names, where the scene has them.
+    fn fields_of(
+        &self,
+        key: &str,
+        fields: &[&'static OutputField],
+        scope: Scope,
+    ) -> Result<Vec<&'static OutputField>, SceneError> {
         let has_fields = !scope.kind.fields.is_empty();
-        self.require(has_fields, &key, "(given)", "particles have no fields", "write `bodies = true` instead")?;
+        self.require(has_fields, key, "(given)", "particles have no fields", "write `bodies = true` instead")?;
         for field in fields {
-            let holds = scope.kind.has(*field);
+            let shown = format!("\"{}\"", field.name);
+            if let Some(p) = scope.tissue {
+                let (rule, hint) = broken_by(field, p).unwrap_or_default();
+                self.require(rule.is_empty(), key, &shown, rule, hint)?;
+            }
             let rule = format!("{} has no such field", scope.kind.shown);
-            let all: Vec<&str> = scope.kind.fields.iter().map(|field| field.name()).collect();
+            let all: Vec<&str> = ALL.iter().filter(|field| scope.kind.has(field)).map(|field| field.name).collect();
             let hint = format!("the fields that it has are {}", all.join(", "));
-            self.require(holds, &key, format!("\"{}\"", field.name()), &rule, &hint)?;
+            self.require(scope.kind.has(field), key, shown, &rule, &hint)?;
         }
         Ok(fields.to_vec())
     }
 
-    fn cuts_of(&self, key: &str, cuts: &[CutTable], scope: Scope) -> Result<Vec<Cut>, SceneError> {
+    fn cuts_of(&self, key: &str, cuts: &[CutTable], (table, scope): (&OutputTable, Scope)) -> Result<What, SceneError> {
         let rule = "particles have no fields that could be cut";
         let has_fields = !scope.kind.fields.is_empty();
         self.require(has_fields, &format!("{key}.cuts"), "(given)", rule, "write `bodies = true` instead")?;
-        self.cuts(key, cuts)
+        let named = |fields: &Vec<_>| self.fields_of(&format!("{key}.columns"), fields, scope);
+        let columns = table.columns.as_ref().map(named).transpose()?;
+        Ok(What::Cuts { cuts: self.cuts(key, cuts)?, columns: columns.map(|fields| OutputField::in_order(&fields)) })
     }
 
     fn maps_of(&self, key: &str, maps: &[MapTable], scope: Scope) -> Result<Vec<MapRequest>, SceneError> {

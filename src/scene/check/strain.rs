@@ -2,11 +2,15 @@
 
 use super::Checker;
 use crate::element::MAX_DEGREE;
+use crate::measure::fields::Tool;
 use crate::measure::list::Premise;
 use crate::scene::error::SceneError;
-use crate::scene::output::{Field, Output, What};
+use crate::scene::output::{Output, What};
 use crate::scene::tables::{DegreeTable, StrainTable};
 use crate::scene::{Space, StrainSettings};
+
+/// What a scene breaks that has no table of it.
+pub(super) const NO_STRAIN: &str = "there is no elastic strain without a table [strain]";
 
 impl Checker<'_> {
     pub(super) fn strain(
@@ -19,9 +23,8 @@ impl Checker<'_> {
             let mut asked = outputs.iter().map(|output| asks_for_strain(&output.what)).enumerate();
             let first = asked.find_map(|(at, name)| Some((at, name?)));
             return first.map_or(Ok(None), |(at, name)| {
-                let rule = "there is no elastic strain without a table [strain]";
                 let hint = "add a table [strain] with `weissenberg = …`, or remove it";
-                Err(self.error(&format!("output.{at}"), format!("\"{name}\""), rule, hint))
+                Err(self.error(&format!("output.{at}"), format!("\"{name}\""), NO_STRAIN, hint))
             });
         };
         let hint = "the time in which the strain relaxes, over that of the flow; 1 is usual";
@@ -34,13 +37,9 @@ impl Checker<'_> {
     }
 }
 
-/// The name of what needs the strain; cuts take it along where there is one.
+/// The name of what needs the strain; cuts that name no fields take it along where there is one.
 fn asks_for_strain(what: &What) -> Option<&'static str> {
-    match what {
-        What::Fields(fields) => fields.contains(&Field::ElasticStrain).then(|| Field::ElasticStrain.name()),
-        What::Measures(measures) => {
-            measures.iter().find(|measure| measure.needs(Premise::Strain)).map(|found| found.name)
-        }
-        What::Cuts(_) | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => None,
-    }
+    let field = what.fields().into_iter().find(|field| field.tool == Some(Tool::Strain)).map(|field| field.name);
+    let measure = || what.measures().iter().find(|measure| measure.needs(Premise::Strain)).map(|found| found.name);
+    field.or_else(measure)
 }

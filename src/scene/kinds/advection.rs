@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::{Keys, SceneKind};
 use crate::expression::{Expression, Formula, VectorFormula};
 use crate::mesh::generate::MeshScene;
+use crate::model::fields::{DENSITY, VELOCITY};
 use crate::scene::check::{Checker, Course, Scope, shown};
 use crate::scene::error::SceneError;
-use crate::scene::output::{Field, Output, OutputTable};
+use crate::scene::output::{Output, OutputTable};
 use crate::scene::path::quoted;
 use crate::scene::resolve;
 use crate::scene::source::SceneSource;
@@ -28,7 +29,7 @@ pub static KIND: SceneKind = SceneKind {
         time: fields::<AdvectionTime>,
         space: fields::<AdvectionSpace>,
     },
-    fields: &[Field::Velocity, Field::Density, Field::StreamFunction],
+    fields: &[VELOCITY, DENSITY],
     set: SceneSource::set_in::<AdvectionFile>,
     said: schema::of::<AdvectionFile>,
 };

@@ -10,10 +10,11 @@ use std::fmt;
 use serde_json::Value;
 
 use super::error::SceneError;
-use super::output::Field;
 use super::source::SceneSource;
 use super::tables::{SceneFile, SpaceTable, TimeTable};
-use crate::model::ModelScene;
+use crate::measure::OutputField;
+use crate::model::fields::{DENSITY, POLARITY, PRESSURE, VELOCITY};
+use crate::model::{FieldId, ModelScene};
 use crate::schema::{self, fields};
 
 /// Every kind; one that is none of them is read as the first.
@@ -27,8 +28,9 @@ pub struct SceneKind {
     pub shown: &'static str,
     /// The keys that its scenes may have.
     pub keys: Keys,
-    /// The fields that its runs can write, cut and draw; of a tissue some depend on its parameters.
-    pub fields: &'static [Field],
+    /// The fields of its model; of a tissue some depend on its parameters. From them follow those that its runs can write,
+    /// cut and draw.
+    pub fields: &'static [FieldId],
     /// [`SceneSource::set`] for its scenes.
     pub set: fn(&mut SceneSource, &str, &str) -> Result<(), SceneError>,
     /// All that is said of the keys of its file, see [`schema::of`].
@@ -69,8 +71,13 @@ impl SceneKind {
     }
 
     /// Whether its runs have such a field.
-    pub fn has(&self, field: Field) -> bool {
-        self.fields.contains(&field)
+    pub fn has(&self, field: &OutputField) -> bool {
+        field.is_made_of(self.fields)
+    }
+
+    /// Whether something flows.
+    pub fn flows(&self) -> bool {
+        self.fields.contains(&VELOCITY)
     }
 }
 
@@ -98,7 +105,7 @@ pub static TISSUE: SceneKind = SceneKind {
         time: fields::<TimeTable>,
         space: fields::<SpaceTable>,
     },
-    fields: &Field::ALL,
+    fields: &[VELOCITY, PRESSURE, DENSITY, POLARITY],
     set: SceneSource::set_in::<SceneFile>,
     said: schema::of::<SceneFile>,
 };

@@ -13,12 +13,13 @@ use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::Conditions;
 use crate::model::boundary::{NamedCondition, velocity_schema};
+use crate::model::fields::{PRESSURE, VELOCITY};
 use crate::model::momentum::SlipTreatment;
 use crate::names;
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable};
 use crate::scene::error::{Place, SceneError};
-use crate::scene::output::{Field, Output, OutputTable};
+use crate::scene::output::{Output, OutputTable};
 use crate::scene::path::quoted;
 use crate::scene::resolve;
 use crate::scene::source::SceneSource;
@@ -35,7 +36,7 @@ pub static KIND: SceneKind = SceneKind {
         time: fields::<MotionTimeTable>,
         space: fields::<StokesSpace>,
     },
-    fields: &[Field::Velocity, Field::Pressure, Field::StreamFunction],
+    fields: &[VELOCITY, PRESSURE],
     set: SceneSource::set_in::<StokesFile>,
     said: schema::of::<StokesFile>,
 };

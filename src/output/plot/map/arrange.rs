@@ -76,7 +76,7 @@ impl<'m> Arranged<'m> {
 
     /// The axes, and their width and height in pixels of a PNG.
     fn place_axes(map: &'m Map<'m>, font: &'m Font, with_bar: bool) -> (Self, [usize; 2]) {
-        let size = map.window.size();
+        let size = map.height.map_or(map.window.size(), |height| Point::new(1.0, height));
         let wide = size.x > WIDE * size.y;
         let right = WIDTH - if wide || !with_bar { EDGE + 14.0 } else { BAR_ROOM };
         let header = Header::new([&map.title, &map.subtitle], HEADER_SIZES, &[], font, WIDTH - 2.0 * EDGE);

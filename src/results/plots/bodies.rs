@@ -1,19 +1,25 @@
 //! Curves of rigid bodies from `bodies.csv`.
 
-use super::bodies::{Track, tracks};
-use super::curves::{CurveSettings, Drawn, Picture, What};
-use super::{Results, ResultsError, label};
+use super::{Draw, PlotKind, Wish};
 use crate::output::plot::{Axis, Line, Markers, Plot, Series, Symbol};
+use crate::results::bodies::{Track, tracks};
+use crate::results::curves::{CurveSettings, Drawn, Image, Picture, Source};
+use crate::results::{ResultsError, label};
+
+/// Paths, speeds and angles.
+pub const BODIES: PlotKind = PlotKind {
+    name: "bodies",
+    help: "paths, speeds and angles of the first twelve rigid bodies that move, or of those that `--body NAME,…` names",
+    needs: "`bodies = true` with `every` in an [[output]] of the scene",
+    drawn: Wish::OfAFolder,
+    draw: Draw::With(draw),
+};
 
 /// Most bodies of a picture.
 const MOST: usize = 12;
 
-pub(super) fn draw(
-    runs: &[&Results],
-    labels: &[String],
-    wish: &CurveSettings,
-    drawn: &mut Drawn,
-) -> Result<(), ResultsError> {
+fn draw(kind: &'static PlotKind, source: &Source, drawn: &mut Drawn) -> Result<(), ResultsError> {
+    let Source { runs, labels, wish, .. } = *source;
     let (mut all, mut with) = (Vec::new(), Vec::new());
     let folders: Vec<_> = runs.iter().zip(labels).filter(|(run, _)| run.path.join("bodies.csv").exists()).collect();
     let each = (MOST / folders.len().max(1)).max(1);
@@ -44,7 +50,7 @@ pub(super) fn draw(
     let mut add = |name: &str, title: &str, [x, y]: [&str; 2], series: Vec<Series>| {
         let (x, y) = (Axis::linear(x), Axis::linear(y));
         let plot = Plot { title: title.into(), subtitle: subtitle.clone(), x, y, series, slopes: Vec::new() };
-        drawn.pictures.push(Picture { name: name.into(), what: What::Bodies, plot });
+        drawn.pictures.push(Picture { name: name.into(), kind, image: Image::Curves(plot) });
     };
     add("bodies-path", "Paths of the bodies", ["x₁", "x₂"], paths(&all, wish));
     let over_time = |of: fn(&(f64, crate::shape::Pose, crate::shape::Twist)) -> f64| {
