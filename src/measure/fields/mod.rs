@@ -15,6 +15,7 @@ mod shown;
 mod stream_function;
 mod tissue_velocity;
 mod velocity;
+mod vorticity;
 
 use std::borrow::Cow;
 use std::fmt;
@@ -50,6 +51,7 @@ pub const ALL: &[&OutputField] = &[
     &STREAM_FUNCTION,
     &TISSUE_VELOCITY,
     &POLARITY_LAPLACIAN,
+    &vorticity::VORTICITY,
     &ELASTIC_STRAIN,
 ];
 
