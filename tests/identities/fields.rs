@@ -136,6 +136,27 @@ fn uniform_states_have_uniform_fields() {
     }
 }
 
+/// A flow that turns, stretches and grows alike everywhere.
+#[test]
+fn gradients_of_a_linear_flow_are_exact() {
+    for mesh in meshes() {
+        let model = sheet(&mesh, sheets()[0]);
+        let v = |x: Point| Point::new(0.5 * x.x - 1.2 * x.y, 0.8 * x.x + 0.1 * x.y);
+        let state = state(&*model, v, |x| x, |_| 1.0);
+        each_field(&*model, &state, |field, found| {
+            let wanted = match field.name {
+                "vorticity" => 2.0,
+                "divergence" => 0.6,
+                _ => return,
+            };
+            let straight = mesh.curved.iter().all(Option::is_none);
+            let off = found.values.iter().map(|value| (value - wanted).abs()).fold(0.0, f64::max);
+            // on cells that are bent more than the velocity is, a linear flow is not in its space
+            assert!(off < if straight { 1e-12 } else { 0.05 }, "{field:?}: {off:e}");
+        });
+    }
+}
+
 /// A mesh of straight cells about the origin, turned.
 fn turned(mesh: &Mesh, angle: f64) -> Arc<Mesh> {
     let mut mesh = mesh.clone();

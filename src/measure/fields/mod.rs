@@ -6,6 +6,7 @@
 //! `tests/output_fields.rs`.
 
 mod density;
+mod divergence;
 mod elastic_strain;
 mod molecular_field;
 mod polarity;
@@ -52,6 +53,7 @@ pub const ALL: &[&OutputField] = &[
     &TISSUE_VELOCITY,
     &POLARITY_LAPLACIAN,
     &vorticity::VORTICITY,
+    &divergence::DIVERGENCE,
     &ELASTIC_STRAIN,
 ];
 
