@@ -2,7 +2,7 @@
 
 use monolayer::output::plot::Plot;
 use monolayer::results::curves::{CurveSettings, curves};
-use monolayer::results::{Drawn, Results, labels, plots};
+use monolayer::results::{Drawn, Image, PlotKind, Results, Table, labels, plots};
 
 use crate::common::{copy_of, fails, files, results, succeeds};
 
@@ -91,6 +91,43 @@ fn the_command_draws_several_runs_and_windows() {
     let said = succeeds(at, &arguments);
     assert!(said.contains("written compared/section-axis-3-velocity-1.svg and .png"), "{said}");
     assert_eq!(files(at.join("compared")), ["section-axis-3-velocity-1.png", "section-axis-3-velocity-1.svg"]);
+}
+
+#[test]
+fn a_kymograph_has_the_cuts_of_all_times() {
+    let at = results();
+    let every = ["--set", "output.1.every={ steps = 1 }", "--out", "course"];
+    succeeds(at, &[&["-q", "run", "strip.toml"][..], &every].concat());
+    let (one, course) = (read("one"), read("course"));
+    let wish = CurveSettings { what: vec![PlotKind::named("kymograph").unwrap()], ..CurveSettings::default() };
+    let drawn = curves(&[&course], &wish).unwrap();
+    let picture = drawn.pictures.iter().find(|picture| picture.name == "kymograph-axis-1-velocity-1").unwrap();
+    let Image::Colours(grid) = &picture.image else { panic!("no colours") };
+    assert_eq!(grid.y, [0.25, 0.5, 0.75, 1.0, 1.25, 1.5]);
+    assert_eq!((grid.axes[0].as_str(), grid.axes[1].as_str()), ("x₁ (disc radii)", "time t (dimensionless)"));
+    for step in [1, 4, 6] {
+        let file = course.path.join(format!("cuts/axis-1-step-{step:06}.csv"));
+        let table = Table::read(&file).unwrap();
+        for (x, v) in table.points("x1", "v1").into_iter().step_by(97) {
+            let there = grid.at(x, grid.y[step - 1]).unwrap_or_else(|| panic!("nothing at {x}"));
+            assert!((there - v).abs() < 1e-12, "{there} in the picture at {x}, {v} in the table");
+        }
+    }
+    assert_eq!(grid.at(0.0, 0.8), None, "in the disc");
+    let between = grid.at(3.0, 0.625).unwrap();
+    let around = [0.5, 0.75].map(|t| grid.at(3.0, t).unwrap());
+    assert!((between - (around[0] + around[1]) / 2.0).abs() < 1e-12);
+    // of two runs each has its own; a run without cuts on the way has none
+    let drawn =
+        curves(&[&course, &one], &CurveSettings { quantities: vec!["speed".to_owned()], ..wish.clone() }).unwrap();
+    let names: Vec<&str> = drawn.pictures.iter().map(|picture| picture.name.as_str()).collect();
+    let cuts = ["axis-1", "axis-2a", "axis-3", "axis-4"];
+    assert_eq!(names, cuts.map(|cut| format!("kymograph-{cut}-speed-course")));
+    let said = fails(at, &["plot", "one", "--what", "kymograph"]);
+    assert!(said.contains("`--what kymograph`") && said.contains("`cuts` with `every`"), "{said}");
+    succeeds(at, &["plot", "course", "--what", "kymograph", "--axis", "axis-3", "--out", "colours"]);
+    let pictures = ["polarity-1", "pressure", "velocity-1"].map(|q| format!("kymograph-axis-3-{q}"));
+    assert_eq!(files(at.join("colours")), pictures.map(|name| [format!("{name}.png"), format!("{name}.svg")]).concat());
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod bodies;
 mod budget;
 mod energy;
 mod iterations;
+mod kymograph;
 mod lissajous;
 mod measures;
 mod overshoot;
@@ -46,6 +47,7 @@ pub const ALL: &[&PlotKind] = &[
     &ITERATIONS,
     &MEASURES,
     &SECTIONS,
+    &kymograph::KYMOGRAPH,
     &BODIES,
     &STUDY,
 ];
