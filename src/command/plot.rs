@@ -2,23 +2,39 @@
 
 use std::path::PathBuf;
 
-use monolayer::measure::fields::Scalar;
+use monolayer::measure::fields::{Part, Scalar};
 use monolayer::results::curves::{CurveSettings, curves};
-use monolayer::results::{PlotKind, Results, ResultsError, ResultsKind, plots};
+use monolayer::results::plots::{self, PlotKind, When};
+use monolayer::results::{Results, ResultsError, ResultsKind};
 
-/// What `--what` takes.
-fn plots() -> String {
+/// What `--what` takes, in a line.
+fn plots_in_brief() -> String {
     format!("Plots to draw, separated by commas: {} [default: all that the folders have]", plots::names())
+}
+
+/// As [`plots_in_brief`], with what each shows; a star marks those that are drawn by their names alone.
+fn plots_in_full() -> String {
+    let row = |kind: &&PlotKind| {
+        let mark = if kind.when == When::Named { "*" } else { "" };
+        format!("  {}{mark}: {}", kind.name, kind.help)
+    };
+    let rows: Vec<String> = plots::ALL.iter().map(row).collect();
+    let default = "[default: all that the folders have, but those with a star]";
+    format!("Plots to draw, separated by commas {default}:\n{}", rows.join("\n"))
 }
 
 /// What `--quantity` takes.
 fn quantities() -> String {
-    let all = Scalar::all().map(|scalar| scalar.part);
-    let (names, usual): (Vec<&str>, Vec<Option<&str>>) =
-        all.map(|part| (part.name, part.in_curves.then_some(part.name))).unzip();
-    let usual: Vec<&str> = usual.into_iter().flatten().collect();
-    let (names, usual) = (names.join(", "), usual.join(", "));
-    format!("Quantities along sections: {names}, or a column of the tables [default: {usual}]")
+    let names = |of: &dyn Fn(&Part) -> bool| {
+        Scalar::all()
+            .map(|scalar| scalar.part)
+            .filter(|part| of(part))
+            .map(|part| part.name)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let (all, usual) = (names(&|_| true), names(&|part| part.in_curves));
+    format!("Quantities along sections: {all}, or a column of the tables [default: {usual}]")
 }
 
 #[derive(Debug, clap::Args)]
@@ -26,7 +42,7 @@ pub struct Args {
     /// Folders that runs, studies or comparisons have left; several runs go into one picture.
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
-    #[arg(long, value_name = "KIND", value_delimiter = ',', help = plots())]
+    #[arg(long, value_name = "KIND", value_delimiter = ',', help = plots_in_brief(), long_help = plots_in_full())]
     what: Vec<String>,
     #[arg(long, value_name = "NAME", value_delimiter = ',', help = quantities())]
     quantity: Vec<String>,

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::pictures;
 use super::tables::{notes, sortable};
 use crate::results::curves::{CurveSettings, curves};
-use crate::results::plots::{self, Wish};
+use crate::results::plots::{self, When};
 use crate::results::study::Columns;
 use crate::results::{Drawn, Results, ResultsKind, Table};
 
@@ -54,7 +54,7 @@ fn own_curves(study: &Results, pictures: usize, remarks: &mut Vec<String>) -> Dr
     }
     let over_parameters = (pictures == 0).then_some(&plots::STUDY);
     let few = study.parts.len() <= FEW;
-    let compared = plots::ALL.iter().copied().filter(|kind| few && kind.drawn == Wish::Always);
+    let compared = plots::ALL.iter().copied().filter(|kind| few && kind.when == When::Always);
     for what in over_parameters.into_iter().chain(compared) {
         // of the sections one quantity is enough for a page of many runs
         let wish =

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::path::Path;
 
 use super::history::Histories;
-use super::plots::{ALL, PlotKind, Wish};
+use super::plots::{ALL, PlotKind, When};
 use super::{Results, ResultsError, label};
 use crate::output::plot::grid::Grid;
 use crate::output::plot::{Plot, PlotError};
@@ -132,7 +132,7 @@ pub const MOST_RUNS: usize = 24;
 impl CurveSettings {
     /// Whether a plot is drawn.
     fn wants(&self, kind: &PlotKind) -> bool {
-        if self.what.is_empty() { kind.drawn != Wish::Named } else { self.names(kind) }
+        if self.what.is_empty() { kind.when != When::Named } else { self.names(kind) }
     }
 
     /// Whether somebody named it.

@@ -9,7 +9,7 @@ use monolayer::mesh::generate::{key_rows, shape_rows};
 use monolayer::model::boundary::{POLARITY, VELOCITY, rows as conditions};
 use monolayer::model::terms::factor;
 use monolayer::results::PlotKind;
-use monolayer::results::plots::{self, Wish};
+use monolayer::results::plots::{self, When};
 use monolayer::schema::{FileKind, choices, rows};
 use monolayer::{scene, study};
 use serde_json::Value;
@@ -86,7 +86,7 @@ fn tables() -> BTreeMap<&'static str, String> {
     let map = at(&tissue, &format!("{output}/properties/maps/items/anyOf/1"));
     all.insert("map", table(KEYS, rows(&map)));
     let plot = |kind: &&PlotKind| {
-        let usual = if kind.drawn == Wish::Named { "no" } else { "yes" };
+        let usual = if kind.when == When::Named { "no" } else { "yes" };
         format!("| `{}` | {} | {usual} | {} |", kind.name, kind.help, kind.needs)
     };
     all.insert("plots", table("| `--what` | shows | unasked | needs |", plots::ALL.iter().map(plot).collect()));

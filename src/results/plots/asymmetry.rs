@@ -1,6 +1,6 @@
 //! How much the two sides of the disc differ, over time.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::Scale;
 use crate::results::history::Group;
 
@@ -18,6 +18,6 @@ pub const ASYMMETRY: PlotKind = PlotKind {
     name: "asymmetry",
     help: "asymmetries over time",
     needs: "the measure `asymmetry` with `every` in the scene",
-    drawn: Wish::Always,
+    when: When::Always,
     draw: Draw::OverTime(&[GROUP]),
 };

@@ -1,6 +1,6 @@
 //! Curves of rigid bodies from `bodies.csv`.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::{Axis, Line, Markers, Plot, Series, Symbol};
 use crate::results::bodies::{Track, tracks};
 use crate::results::curves::{CurveSettings, Drawn, Image, Picture, Source};
@@ -11,7 +11,7 @@ pub const BODIES: PlotKind = PlotKind {
     name: "bodies",
     help: "paths, speeds and angles of the first twelve rigid bodies that move, or of those that `--body NAME,…` names",
     needs: "`bodies = true` with `every` in an [[output]] of the scene",
-    drawn: Wish::OfAFolder,
+    when: When::OfAFolder,
     draw: Draw::With(draw),
 };
 

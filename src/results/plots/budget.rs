@@ -1,6 +1,6 @@
 //! Terms of the energy law over time.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::measure::list;
 use crate::output::plot::Scale;
 use crate::results::history::{Group, Several};
@@ -19,6 +19,6 @@ pub const BUDGET: PlotKind = PlotKind {
     name: "budget",
     help: "terms of the energy law over time; of several runs the rate",
     needs: "the measure `energy_budget` with `every` in the scene",
-    drawn: Wish::Always,
+    when: When::Always,
     draw: Draw::OverTime(&[GROUP]),
 };

@@ -1,6 +1,6 @@
 //! Free energy over time.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::Scale;
 use crate::results::history::Group;
 
@@ -18,6 +18,6 @@ pub const ENERGY: PlotKind = PlotKind {
     name: "energy",
     help: "free energy `F` over time",
     needs: "the measure `free_energy` with `every` in the scene",
-    drawn: Wish::Always,
+    when: When::Always,
     draw: Draw::OverTime(&[GROUP]),
 };

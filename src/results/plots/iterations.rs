@@ -1,6 +1,6 @@
 //! Iterations of the coupling over time.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::Scale;
 use crate::results::history::Group;
 
@@ -18,6 +18,6 @@ pub const ITERATIONS: PlotKind = PlotKind {
     name: "iterations",
     help: "iterations of a step",
     needs: "a history.csv of two or more steps",
-    drawn: Wish::Named,
+    when: When::Named,
     draw: Draw::OverTime(&[GROUP]),
 };

@@ -1,6 +1,6 @@
 //! Space–time pictures: what becomes of a quantity along a cut.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::grid::Grid;
 use crate::results::curves::{CurveSettings, Drawn, Image, Picture, Source};
 use crate::results::sections::{GAP, Quantity, Section, chosen, kind_of, unit, unknown};
@@ -11,7 +11,7 @@ pub const KYMOGRAPH: PlotKind = PlotKind {
     name: "kymograph",
     help: "a quantity along a cut over time, as colours",
     needs: "`cuts` with `every` in an [[output]] of the scene",
-    drawn: Wish::Named,
+    when: When::Named,
     draw: Draw::With(draw),
 };
 

@@ -1,6 +1,6 @@
 //! The free energy and its rate: a figure that closes where the tissue oscillates.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::{Axis, Line, Markers, Series, Symbol};
 use crate::results::curves::{Drawn, Source};
 use crate::results::history::curve;
@@ -10,7 +10,7 @@ pub const LISSAJOUS: PlotKind = PlotKind {
     name: "lissajous",
     help: "`dF/dt` over `F`, with times beside the curve",
     needs: "the measure `free_energy` with `every` in the scene",
-    drawn: Wish::Always,
+    when: When::Always,
     draw: Draw::With(|kind, source, drawn| {
         draw(kind, source, drawn);
         Ok(())

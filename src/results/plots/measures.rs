@@ -1,6 +1,6 @@
 //! Every measure over time that has no plot of its own.
 
-use super::{ALL, Draw, PlotKind, Wish};
+use super::{ALL, Draw, PlotKind, When};
 use crate::output::plot::{Axis, Scale, Series};
 use crate::results::curves::Drawn;
 use crate::results::history::{Group, Histories, curve, file_name};
@@ -43,7 +43,7 @@ pub const MEASURES: PlotKind = PlotKind {
     name: "measures",
     help: "every other measure over time",
     needs: "measures with `every` in the scene",
-    drawn: Wish::Always,
+    when: When::Always,
     draw: Draw::With(|kind, source, drawn| {
         let histories = source.histories(drawn);
         GROUPS.iter().for_each(|group| histories.group(kind, group, drawn));

@@ -61,7 +61,7 @@ pub struct PlotKind {
     /// What a folder must have for it, as a hint.
     pub needs: &'static str,
     /// When it is drawn.
-    pub drawn: Wish,
+    pub when: When,
     /// How it is drawn.
     pub draw: Draw,
 }
@@ -78,7 +78,7 @@ pub enum Draw {
 
 /// When a plot is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wish {
+pub enum When {
     /// Of every folder that has something to show; the runs of a study are compared by it, too.
     Always,
     /// Of every folder that has something to show.

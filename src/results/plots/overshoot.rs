@@ -1,6 +1,6 @@
 //! How far velocity and polarity rise behind the disc, and where, over time.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::Scale;
 use crate::results::history::Group;
 
@@ -26,6 +26,6 @@ pub const OVERSHOOT: PlotKind = PlotKind {
     name: "overshoot",
     help: "overshoots behind the disc over time, and where they are",
     needs: "the measure `overshoot` with `every` in the scene",
-    drawn: Wish::Always,
+    when: When::Always,
     draw: Draw::OverTime(&[VALUE, PLACE]),
 };

@@ -1,6 +1,6 @@
 //! Residuals of the stationary equations over time.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::Scale;
 use crate::results::history::{Group, Several};
 
@@ -18,6 +18,6 @@ pub const RESIDUAL: PlotKind = PlotKind {
     name: "residual",
     help: "stationary residuals over time; of several runs the total",
     needs: "`time.stop.residual`, [steady] or any measure with `every` in the scene",
-    drawn: Wish::Always,
+    when: When::Always,
     draw: Draw::OverTime(&[GROUP]),
 };

@@ -1,6 +1,6 @@
 //! Curves from sections.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::{Axis, Line, Markers, Plot, Series};
 use crate::results::curves::{CurveSettings, Drawn, Image, Picture, Source};
 use crate::results::sections::{Quantity, Section, Way, chosen, kind_of, unit, unknown};
@@ -11,7 +11,7 @@ pub const SECTIONS: PlotKind = PlotKind {
     name: "sections",
     help: "a quantity along the cuts, broken where an obstacle is",
     needs: "`cuts` in an [[output]] of the scene",
-    drawn: Wish::Always,
+    when: When::Always,
     draw: Draw::With(draw),
 };
 

@@ -1,6 +1,6 @@
 //! Length of the steps over time.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::Scale;
 use crate::results::history::{Group, Histories};
 
@@ -18,7 +18,7 @@ pub const STEP: PlotKind = PlotKind {
     name: "step",
     help: "length of the steps, unasked where it changes",
     needs: "a history.csv of two or more steps",
-    drawn: Wish::OfAFolder,
+    when: When::OfAFolder,
     draw: Draw::With(|kind, source, drawn| {
         let histories = source.histories(drawn);
         if source.wish.names(kind) || vary(histories) {

@@ -1,6 +1,6 @@
 //! Curves from the table of a study: its measures over what it varies.
 
-use super::{Draw, PlotKind, Wish};
+use super::{Draw, PlotKind, When};
 use crate::output::plot::{Axis, Plot, Scale, Series};
 use crate::results::curves::{Drawn, Image, Picture};
 use crate::results::names::{estimated, over, words};
@@ -15,7 +15,7 @@ pub const STUDY: PlotKind = PlotKind {
     name: "study",
     help: "each measure over the key with the most values, a curve for each combination of the others",
     needs: "a study with a number that varies and measures",
-    drawn: Wish::OfAFolder,
+    when: When::OfAFolder,
     draw: Draw::With(|kind, source, drawn| {
         let sweeps = source.folders.iter().filter(|folder| folder.kind == ResultsKind::Sweep);
         sweeps.for_each(|folder| draw(kind, folder, drawn));
