@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use monolayer::measure::list::{ALL, Column, column};
+use monolayer::measure::Measure;
+use monolayer::measure::list::{ALL, Column, MEAN_SPEED, column};
 use monolayer::model::ModelKind;
 use monolayer::model::terms::factor;
 use monolayer::output::progress::Verbosity;
@@ -162,24 +163,42 @@ fn scenes() -> Vec<(&'static str, String, &'static [&'static str])> {
     let factors: String = factor::of_kind(ModelKind::Incompressible).map(|f| format!("{} = 0.1\n", f.key)).collect();
     let strip = STRIP.replacen("[mesh]", &format!("{factors}[mesh]"), 1);
     vec![
-        ("strip", strip, &["free_energy", "overshoot", "asymmetry", "elastic_strain", "energy_budget"]),
+        (
+            "strip",
+            strip,
+            &["free_energy", "overshoot", "asymmetry", "elastic_strain", "energy_budget", "force_on", "torque_on"],
+        ),
         ("disc", DISC.to_owned(), &["mean_speed", "free_energy", "circulation", "defects"]),
-        ("sheet", sheet, &["mean_speed", "free_energy", "energy_budget", "mass", "density_min", "limited_cells"]),
+        (
+            "sheet",
+            sheet,
+            &["mean_speed", "free_energy", "energy_budget", "mass", "density_min", "limited_cells", "force_on"],
+        ),
         ("fixed body", fixed, &["mean_speed", "free_energy", "overshoot", "energy_budget", "body", "holding"]),
         ("moving body", BODY_IN_TISSUE.to_owned(), &["mean_speed", "kinetic_energy", "overlap", "body", "holding"]),
         (
             "stokes",
             STOKES.to_owned(),
-            &["mean_speed", "kinetic_energy", "gap", "contacts", "wall_force", "body", "holding"],
+            &["mean_speed", "force_on", "kinetic_energy", "gap", "contacts", "wall_force", "body", "holding"],
         ),
         ("particles", PARTICLES.to_owned(), &["kinetic_energy", "gap", "contacts", "wall_force", "body"]),
     ]
 }
 
+/// A measure as a scene asks for it; one on a boundary tag on the scene's first.
+fn written(measure: &Measure, scene: &str) -> String {
+    let tag = scene.split("[boundary.").nth(1).and_then(|rest| rest.split(']').next()).unwrap_or("none");
+    let around = if measure.is_around_a_point() { ", around = [0.0, 1.0]" } else { "" };
+    match measure.is_on_a_tag() {
+        true => format!("{{ {} = \"{tag}\"{around} }}", measure.name),
+        false => format!("\"{}\"", measure.name),
+    }
+}
+
 /// The scene with these measures after every step; the reason where it has not got one of them.
-fn measuring(scene: &str, measures: &[&str]) -> Result<AnyScene, String> {
-    let quoted: Vec<String> = measures.iter().map(|name| format!("\"{name}\"")).collect();
-    let text = format!("{scene}\n[[output]]\nmeasures = [{}]\nevery = {{ steps = 1 }}\n", quoted.join(", "));
+fn measuring(scene: &str, measures: &[&Measure]) -> Result<AnyScene, String> {
+    let written: Vec<String> = measures.iter().map(|measure| written(measure, scene)).collect();
+    let text = format!("{scene}\n[[output]]\nmeasures = [{}]\nevery = {{ steps = 1 }}\n", written.join(", "));
     let source = SceneSource::parse(&text, Path::new("test.toml")).map_err(|error| error.to_string())?;
     let scene = AnyScene::check(source).map_err(|error| error.to_string())?;
     kinds::check(&scene).map_err(|error| error.to_string())?;
@@ -215,19 +234,23 @@ fn names_and_columns_are_said_once_and_in_words() {
 fn every_measure_that_a_scene_has_is_taken_and_finite() {
     let mut found = BTreeSet::new();
     for (kind, text, least) in scenes() {
-        let tried = ALL.iter().map(|measure| (*measure, measuring(&text, &[measure.name])));
+        let tried = ALL.iter().map(|measure| (*measure, measuring(&text, &[measure])));
         let (has, refused): (Vec<_>, Vec<_>) = tried.partition(|(_, tried)| tried.is_ok());
         for (measure, refusal) in &refused {
             let why = refusal.as_ref().unwrap_err();
             assert!(!least.contains(&measure.name), "{kind}, {measure:?}: {why}");
             assert!(why.contains(measure.name) && why.contains("hint: "), "{kind}, {measure:?}: {why}");
         }
-        let names: Vec<&str> = has.iter().map(|(measure, _)| measure.name).collect();
+        let names: Vec<&Measure> = has.iter().map(|(measure, _)| *measure).collect();
         let (header, values) = taken(&measuring(&text, &names).unwrap());
+        // less the tag
+        let bare = |name: &'static str| name.split(':').next().unwrap();
+        let header: Vec<&str> = header.iter().map(|name| name.split(':').next().unwrap()).collect();
+        let values: BTreeMap<&str, f64> = values.into_iter().map(|(name, value)| (bare(name), value)).collect();
         let given = |column: &&Column| column.key.is_none_or(|key| text.contains(&format!("\n{key} = ")));
         let all = has.iter().flat_map(|(measure, _)| measure.columns);
         let columns: Vec<&str> = all.filter(given).map(|column| column.name).collect();
-        let last: Vec<&str> = header.iter().rev().take(columns.len()).rev().map(String::as_str).collect();
+        let last: Vec<&str> = header.iter().rev().take(columns.len()).rev().copied().collect();
         assert!(last == columns, "{kind}: {header:?} ends not with {columns:?}");
         for (name, value) in &values {
             assert!(columns.contains(name) && value.is_finite(), "{kind}: {name} = {value}");
@@ -263,6 +286,6 @@ velocity = { dirichlet = ["0", "0"] }
 step = 0.1
 end = 0.1
 "#;
-    let (_, values) = taken(&measuring(flow, &["mean_speed"]).unwrap());
+    let (_, values) = taken(&measuring(flow, &[&MEAN_SPEED]).unwrap());
     assert!((values["mean_speed"] - 2.0 / 3.0).abs() < 1e-9, "{values:?}");
 }

@@ -4,7 +4,9 @@ use std::marker::PhantomData;
 use std::ops::{Add, Mul, Neg, Range, Sub};
 
 use super::integrate::{CellPoint, FacePoint, Faces};
+use super::linear::Linear;
 use super::words::{Jet, Trace};
+use crate::space::Field;
 
 /// Most slots that one side of an integrand has: two traces of a vector jet.
 pub const MAX_SLOTS: usize = 12;
@@ -114,6 +116,26 @@ impl<'a, U: Jet, V: Jet> Bilinear<'a, U, V> {
         };
         self.face_terms.push(FaceTerm { scale: 1.0, degree, faces, integrand: Box::new(integrand) });
         self
+    }
+}
+
+impl<'a, U: Jet, V: Jet> Bilinear<'a, U, V> {
+    /// The form of χ at a given φ, `∫_Ω integrand(φ, χ)`.
+    ///
+    /// # Panics
+    /// Where there are integrals over faces.
+    pub fn at(self, phi: &'a Field) -> Linear<'a, V> {
+        assert!(!self.has_faces(), "a form of cells alone");
+        self.cell_terms.into_iter().fold(Linear::zero(), |sum, CellTerm { scale, degree, integrand }| {
+            let term = Linear::weighted(degree, move |x, weights| {
+                let (mut stencil, jet) = (Stencil::zero(), U::slots(phi, &x.site));
+                integrand(x, &mut stencil);
+                for (weight, row) in weights.iter_mut().zip(&stencil.c[..V::SLOTS]) {
+                    *weight = row[..U::SLOTS].iter().zip(&jet).map(|(c, slot)| c * slot).sum();
+                }
+            });
+            sum + scale * term
+        })
     }
 }
 

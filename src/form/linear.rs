@@ -5,7 +5,8 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use super::bilinear::{MAX_SLOTS, unit_trace};
 use super::integrate::{CellPoint, FacePoint, Faces};
-use super::words::{Jet, Trace};
+use super::words::{Jet, Trace, Vector};
+use crate::mesh::{Face, Point};
 
 /// Coefficients of a linear integrand at one point.
 pub type Weights = [f64; MAX_SLOTS];
@@ -60,6 +61,17 @@ impl<'a, V: Jet> Linear<'a, V> {
         Self { cell_terms: vec![term], ..Self::zero() }
     }
 
+    /// `∫_Ω integrand(χ)` by the coefficients of the integrand.
+    pub(super) fn weighted(degree: usize, integrand: impl Fn(&CellPoint, &mut Weights) + Sync + 'a) -> Self {
+        let term = CellTerm { scale: 1.0, degree, integrand: Box::new(integrand) };
+        Self { cell_terms: vec![term], ..Self::zero() }
+    }
+
+    /// The largest degree of an integral over cells.
+    pub fn cell_degree(&self) -> usize {
+        self.cell_terms.iter().map(|term| term.degree).max().unwrap_or(0)
+    }
+
     /// Adds `∫_faces integrand(χ)` over a set of faces.
     pub fn faces<F, G>(mut self, faces: Faces, degree: usize, at: F) -> Self
     where
@@ -77,6 +89,29 @@ impl<'a, V: Jet> Linear<'a, V> {
         self.face_terms.push(FaceTerm { scale: 1.0, degree, faces, integrand: Box::new(integrand) });
         self
     }
+}
+
+impl Linear<'_, Vector> {
+    /// The traction on the boundary of a form `∫ σ:∇w + f·w + ∫_Γ g·w`, `σn + g`: what it has there, and what it leaves
+    /// there when it is integrated by parts.
+    pub fn traction(&self, s: &FacePoint, face: &Face) -> Point {
+        let (x, mut sum, mut weights) =
+            (CellPoint { site: s.minus, weight: s.weight }, Point::zeros(), [0.0; MAX_SLOTS]);
+        for term in &self.cell_terms {
+            (term.integrand)(&x, &mut weights);
+            sum += term.scale * Point::new(along(&weights, 0, s.n), along(&weights, 3, s.n));
+        }
+        for term in self.face_terms.iter().filter(|term| term.faces.holds(face)) {
+            (term.integrand)(s, &mut weights);
+            sum += term.scale * Point::new(weights[0], weights[3]);
+        }
+        sum
+    }
+}
+
+/// What the derivatives of a component are weighed with, along n; `slot` is that of its value.
+fn along(weights: &Weights, slot: usize, n: Point) -> f64 {
+    weights[slot + 1] * n.x + weights[slot + 2] * n.y
 }
 
 impl<V: Jet> Add for Linear<'_, V> {

@@ -17,6 +17,8 @@
 use nalgebra::Matrix2;
 
 use crate::mesh::Point;
+use crate::space::Field;
+use crate::space::field::Site;
 
 /// Value and first derivatives of a basis function at a point: the arguments of an integrand.
 pub trait Jet: Copy {
@@ -26,6 +28,8 @@ pub trait Jet: Copy {
     fn unit(slot: usize) -> Self;
     /// The zero jet.
     fn zero() -> Self;
+    /// The slots of a field at a point; those that the jet does not have are zero.
+    fn slots(field: &Field, site: &Site) -> [f64; 6];
 }
 
 /// Jet of a scalar function.
@@ -57,6 +61,11 @@ impl Jet for Scalar {
     fn zero() -> Self {
         Self { value: 0.0, grad: Point::zeros() }
     }
+
+    fn slots(field: &Field, site: &Site) -> [f64; 6] {
+        let slope = field.scalar_gradient(site);
+        [field.scalar(site), slope.x, slope.y, 0.0, 0.0, 0.0]
+    }
 }
 
 impl Jet for Vector {
@@ -69,6 +78,11 @@ impl Jet for Vector {
 
     fn zero() -> Self {
         Self { value: Point::zeros(), grad: Matrix2::zeros() }
+    }
+
+    fn slots(field: &Field, site: &Site) -> [f64; 6] {
+        let (v, slope) = (field.vector(site), field.vector_gradient(site));
+        [v.x, slope[(0, 0)], slope[(0, 1)], v.y, slope[(1, 0)], slope[(1, 1)]]
     }
 }
 

@@ -1,7 +1,7 @@
 //! Formulas of a scene, evaluated where the forms evaluate them, to find the one that is to blame.
 
 use super::boundary::Conditions;
-use super::parameters::Parameters;
+use super::numbers::Numbers;
 use super::polarity::{FORMULA_DEGREE, data_of};
 use super::sources::Sources;
 use crate::expression::{Expression, ExpressionError};
@@ -12,12 +12,12 @@ use crate::mesh::Point;
 ///
 /// # Errors
 /// The first one that is not finite, or a density of inflow below zero, with its place and time.
-pub fn check_formulas(
+pub fn check_formulas<'a>(
     loops: &Integrator,
     degree: usize,
     conditions: &[Conditions],
     sources: &Sources,
-    parameters: &Parameters,
+    numbers: impl Into<Numbers<'a>>,
     t: f64,
 ) -> Result<(), ExpressionError> {
     let mut first = Ok(());
@@ -41,7 +41,7 @@ pub fn check_formulas(
     }
     first?;
     check_inflow(loops, conditions, t)?;
-    if sources.exact.is_some() { check_sources(loops, degree, sources, parameters, t) } else { Ok(()) }
+    if sources.exact.is_some() { check_sources(loops, degree, sources, numbers.into(), t) } else { Ok(()) }
 }
 
 /// Evaluates the densities of inflow.
@@ -67,7 +67,7 @@ fn check_sources(
     loops: &Integrator,
     degree: usize,
     sources: &Sources,
-    parameters: &Parameters,
+    numbers: Numbers,
     t: f64,
 ) -> Result<(), ExpressionError> {
     let given = sources.exact.as_ref().map_or_else(String::new, |exact| exact.velocity()[0].given().to_owned());
@@ -76,8 +76,9 @@ fn check_sources(
     for cell in 0..loops.mesh.cells.len() {
         loops.each_cell_point(cell, FORMULA_DEGREE + degree, &mut |x| {
             let at = x.site.x;
-            let (f, g) = (sources.force(parameters, at, t), sources.polarity(parameters, at, t));
-            let density = if sources.has_density() { sources.density(parameters, at, t) } else { 0.0 };
+            let f = sources.force(numbers, at, t);
+            let g = if sources.has_polarity() { sources.polarity(numbers, at, t) } else { Point::zeros() };
+            let density = if sources.has_density() { sources.density(numbers, at, t) } else { 0.0 };
             let values = [("f_v", f.x), ("f_v", f.y), ("f_p", g.x), ("f_p", g.y), ("f_ρ", density)];
             if let (Ok(()), Some((name, value))) = (&first, values.into_iter().find(|v| !v.1.is_finite())) {
                 let (given, text) = (given.clone(), format!("{name} of [exact]"));

@@ -15,7 +15,7 @@ use super::parameters::{ElasticForce, Parameters};
 use super::polarity::{FORMULA_DEGREE, Polarity, data_of};
 use super::scales::{Scales, relative};
 use super::sources::Sources;
-use super::terms::{self, At, Given, MOMENTUM, Sum};
+use super::terms::{self, At, FlowTerms, Given, MOMENTUM, Sum};
 use crate::expression::ExpressionError;
 use crate::form::power;
 use crate::form::upwind::Carrier;
@@ -84,7 +84,7 @@ impl Incompressible {
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.pressure, 1));
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
-        let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, parameters, *slip)?;
+        let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, &FlowTerms::of(parameters), *slip)?;
         Self::assemble(loops, None, Arc::new(momentum), &space, (parameters, conditions, sources))
     }
 
@@ -100,17 +100,17 @@ impl Incompressible {
         sources: &Sources,
     ) -> Result<Self, MomentumError> {
         let old = &self.momentum;
-        let weights = |m: &Parameters| Sum::of(&[MOMENTUM]).flow_weights(m);
-        let same = weights(parameters) == weights(&self.parameters) && conditions == self.conditions;
+        let terms = FlowTerms::of(parameters);
+        let same = terms == FlowTerms::of(&self.parameters) && conditions == self.conditions;
         let momentum = if same {
             old.clone()
         } else {
             let (velocity, pressure) = (&old.velocity, &old.pressure);
             Arc::new(match old.bodies() {
-                None => Momentum::new(&self.loops, velocity, pressure, conditions, parameters, old.slip)?,
+                None => Momentum::new(&self.loops, velocity, pressure, conditions, &terms, old.slip)?,
                 Some(bodies) => {
                     let (spaces, bodies) = ((velocity, pressure), (bodies.immersion.clone(), bodies.rigidity.clone()));
-                    Momentum::with_bodies(&self.loops, spaces, conditions, parameters, old.slip, bodies)?
+                    Momentum::with_bodies(&self.loops, spaces, conditions, &terms, old.slip, bodies)?
                 }
             })
         };

@@ -11,7 +11,7 @@ use super::boundary::{Conditions, VelocityCondition};
 use super::closed::ClosedParts;
 use super::frames::{Frames, WallPoints};
 use super::immersed::{FlowWithBodies, Ground, Immersed, Rigidity};
-use super::parameters::Parameters;
+use super::terms::FlowTerms;
 use super::walls::Walls;
 use crate::body::guide::Rule;
 use crate::form::{CellPoint, Faces, Integrator, mass, stokes};
@@ -25,7 +25,7 @@ use factors::{System, factorise};
 use matrix::{Stiffness, cell_means};
 
 pub use error::MomentumError;
-pub use outer::outer_force;
+pub use outer::{body_force, outer_force};
 
 /// How `v·n = 0` is imposed.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -93,10 +93,10 @@ impl Momentum {
         velocity: &Arc<Space>,
         pressure: &Arc<Space>,
         conditions: &[Conditions],
-        parameters: &Parameters,
+        terms: &FlowTerms,
         slip: SlipTreatment,
     ) -> Result<Self, MomentumError> {
-        Self::build(loops, (velocity, pressure), conditions, parameters, slip, None)
+        Self::build(loops, (velocity, pressure), conditions, terms, slip, None)
     }
 
     /// The same with rigid bodies in the flow.
@@ -108,26 +108,26 @@ impl Momentum {
         loops: &Integrator,
         spaces: (&Arc<Space>, &Arc<Space>),
         conditions: &[Conditions],
-        parameters: &Parameters,
+        terms: &FlowTerms,
         slip: SlipTreatment,
         bodies: (Immersion, Rigidity),
     ) -> Result<Self, MomentumError> {
-        Self::build(loops, spaces, conditions, parameters, slip, Some(bodies))
+        Self::build(loops, spaces, conditions, terms, slip, Some(bodies))
     }
 
     fn build(
         loops: &Integrator,
         (velocity, pressure): (&Arc<Space>, &Arc<Space>),
         conditions: &[Conditions],
-        parameters: &Parameters,
+        terms: &FlowTerms,
         slip: SlipTreatment,
         bodies: Option<(Immersion, Rigidity)>,
     ) -> Result<Self, MomentumError> {
         let frames = Frames::new(velocity, conditions, slip.points());
-        if parameters.friction == 0.0 {
+        if terms.friction() == 0.0 {
             check_held(velocity, conditions)?;
         }
-        let made_of = Stiffness { parameters: *parameters, walls: Walls::new(loops, conditions, slip)? };
+        let made_of = Stiffness { terms: terms.clone(), walls: Walls::new(loops, conditions, slip)? };
         let (nv, np) = (velocity.dof_count(), pressure.dof_count());
         let stiffness = Matrix::from_triplets(nv, nv, &loops.triplets(&made_of.form(velocity), velocity, velocity));
         let b = loops.triplets(&stokes::divergence(velocity, pressure), pressure, velocity);
@@ -153,7 +153,7 @@ impl Momentum {
                 let blocks = made_of.blocks(loops, (velocity, pressure));
                 let means = if closed.count() > 0 { cell_means(loops, pressure) } else { Vec::new() };
                 let ground = Ground { velocity, pressure, frames: &frames, closed: &closed };
-                let bodies = Immersed::new(ground, blocks, means, parameters.friction, immersion, rigidity)?;
+                let bodies = Immersed::new(ground, blocks, means, terms.friction(), immersion, rigidity)?;
                 System::Immersed(Box::new(bodies))
             }
         };

@@ -1,9 +1,11 @@
-//! What acts on the tissue from outside: given forces, or those that make given fields exact.
+//! What acts on a tissue or a Stokes flow from outside: given forces, or those that make given fields exact.
 
 use std::sync::Arc;
 
 use super::manufactured::Exact;
-use super::parameters::Parameters;
+use super::numbers::Numbers;
+use super::parameters::ModelKind;
+use super::terms::TermStatus;
 use crate::expression::Expression;
 use crate::mesh::Point;
 
@@ -30,12 +32,33 @@ impl Sources {
 
     /// Whether there is an `f_p`.
     pub fn has_polarity(&self) -> bool {
-        self.polarity.is_some() || self.exact.is_some()
+        self.polarity.is_some() || self.exact.as_ref().is_some_and(|exact| exact.has_polarity())
     }
 
     /// Whether there is an `f_ρ`.
     pub fn has_density(&self) -> bool {
         self.density.is_some() || self.exact.as_ref().is_some_and(|exact| exact.volume().density().is_some())
+    }
+
+    /// What is told of them beside the terms of a model.
+    pub fn terms<'a>(&self, numbers: impl Into<Numbers<'a>>) -> Vec<TermStatus> {
+        let exact = self.exact.is_some();
+        let source = |name, formula, given: bool| {
+            let reason = match (given, exact) {
+                (true, _) => "given in [source]",
+                (false, true) => "from [exact]",
+                (false, false) => "not given",
+            };
+            TermStatus { name, formula, on: given || exact, reason: reason.to_owned() }
+        };
+        let mut terms = vec![source("force", "(f_v|w)", self.force.is_some())];
+        let Some(parameters) = numbers.into().sheet() else { return terms };
+        match parameters.kind() {
+            ModelKind::Incompressible => {}
+            ModelKind::Compressible => terms.push(source("density source", "(f_ρ|z)", self.density.is_some())),
+        }
+        terms.push(source("polarity source", "(f_p|q)", self.polarity.is_some()));
+        terms
     }
 
     /// The formulas that a scene gives, by key.
@@ -58,28 +81,28 @@ impl Sources {
     }
 
     /// `f_v(x, t)`
-    pub fn force(&self, parameters: &Parameters, x: Point, t: f64) -> Point {
+    pub fn force<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64) -> Point {
         match (&self.force, &self.exact) {
             (Some([f, g]), _) => Point::new(f.eval(x, t), g.eval(x, t)),
-            (None, Some(exact)) => exact.force(parameters, x, t),
+            (None, Some(exact)) => exact.force(numbers, x, t),
             (None, None) => Point::zeros(),
         }
     }
 
     /// `f_p(x, t)`
-    pub fn polarity(&self, parameters: &Parameters, x: Point, t: f64) -> Point {
+    pub fn polarity<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64) -> Point {
         match (&self.polarity, &self.exact) {
             (Some([f, g]), _) => Point::new(f.eval(x, t), g.eval(x, t)),
-            (None, Some(exact)) => exact.polarity_source(parameters, x, t),
+            (None, Some(exact)) => exact.polarity_source(numbers, x, t),
             (None, None) => Point::zeros(),
         }
     }
 
     /// `f_ρ(x, t)`
-    pub fn density(&self, parameters: &Parameters, x: Point, t: f64) -> f64 {
+    pub fn density<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64) -> f64 {
         match (&self.density, &self.exact) {
             (Some(f), _) => f.eval(x, t),
-            (None, Some(exact)) => exact.density_source(parameters, x, t),
+            (None, Some(exact)) => exact.density_source(numbers, x, t),
             (None, None) => 0.0,
         }
     }
@@ -91,7 +114,7 @@ impl Sources {
 
     /// All formulas of vectors in pairs, to be checked where they are used.
     pub fn formulas(&self) -> impl Iterator<Item = &[Expression; 2]> {
-        let exact = self.exact.iter().flat_map(|e| [e.velocity(), e.polarity()]);
+        let exact = self.exact.iter().flat_map(|e| e.vectors());
         self.force.iter().chain(&self.polarity).chain(exact)
     }
 

@@ -3,10 +3,25 @@
 
 mod words;
 
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
+
 use words::{Row, WORDS};
 
 /// The mark of files that are written where a user's own may lie, in a comment or whatever a format has for it.
 pub const MADE_BY: &str = "made by monolayer";
+
+/// A text for as long as the program runs, each once: a table knows its columns by such names.
+pub(crate) fn kept(text: String) -> &'static str {
+    static ALL: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = all.get(text.as_str()) {
+        return known;
+    }
+    let new: &'static str = text.leak();
+    all.insert(new);
+    new
+}
 
 /// What is said where a feature of the crate would be needed that it was built without; `does` is what that does.
 pub(crate) fn absent(feature: &str, does: &str) -> String {

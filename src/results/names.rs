@@ -87,7 +87,10 @@ pub fn symbol(key: &str) -> &str {
 /// A key of the scene, or a column of a table, in words: `β`, `overshoot of v₁ behind the disc`.
 pub fn words(name: &str) -> String {
     match (known(name), estimated(name)) {
-        (Some(column), _) => column.words.to_owned(),
+        (Some(column), _) => match list::on_tag(name) {
+            Some((_, tag)) => format!("{} {tag}", column.words),
+            None => column.words.to_owned(),
+        },
         (None, Some(measure)) => format!("estimated error, {}", words(measure)),
         (None, None) if name.contains('.') => symbol(name).to_owned(),
         (None, None) => match fields::of_residual(name) {
@@ -106,15 +109,18 @@ fn error_of(column: &str) -> Option<String> {
 /// `error of v in L²(L²)` of the names that field and norm have in tables.
 pub fn error(field: &str, norm: &str) -> Option<String> {
     let field = fields::named(field)?;
-    let norm = Norm::ALL.into_iter().find(|one| one.name() == norm)?;
+    let norm = Norm::named(norm)?;
     Some(format!("error of {} in {}", field.symbol, norm.symbol()))
 }
 
 /// As in the legend of a picture of one kind of measures.
-pub fn short(column: &str) -> String {
-    match known(column) {
-        Some(column) => column.short.to_owned(),
-        None => fields::of_residual(column).map_or_else(|| words(column), ToString::to_string),
+pub fn short(name: &str) -> String {
+    match known(name) {
+        Some(column) => match list::on_tag(name) {
+            Some((_, tag)) => format!("{}, {tag}", column.short),
+            None => column.short.to_owned(),
+        },
+        None => fields::of_residual(name).map_or_else(|| words(name), ToString::to_string),
     }
 }
 

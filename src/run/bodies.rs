@@ -4,8 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::kinds::stokes::contact_term;
 use crate::body::Hold;
+use crate::contact::Law;
+use crate::model::TermStatus;
 use crate::scene::Bodies;
 
 /// The bodies of a scene and how they meet.
@@ -57,5 +58,32 @@ impl fmt::Display for BodiesReport {
         writeln!(out, "  size          {} to {} from centre to edge", self.size[0], self.size[1])?;
         writeln!(out, "  walls         {}", self.walls)?;
         write!(out, "  contact       {}", self.contact)
+    }
+}
+
+/// The rigid bodies of a flow and their contact, among the terms that are told.
+pub(super) fn body_terms(bodies: Option<&Bodies>) -> Vec<TermStatus> {
+    let (name, formula) = ("bodies", "(2/ε) Σ (D(v)|D(w))_B");
+    let Some(bodies) = bodies else {
+        return vec![TermStatus { name, formula, on: false, reason: "no [[body]]".to_owned() }];
+    };
+    let reason = format!("{} of them, epsilon = {:e}", bodies.bodies.len(), bodies.rigid.epsilon);
+    vec![TermStatus { name, formula, on: true, reason }, contact_term(bodies)]
+}
+
+/// The contact of bodies, on or off.
+pub(super) fn contact_term(bodies: &Bodies) -> TermStatus {
+    let name = "contact";
+    match &bodies.contact {
+        None => TermStatus { name, formula: "D ≥ 0", on: false, reason: "nothing can touch".to_owned() },
+        Some(contact) => {
+            let (formula, law) = match contact.law {
+                Law::Inelastic => ("D ≥ 0", "inelastic".to_owned()),
+                Law::Gluey { gamma_min } => ("D ≥ 0, γ ≤ 0, Dγ = 0", format!("gluey, gamma_min = {gamma_min}")),
+            };
+            let margin = if contact.margin > 0.0 { format!(", margin {}", contact.margin) } else { String::new() };
+            let walls = bodies.walls.len() + bodies.wall_tags.len();
+            TermStatus { name, formula, on: true, reason: format!("{law}, {walls} walls{margin}") }
+        }
     }
 }

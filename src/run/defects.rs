@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::stepper::Plan;
 use crate::measure::defects::{Boundary, Census};
-use crate::measure::list::DEFECTS;
+use crate::measure::list::{Asked, DEFECTS};
 use crate::output::OutputError;
 use crate::output::history::History;
 use crate::scheme::Schedule;
@@ -88,7 +88,7 @@ impl DefectTables {
 
 /// When the scene measures defects.
 fn schedules<'p>(plan: &'p Plan) -> impl Iterator<Item = Schedule> + 'p {
-    let with_defects = plan.outputs.iter().filter(|output| output.what.measures().contains(&&DEFECTS));
+    let with_defects = plan.outputs.iter().filter(|output| output.what.measures().contains(&Asked::from(&DEFECTS)));
     with_defects.map(|output| output.schedule)
 }
 

@@ -252,7 +252,7 @@ fn coarser(scene: &Scene, out: &Path, ratio: f64, to: Option<&Summary>) -> Resul
 /// The measures that the scene names, as a list of TOML.
 fn measures(scene: &Scene) -> String {
     let named = measured(&scene.outputs).into_iter();
-    let mut names: Vec<String> = named.map(|measure| format!("\"{}\"", measure.name)).collect();
+    let mut names: Vec<String> = named.map(|asked| asked.to_string()).collect();
     names.sort();
     names.join(", ")
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::maps::Draft;
-use super::stepper::{Ground, Plan, Wanted};
+use super::stepper::{Ground, Plan, Purpose, Wanted};
 use super::view::View;
 use super::writer::with_moment;
 use super::{AnyScene, RunError, setup};
@@ -49,7 +49,7 @@ impl FinishedRun {
     /// # Errors
     /// A mesh file that has changed since.
     pub fn on(self, mesh: &Mesh, fits: impl FnOnce(&Checkpoint) -> bool) -> Result<(Scene, Checkpoint), RunError> {
-        let wanted = Wanted { saved: Some(&self.saved), file: &self.file, run: None };
+        let wanted = Wanted { saved: Some(&self.saved), file: &self.file, purpose: Purpose::Look };
         wanted.check_mesh(mesh)?;
         let march = self.saved.march().ok().filter(fits).ok_or_else(|| wanted.unfit("space"))?;
         Ok((self.scene, march))
@@ -73,7 +73,7 @@ pub fn look(
     if let Some(key) = setup::first_difference(&saved.scene, &scene.resolved_toml()) {
         return Err(RunError::OtherProblem { file: file.display().to_string(), key });
     }
-    let wanted = Wanted { saved: Some(&saved), file: &file, run: None };
+    let wanted = Wanted { saved: Some(&saved), file: &file, purpose: Purpose::Look };
     scene.stage(&wanted, &mut |plan, ground, stepper| {
         let cast = Solids::new(plan.bodies, &plan.walls);
         stepper.look(&mut |view| then(&Last { plan, ground, view, cast: &cast, steps: saved.counts.steps }))

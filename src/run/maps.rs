@@ -55,7 +55,7 @@ impl Caption {
 
     /// Those of a flow without a tissue.
     pub fn of_flow(scene: &StokesScene) -> Self {
-        let mut parameters = format!("C_F\u{a0}=\u{a0}{}", short(scene.friction, 4));
+        let mut parameters = format!("C_F\u{a0}=\u{a0}{}", short(scene.fluid.friction, 4));
         if let Some(bodies) = &scene.bodies {
             parameters += &format!(", ε\u{a0}=\u{a0}{}", short(bodies.rigid.epsilon, 4));
         }

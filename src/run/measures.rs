@@ -8,9 +8,9 @@ use super::kinds::sheet::show_bodies_at_rest;
 use super::stepper::{Ground, Plan};
 use super::view::{TissueNow, View};
 use crate::measure::Measure;
-use crate::measure::errors::{History, errors};
+use crate::measure::errors::History;
 use crate::measure::fields::{Fields, TissueFields};
-use crate::measure::list::{ALL, Column, Domain, FREE_ENERGY, Flow, Prepared, Subject, Taken, Tissue};
+use crate::measure::list::{Asked, Boundary, Column, Domain, FREE_ENERGY, Flow, Prepared, Subject, Taken, Tissue};
 use crate::model::fields::{self, POLARITY, VELOCITY};
 use crate::model::{Exact, Residuals, State};
 use crate::scene::{Output, Scene, measured};
@@ -34,8 +34,8 @@ pub struct Readings {
 pub struct Gauges<'s> {
     domain: Option<Domain<'s>>,
     /// Each measure once, in the order of the columns.
-    gauges: Vec<(&'static Measure, Prepared)>,
-    due: Vec<(&'static Measure, Schedule)>,
+    gauges: Vec<(Asked, Prepared)>,
+    due: Vec<(Asked, Schedule)>,
     residual_each_step: bool,
     energy_each_step: bool,
     exact: Option<Arc<Exact>>,
@@ -52,10 +52,11 @@ impl<'s> Gauges<'s> {
     /// A domain in which one of the measures cannot be taken.
     pub fn new(plan: &Plan, ground: Option<&'s Ground>) -> Result<Self, RunError> {
         let scheduled = plan.outputs.iter().map(|output| (output.what.measures(), output.schedule));
-        let due = scheduled.flat_map(|(measures, schedule)| measures.iter().map(move |m| (*m, schedule))).collect();
+        let due =
+            scheduled.flat_map(|(measures, schedule)| measures.iter().map(move |m| (m.clone(), schedule))).collect();
         let polarity = plan.tissue.map_or(0, |scene| scene.space.polarity);
         let domain = ground.map(|ground| domain(ground, polarity));
-        let prepare = |measure: &'static Measure| Ok((measure, measure.prepare(domain.as_ref())?));
+        let prepare = |asked: Asked| Ok((asked.clone(), asked.prepare(domain.as_ref())?));
         Ok(Self {
             gauges: measured(plan.outputs).into_iter().map(prepare).collect::<Result<_, RunError>>()?,
             domain,
@@ -70,15 +71,17 @@ impl<'s> Gauges<'s> {
 
     /// Forgets the errors of earlier states: those of the current one count alone.
     pub fn only_now(&mut self, view: &View) {
-        if let (Some(history), Some(exact), Some(now)) = (&mut self.errors, &self.exact, view.tissue) {
+        if let (Some(history), Some(exact)) = (&mut self.errors, &self.exact)
+            && let Some(errors) = view.errors(exact)
+        {
             *history = History::default();
-            history.add(&errors(now.model, exact, now.state, view.t), 1.0);
+            history.add(&errors, 1.0);
         }
     }
 
     /// Whether something is to be measured after the step that began at `before`.
-    fn is_due(&self, measure: &Measure, (before, t): (f64, f64), step: usize) -> bool {
-        self.due.iter().any(|(m, s)| *m == measure && s.is_due(before, t, step))
+    fn is_due(&self, asked: &Asked, (before, t): (f64, f64), step: usize) -> bool {
+        self.due.iter().any(|(other, s)| other == asked && s.is_due(before, t, step))
     }
 
     /// Whether [`Gauges::read`] has anything to do after the step that began at `before`.
@@ -92,8 +95,10 @@ impl<'s> Gauges<'s> {
     /// # Errors
     /// A measure that cannot be taken.
     pub fn read(&mut self, view: &View, before: f64, step: usize) -> Result<Readings, RunError> {
-        if let (Some(history), Some(exact), Some(now)) = (&mut self.errors, &self.exact, view.tissue) {
-            history.add(&errors(now.model, exact, now.state, view.t), view.t - before);
+        if let (Some(history), Some(exact)) = (&mut self.errors, &self.exact)
+            && let Some(errors) = view.errors(exact)
+        {
+            history.add(&errors, view.t - before);
         }
         let due: Vec<_> =
             self.gauges.iter().filter(|(measure, _)| self.is_due(measure, (before, view.t), step)).collect();
@@ -102,7 +107,7 @@ impl<'s> Gauges<'s> {
             (Some(now), true) => Some(phases.measure("residuals", || now.model.residuals(now.state, view.t))?),
             (_, _) => None,
         };
-        let needs_energy = self.energy_each_step || self.is_due(&FREE_ENERGY, (before, view.t), step);
+        let needs_energy = self.energy_each_step || self.is_due(&Asked::from(&FREE_ENERGY), (before, view.t), step);
         let energy = view.tissue.filter(|_| needs_energy).map(|now| phases.measure("energy", || energy(&now, view.t)));
         let mut taken = Taken::default();
         let gauges = due.iter().map(|(_, gauge)| gauge);
@@ -147,9 +152,12 @@ impl<'s> Gauges<'s> {
         let flowing = fields.flowing();
         let domain = self.domain.as_ref().expect("a tissue has a domain");
         let tissue = Tissue { domain, model, state, t, rate_of_p: &still, energy, march: None };
+        let find = || model.reactions(state, t);
+        let boundary = Boundary::new(&find);
         let mut taken = Taken::default();
         show_bodies_at_rest(model, state, t, &mut |bodies| {
-            let at = Subject { flow: Some(Flow { v: &v, loops: &flowing }), bodies, tissue: Some(tissue) };
+            let flow = Some(Flow { v: &v, loops: &flowing });
+            let at = Subject { flow, boundary: Some(&boundary), bodies, tissue: Some(tissue) };
             Ok(self.gauges.iter().try_for_each(|(_, gauge)| gauge.take(&at, &mut taken))?)
         })?;
         let residuals = model.residuals(state, t)?;
@@ -160,7 +168,7 @@ impl<'s> Gauges<'s> {
     }
 
     fn has(&self, measure: &Measure) -> bool {
-        self.gauges.iter().any(|(other, _)| *other == measure)
+        self.gauges.iter().any(|(asked, _)| asked.measure == measure)
     }
 
     fn take<'g>(
@@ -182,7 +190,10 @@ impl<'s> Gauges<'s> {
             energy,
             march: Some(now.march),
         });
-        let at = Subject { flow, bodies: view.bodies, tissue };
+        let find = || view.reactions().expect("a flow that forces drive");
+        let boundary = Boundary::new(&find);
+        let driven = view.tissue.is_some() || view.flow.is_some();
+        let at = Subject { flow, boundary: driven.then_some(&boundary), bodies: view.bodies, tissue };
         Ok(gauges.try_for_each(|gauge| gauge.take(&at, taken))?)
     }
 }
@@ -210,9 +221,9 @@ fn domain(ground: &Ground, polarity: usize) -> Domain<'_> {
 
 /// Columns of the history that a scene's measures fill, in the order in which they are written.
 pub fn columns(outputs: &[Output], tissue: Option<&Scene>) -> Vec<&'static str> {
-    let named = measured(outputs);
+    let mut named = measured(outputs);
     let mut columns = Vec::new();
-    let with_residuals = named.iter().any(|measure| measure.with_residuals);
+    let with_residuals = named.iter().any(|asked| asked.measure.with_residuals);
     if let Some(scene) = tissue
         && (with_residuals || scene.time.stop_residual.is_some() || scene.steady.is_some())
     {
@@ -220,11 +231,15 @@ pub fn columns(outputs: &[Output], tissue: Option<&Scene>) -> Vec<&'static str> 
         columns.extend(scene.parameters.kind().fields().iter().map(|field| field.residual));
     }
     let stops_by_energy = tissue.is_some_and(|scene| scene.time.stop_energy_rate.is_some());
-    let is_written = |measure: &&&Measure| named.contains(measure) || ***measure == FREE_ENERGY && stops_by_energy;
-    let given = |column: &&Column| {
+    let energy = Asked::from(&FREE_ENERGY);
+    if stops_by_energy && !named.contains(&energy) {
+        // the first of the list
+        named.insert(0, energy);
+    }
+    let given = |column: &Column| {
         column.key.is_none_or(|key| tissue.is_some_and(|scene| scene.parameters.factors.of(key) != 0.0))
     };
-    let written = ALL.iter().filter(is_written).flat_map(|measure| measure.columns);
+    let written = named.iter().flat_map(Asked::columns);
     columns.extend(written.filter(given).map(|column| column.name));
     columns
 }

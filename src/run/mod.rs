@@ -48,7 +48,7 @@ pub use error::RunError;
 pub use kinds::AnyScene;
 use kinds::Kind;
 pub use setup::Setup;
-use stepper::Wanted;
+use stepper::{Purpose, Wanted};
 use stepping::Begin;
 pub use summary::{Ending, Summary};
 
@@ -120,7 +120,7 @@ fn run_kind(scene: &dyn Kind, options: &Options, record: &mut Record) -> Result<
 fn begin(scene: &dyn Kind, options: &Options, record: &mut Record) -> Result<Summary, RunError> {
     let (begin, file) = (Begin::now(), options.out.join("checkpoint.bin"));
     let saved = checkpoint_of(&scene.resolved_toml(), options)?;
-    let wanted = Wanted { saved: saved.as_ref(), file: &file, run: Some(options) };
+    let wanted = Wanted { saved: saved.as_ref(), file: &file, purpose: Purpose::Run(options) };
     let mut summary = None;
     scene.stage(&wanted, &mut |plan, ground, stepper| {
         summary = Some(stepping::run((plan, begin), ground, stepper, options, saved.as_ref(), record)?);

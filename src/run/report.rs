@@ -13,7 +13,7 @@ use super::extremes;
 use super::forecast::{self, COUNTED, Count};
 use super::measures::{self, Gauges};
 use super::memory::{self, Unknowns};
-use super::stepper::Wanted;
+use super::stepper::{Purpose, Wanted};
 use super::{RunError, cuts, maps, setup};
 use crate::mesh::quality::Quality;
 use crate::model::{ModelKind, TermStatus, rotation};
@@ -249,7 +249,7 @@ const TRIED: f64 = 700.0;
 
 /// Begins a run as far as its first step, and leaves nothing.
 fn try_start(scene: &Scene) -> Result<(), RunError> {
-    let wanted = Wanted { saved: None, file: Path::new("checkpoint.bin"), run: None };
+    let wanted = Wanted { saved: None, file: Path::new("checkpoint.bin"), purpose: Purpose::Look };
     super::kinds::tissue::stage(scene, &wanted, &mut |plan, ground, _| {
         let ground = ground.expect("a tissue has a mesh");
         maps::check_all_windows(plan.outputs, plan.source, &ground.mesh)?;

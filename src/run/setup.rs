@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use super::RunError;
 use super::available::available;
 use super::domain::{build_mesh, mesh_remarks};
-use super::exact::check_exact;
+use super::exact::Claim;
 use super::forecast::{COUNTED, Count, Samples};
 use super::last_state::{LastState, polarity_of};
 use super::memory::{self, Need, Unknowns};
@@ -60,7 +60,10 @@ pub fn check_on(scene: &Scene, mesh: &Arc<Mesh>) -> Result<(), RunError> {
     scene.check_bodies(mesh)?;
     super::kinds::tissue::check(scene)?;
     check_measures(scene, mesh)?;
-    check_exact(scene, mesh)?;
+    if let Some(exact) = &scene.sources.exact {
+        let (source, boundary, end) = (scene.source(), &scene.boundary, scene.time.end);
+        Claim { exact, source, boundary, end }.check(mesh)?;
+    }
     if scene.parameters.friction == 0.0 {
         let velocity = Space::new(mesh, Continuity::Continuous, scene.space.velocity, 2);
         check_held(&velocity, &describe(scene, mesh).conditions).map_err(|error| {
@@ -348,7 +351,7 @@ fn resolution_remark(scene: &Scene, quality: &Quality) -> Option<String> {
 /// # Errors
 /// An overshoot where there is no disc with tissue behind it, or no inflow before it.
 pub fn check_measures(scene: &Scene, mesh: &Mesh) -> Result<(), RunError> {
-    let asked = measured(&scene.outputs).into_iter().find(|measure| measure.needs(Premise::Wake));
+    let asked = measured(&scene.outputs).into_iter().map(|asked| asked.measure).find(|m| m.needs(Premise::Wake));
     let Some(measure) = asked.map(|measure| measure.name) else { return Ok(()) };
     let behind = scene.mesh.centre()[0] + scene.mesh.radius();
     let single_disc = mesh.tag("disc").is_some() && scene.mesh.track().is_none();

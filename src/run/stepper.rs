@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::maps::Caption;
 use super::summary::Unknowns;
@@ -258,14 +259,44 @@ pub fn phases_of(stepper: &mut dyn Stepper) -> Phases {
 /// What is done with a scene that is ready to move.
 pub type Stage<'s> = dyn FnMut(&Plan, Option<&Ground>, &mut dyn Stepper) -> Result<(), RunError> + 's;
 
-/// What a scene is made ready for.
+/// How a scene is made ready.
 pub struct Wanted<'a> {
     /// To go on from, and its file.
     pub saved: Option<&'a Saved>,
     /// Where the checkpoint lies.
     pub file: &'a Path,
-    /// To run; else to be looked at, and nothing is solved for that is not shown.
-    pub run: Option<&'a Options<'a>>,
+    /// And what for.
+    pub purpose: Purpose<'a>,
+}
+
+/// What a scene is made ready for.
+#[derive(Debug, Clone, Copy)]
+pub enum Purpose<'a> {
+    /// To be looked at: nothing is solved for that is not shown.
+    Look,
+    /// To be solved to its end, and nothing of it written; set from outside to end it after the current step.
+    Solve(&'a AtomicBool),
+    /// To be run, with all that it writes.
+    Run(&'a Options<'a>),
+}
+
+impl<'a> Purpose<'a> {
+    /// Those of a run.
+    pub fn options(self) -> Option<&'a Options<'a>> {
+        match self {
+            Purpose::Run(options) => Some(options),
+            Purpose::Look | Purpose::Solve(_) => None,
+        }
+    }
+
+    /// What ends it from outside; `None` where nothing is to be solved.
+    pub fn interrupt(self) -> Option<&'a AtomicBool> {
+        match self {
+            Purpose::Look => None,
+            Purpose::Solve(interrupt) => Some(interrupt),
+            Purpose::Run(options) => Some(options.interrupt),
+        }
+    }
 }
 
 impl Wanted<'_> {
@@ -274,18 +305,16 @@ impl Wanted<'_> {
     /// # Errors
     /// As [`Setup::within`]; results that the disk cannot take.
     pub fn setup(&self, scene: &Scene) -> Result<Setup, RunError> {
-        match self.run {
-            None => {
+        let setup = match self.purpose {
+            Purpose::Look => {
                 let mut setup = Setup::within(scene, None)?;
                 setup.prepare_strain(scene.strain)?;
-                Ok(setup)
+                setup
             }
-            Some(options) => {
-                let setup = Setup::new(scene)?;
-                setup.check_disk(scene, &options.out)?;
-                Ok(setup)
-            }
-        }
+            Purpose::Solve(_) | Purpose::Run(_) => Setup::new(scene)?,
+        };
+        self.purpose.options().map_or(Ok(()), |options| setup.check_disk(scene, &options.out))?;
+        Ok(setup)
     }
 
     /// Refuses another mesh than that of the checkpoint.
@@ -311,9 +340,9 @@ impl Wanted<'_> {
     /// The error of a checkpoint that is of another mesh, or of other spaces on it.
     pub fn unfit(&self, key: &str) -> RunError {
         let file = self.file.display().to_string();
-        match self.run {
-            Some(_) => RunError::OtherProblem { file, key: key.to_owned() },
-            None => RunError::Output(OutputError::Malformed {
+        match self.purpose {
+            Purpose::Run(_) => RunError::OtherProblem { file, key: key.to_owned() },
+            Purpose::Look | Purpose::Solve(_) => RunError::Output(OutputError::Malformed {
                 path: file,
                 what: "does not fit the mesh of its scene".to_owned(),
                 hint: "the mesh file of the run has changed since: restore it, or run the scene again",

@@ -276,7 +276,8 @@ impl Summary {
     pub(super) fn take_errors(&mut self, errors: Option<&History>) {
         let Some(history) = errors.filter(|_| self.counts.steps > 0) else { return };
         for field in history.fields() {
-            self.errors.insert(field.name, Norm::ALL.map(|norm| (norm.name(), history.error(field, norm))).into());
+            let by_norm = Norm::of(field).map(|norm| (norm.name(), history.error(field, norm)));
+            self.errors.insert(field.name, by_norm.collect());
         }
     }
 

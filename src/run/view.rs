@@ -1,8 +1,12 @@
 //! What a run shows of itself between two steps: fields by their names, rigid bodies, and what only a tissue has.
 
+use crate::measure::errors::{Errors, errors, of_flow};
 use crate::measure::fields::Fields;
 use crate::measure::list::{Bodies, OfMarch};
-use crate::model::State;
+use crate::model::immersed::FlowWithBodies;
+use crate::model::immersed::flow::Flow;
+use crate::model::momentum::MomentumError;
+use crate::model::{Exact, Fluid, Reactions, Sources, State};
 use crate::time::Sheet;
 
 /// What only a tissue shows.
@@ -18,6 +22,19 @@ pub struct TissueNow<'a> {
     pub march: OfMarch,
 }
 
+/// What only a Stokes flow shows.
+#[derive(Debug, Clone, Copy)]
+pub struct FlowNow<'a> {
+    /// What is solved.
+    pub flow: &'a Flow,
+    /// Its fields and the motion of its bodies.
+    pub carried: &'a FlowWithBodies,
+    /// The numbers of its equations.
+    pub fluid: &'a Fluid,
+    /// What acts on it.
+    pub sources: &'a Sources,
+}
+
 /// All that there is between two steps.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
@@ -29,4 +46,23 @@ pub struct View<'a> {
     pub bodies: Option<Bodies<'a>>,
     /// `None` where there is no tissue.
     pub tissue: Option<TissueNow<'a>>,
+    /// `None` where there is no Stokes flow.
+    pub flow: Option<FlowNow<'a>>,
+}
+
+impl View<'_> {
+    /// The errors of what there is against exact fields; `None` where nothing is solved for.
+    pub fn errors(&self, exact: &Exact) -> Option<Errors> {
+        let of_tissue = self.tissue.map(|now| errors(now.model, exact, now.state, self.t));
+        of_tissue.or_else(|| self.flow.map(|now| of_flow(now.flow, now.carried, exact, self.t)))
+    }
+
+    /// The forces on the boundary; `None` where none drive the flow.
+    pub fn reactions(&self) -> Option<Result<Reactions, MomentumError>> {
+        let of_tissue = self.tissue.map(|now| now.model.reactions(now.state, self.t));
+        of_tissue.or_else(|| {
+            let FlowNow { flow, carried, fluid, sources } = self.flow?;
+            Some(Reactions::of_flow(flow, carried, fluid, sources))
+        })
+    }
 }

@@ -212,7 +212,7 @@ impl Scene {
 
     /// The settings of the elastic strain where some output needs it: a field, a measure, or a cut.
     pub fn strain_needed(&self) -> Option<StrainSettings> {
-        let measured = |what: &What| what.measures().iter().any(|measure| measure.needs(Premise::Strain));
+        let measured = |what: &What| what.measures().iter().any(|asked| asked.measure.needs(Premise::Strain));
         let needs = |output: &Output| measured(&output.what) || output.what.takes(Tool::Strain);
         self.strain.filter(|_| self.outputs.iter().any(needs))
     }
@@ -271,27 +271,11 @@ impl Scene {
 
     /// The model's terms and the sources, on and off.
     pub fn terms(&self) -> Vec<TermStatus> {
-        let exact = self.sources.exact.is_some();
-        let source = |name, formula, given: bool| {
-            let reason = match (given, exact) {
-                (true, _) => "given in [source]",
-                (false, true) => "from [exact]",
-                (false, false) => "not given",
-            };
-            TermStatus { name, formula, on: given || exact, reason: reason.to_owned() }
-        };
         let mut terms = self.parameters.terms();
         if self.pressure_is_free() {
-            terms.iter_mut().filter(|term| term.name == "pressure").for_each(|term| term.reason = ZERO_MEAN.to_owned());
+            tell_of_zero_mean(&mut terms);
         }
-        terms.push(source("force", "(f_v|w)", self.sources.force.is_some()));
-        match self.parameters.kind() {
-            ModelKind::Incompressible => {}
-            ModelKind::Compressible => {
-                terms.push(source("density source", "(f_ρ|z)", self.sources.density.is_some()));
-            }
-        }
-        terms.push(source("polarity source", "(f_p|q)", self.sources.polarity.is_some()));
+        terms.extend(self.sources.terms(&self.parameters));
         if self.strain.is_some() {
             let on = self.strain_needed().is_some();
             let reason = if on { "an output needs it" } else { "no output needs it" };
@@ -321,5 +305,8 @@ impl Scene {
     }
 }
 
-/// Of the term of the pressure, where only its gradient counts.
-pub(crate) const ZERO_MEAN: &str = "always on; its mean is 0, as no tag prescribes a normal stress";
+/// Says of the pressure that only its gradient counts.
+fn tell_of_zero_mean(terms: &mut [TermStatus]) {
+    let reason = "always on; its mean is 0, as no tag prescribes a normal stress";
+    terms.iter_mut().filter(|term| term.name == "pressure").for_each(|term| term.reason = reason.to_owned());
+}

@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::maps::{MapRequest, MapTable};
+use crate::measure::OutputField;
 use crate::measure::fields::{IN_CUTS, Tool};
-use crate::measure::list::ALL;
-use crate::measure::{Measure, OutputField};
+use crate::measure::list::{ALL, Asked};
 use crate::mesh::Point;
 use crate::schema::{self, FLOWS, Range, TISSUE, WITH_BODIES};
 use crate::scheme::Schedule;
@@ -131,7 +131,7 @@ pub enum What {
     /// Whole fields, for ParaView.
     Fields(Vec<&'static OutputField>),
     /// Columns of the history.
-    Measures(Vec<&'static Measure>),
+    Measures(Vec<Asked>),
     /// Tables along lines and circles.
     Cuts {
         /// Where they lie.
@@ -152,7 +152,7 @@ pub enum What {
 
 impl What {
     /// The measures that it names.
-    pub fn measures(&self) -> &[&'static Measure] {
+    pub fn measures(&self) -> &[Asked] {
         match self {
             What::Measures(measures) => measures,
             What::Fields(_) | What::Cuts { .. } | What::Maps(_) | What::Bodies { .. } | What::Checkpoint => &[],
@@ -197,10 +197,18 @@ impl What {
     }
 }
 
-/// The measures that outputs name, in the order of their columns.
-pub fn measured(outputs: &[Output]) -> Vec<&'static Measure> {
-    let named = |measure: &&'static Measure| outputs.iter().any(|output| output.what.measures().contains(measure));
-    ALL.iter().copied().filter(named).collect()
+/// The measures that outputs name, each once and in the order of their columns.
+pub fn measured(outputs: &[Output]) -> Vec<Asked> {
+    let mut found: Vec<Asked> = Vec::new();
+    for measure in ALL {
+        let of_this = |asked: &&Asked| asked.measure == *measure;
+        for asked in outputs.iter().flat_map(|output| output.what.measures()).filter(of_this) {
+            if !found.contains(asked) {
+                found.push(asked.clone());
+            }
+        }
+    }
+    found
 }
 
 /// A checked `[[output]]`.
@@ -226,7 +234,7 @@ pub struct OutputTable {
     /// Numbers of each step, or of the last state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(transform = schema::not_empty, extend("x-values" = "list of [measures](#measures)"))]
-    pub measures: Option<Vec<&'static Measure>>,
+    pub measures: Option<Vec<Asked>>,
     /// Beside `measures`: their errors are [estimated](#estimates) at the end; not with `mesh.file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("x-kinds" = TISSUE, "default" = false))]

@@ -207,7 +207,7 @@ pub struct ExactTable {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExactBoundary {
-    /// `n·σ` (on slip its tangential part) and `∂p/∂n` are those of the exact fields.
+    /// `n·σ` (on slip its tangential part) and, in a tissue, `∂p/∂n` are those of the exact fields.
     #[default]
     Exact,
     /// They are what the scene says: zero, or the given traction.

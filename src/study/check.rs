@@ -108,7 +108,7 @@ pub fn check(kind: StudyKind, file: &Path, sets: &[(String, String)]) -> Result<
             let study = OrderStudy::read(file, sets)?;
             let all = study.variants.iter().flat_map(|variant| study.levels.iter().map(move |n| (variant, *n)));
             let runs = all.map(|(variant, n)| {
-                let scene = study.scene_at(variant, n).map(AnyScene::new);
+                let scene = study.scene_at(variant, n);
                 (format!("{}{}n = {n}", variant.name, if variant.name.is_empty() { "" } else { ", " }), scene)
             });
             gather(kind, study.title.clone(), runs)?

@@ -2,11 +2,11 @@
 
 use super::file::Variant;
 use super::order::{Level, Outcome};
+use crate::expression::Expression;
 use crate::measure::errors::Norm;
 use crate::mesh::Mesh;
-use crate::model::ModelKind;
-use crate::model::fields::{self, DENSITY, DIFFUSION, FieldId, LAPLACIAN, POLARITY, PRESSURE, Role, VELOCITY};
-use crate::scene::Scene;
+use crate::model::fields::{self, FieldId, Role};
+use crate::run::kinds::Compared;
 
 /// Observed orders may lie below the promised ones by this: levels are coarse, and fits take the coarsest with them.
 const SLACK: f64 = 0.5;
@@ -24,55 +24,40 @@ const HINT: &str = "; hint: exact fields with kinks and boundary data of another
 #[derive(Debug, Clone, PartialEq)]
 pub struct Promise {
     /// Orders in the cells' size.
-    space: Vec<(FieldId, f64)>,
-    /// Order in the step.
+    space: Vec<(FieldId, Norm, f64)>,
+    /// Order in the step, infinite where nothing is carried in time.
     time: f64,
     /// Largest size of the exact fields, times the relative error that is none of discretisation.
     solved: f64,
 }
 
 impl Promise {
-    /// Of a scene with exact fields on its mesh.
-    ///
-    /// With velocities of degree q, pressures r, polarities s: `v` min(q+1, r+2, s+1), `Π` min(q, r+1, s), `p`
-    /// min(s+1, q+1), `Δ_h p` s−1; in a compressible sheet with densities d `v` min(q, d)+1, `ρ` min(d+1, q), `p`
-    /// min(s, q, d)+1, `div_h(ρ∇p)` min(s−1, d). On circles no field has more than 2 on straight cells, and m+2 on
-    /// cells of degree m.
-    pub fn of(scene: &Scene, mesh: &Mesh) -> Self {
-        let degrees = &scene.space;
-        let (q, r, d, s) = (degrees.velocity, degrees.pressure, degrees.density, degrees.polarity);
-        let orders = match scene.parameters.kind() {
-            ModelKind::Incompressible => vec![
-                (VELOCITY, (q + 1).min(r + 2).min(s + 1)),
-                (PRESSURE, q.min(r + 1).min(s)),
-                (POLARITY, s.min(q) + 1),
-                (LAPLACIAN, s - 1),
-            ],
-            ModelKind::Compressible => vec![
-                (VELOCITY, q.min(d) + 1),
-                (DENSITY, q.min(d + 1)),
-                (POLARITY, s.min(q).min(d) + 1),
-                (DIFFUSION, (s - 1).min(d)),
-            ],
-        };
+    /// Of a scene on its mesh: the orders of its degrees, and one less for gradients. On circles no field has more than 2
+    /// on straight cells, and m+2 on cells of degree m.
+    pub fn of(compared: &Compared, mesh: &Mesh) -> Self {
         let bent = mesh.curved.iter().flatten().map(|nodes| nodes.degree).min();
         let most = if mesh.curves.is_empty() { usize::MAX } else { bent.map_or(2, |m| m + 2) };
-        let space = orders.into_iter().map(|(field, order)| (field, order.min(most) as f64)).collect();
-        let started = if scene.time.exact_start { usize::MAX } else { 2 };
-        let time = scene.time.order.min(started) as f64;
-        Self { space, time, solved: SOLVED * scene.coupling.tolerance * largest(scene, mesh) }
+        let orders = compared.orders.iter().map(|(field, order)| (*field, *order.min(&most)));
+        let of = |(field, order): (FieldId, usize)| {
+            let slope = Norm::of(field).filter(|norm| *norm == Norm::Slope).map(move |norm| (field, norm, order - 1));
+            std::iter::once((field, Norm::Square, order)).chain(slope)
+        };
+        let space = orders.flat_map(of).map(|(field, norm, order)| (field, norm, order as f64)).collect();
+        let time = compared.order_in_time.map_or(f64::INFINITY, |order| order as f64);
+        Self { space, time, solved: SOLVED * compared.tolerance * largest(compared, mesh) }
     }
 }
 
 /// Largest value of the exact fields at the cells' centroids, at the start and at the end.
-fn largest(scene: &Scene, mesh: &Mesh) -> f64 {
-    let Some(exact) = &scene.sources.exact else { return 0.0 };
+fn largest(compared: &Compared, mesh: &Mesh) -> f64 {
+    let exact = compared.exact;
+    let size = |pair: &[Expression; 2], x, t| pair[0].eval(x, t).hypot(pair[1].eval(x, t));
     let at = |x, t| {
-        let values = exact.at(x, t);
-        values.velocity.norm().max(values.polarity.norm()).max(values.volume.abs())
+        let vectors = exact.vectors().map(|pair| size(pair, x, t)).fold(0.0, f64::max);
+        vectors.max(exact.volume().formula().eval(x, t).abs())
     };
     let places = (0..mesh.cells.len()).map(|cell| mesh.centroid(cell));
-    places.flat_map(|x| [at(x, 0.0), at(x, scene.time.end)]).fold(0.0, f64::max)
+    places.flat_map(|x| [at(x, 0.0), at(x, compared.end)]).fold(0.0, f64::max)
 }
 
 /// One line for each field whose observed order falls short: of what the variant expects, or without that of what its
@@ -101,8 +86,8 @@ pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
             }
         }
         None => {
-            for &(field, space) in &finest.promise.space {
-                lines.extend(broken_promise(outcome, &levels, field, space));
+            for &promised in &finest.promise.space {
+                lines.extend(broken_promise(outcome, &levels, promised));
             }
             if let Some(last) = lines.last_mut() {
                 last.push_str(HINT);
@@ -112,9 +97,9 @@ pub fn short_orders(variant: &Variant, outcome: &Outcome) -> Vec<String> {
     lines
 }
 
-/// What is wrong with the order of a field in `L²(L²)`: the better of the fit and the order between the last two
-/// levels counts.
-fn broken_promise(outcome: &Outcome, levels: &[&Level], field: FieldId, space: f64) -> Option<String> {
+/// What is wrong with the order of a field in a norm: the better of the fit and the order between the last two levels
+/// counts.
+fn broken_promise(outcome: &Outcome, levels: &[&Level], (field, norm, space): (FieldId, Norm, f64)) -> Option<String> {
     let [.., coarse, fine] = levels else { return None };
     if is_solved(fine, field) {
         return None;
@@ -129,12 +114,12 @@ fn broken_promise(outcome: &Outcome, levels: &[&Level], field: FieldId, space: f
     } else {
         (time, "the scheme in time")
     };
-    let last = outcome.order_between(coarse, fine, field, Norm::Square);
-    let observed = outcome.fit(field, Norm::Square).map_or(last, |fit| fit.max(last));
+    let last = outcome.order_between(coarse, fine, field, norm);
+    let observed = outcome.fit(field, norm).map_or(last, |fit| fit.max(last));
     if observed >= expected - SLACK {
         return None;
     }
-    let (name, norm) = (field.name, Norm::Square.name());
+    let (name, norm) = (field.name, norm.name());
     Some(format!("{name} in {norm}: order {observed:.2}, expected {expected:.1} by {why}"))
 }
 

@@ -12,6 +12,7 @@ use crate::expression::{ExpressionError, Formula};
 use crate::mesh::Point;
 use crate::model::fields;
 use crate::names;
+use crate::run::AnyScene;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::schema::{self, Range};
 
@@ -119,9 +120,10 @@ impl OrderStudy {
 
     /// Sets up the scene of every level: each must differ from the one before in the size that orders refer to.
     fn check_sizes(&self, variant: &Variant) -> Result<(), StudyError> {
-        let scenes: Vec<Scene> = self.levels.iter().map(|&n| self.scene_at(variant, n)).collect::<Result<_, _>>()?;
-        let meshes: Vec<bool> = scenes.windows(2).map(|pair| pair[0].mesh != pair[1].mesh).collect();
-        let steps = scenes.windows(2).map(|pair| pair[0].time.control.step != pair[1].time.control.step);
+        let scenes: Vec<AnyScene> = self.levels.iter().map(|&n| self.scene_at(variant, n)).collect::<Result<_, _>>()?;
+        let meshes: Vec<bool> = scenes.windows(2).map(|pair| pair[0].mesh() != pair[1].mesh()).collect();
+        let step = |scene: &AnyScene| scene.compared().map(|compared| compared.step);
+        let steps = scenes.windows(2).map(|pair| step(&pair[0]) != step(&pair[1]));
         let all_meshes = meshes.iter().all(|&differ| differ);
         let steps_alone = !meshes.contains(&true) && steps.into_iter().all(|differ| differ);
         if all_meshes || steps_alone {
@@ -137,7 +139,7 @@ impl OrderStudy {
     ///
     /// # Errors
     /// A formula that cannot be read or has no finite value; a value that the scene refuses; no exact fields.
-    pub fn scene_at(&self, variant: &Variant, n: f64) -> Result<Scene, StudyError> {
+    pub fn scene_at(&self, variant: &Variant, n: f64) -> Result<AnyScene, StudyError> {
         let blame = |error: SceneError| self.blame(variant, n, error);
         let mut source = self.scene.clone();
         for (key, value) in &variant.set {
@@ -158,11 +160,15 @@ impl OrderStudy {
             })?;
             source.set(key, &value.to_string()).map_err(blame)?;
         }
-        let scene = Scene::check(source).map_err(blame)?;
-        if scene.sources.exact.is_none() {
-            return Err(StudyError::NoExact { place: scene.source().origin().to_owned() });
+        if !(source.kind().keys.top)().contains(&"exact") {
+            // which refuses it as what it is
+            Scene::check(source.clone()).map_err(blame)?;
         }
-        Ok(scene)
+        let scene = AnyScene::check(source).map_err(blame)?;
+        match scene.compared() {
+            Some(_) => Ok(scene),
+            None => Err(StudyError::NoExact { place: scene.source().origin().to_owned() }),
+        }
     }
 
     /// Names the place in the study that set what the scene refuses.

@@ -52,7 +52,7 @@ pub enum StudyError {
     Output(#[from] OutputError),
     #[error(
         "{place}: the scene has no exact fields to compare with; hint: add [exact] with velocity, pressure (or \
-         density) and polarity"
+         density), and in a tissue polarity"
     )]
     NoExact { place: String },
     /// Wrong in one level or variant only.

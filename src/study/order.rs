@@ -7,15 +7,17 @@ use std::time::Instant;
 use super::expected::Promise;
 use super::file::{OrderStudy, Variant};
 use super::{StudyError, table};
-use crate::measure::errors::{History, Norm, errors};
-use crate::model::fields::FieldId;
+use crate::measure::errors::{History, Norm};
+use crate::model::Exact;
+use crate::model::fields::{self, FieldId, Role};
 use crate::output::console;
 use crate::output::lock::{self, Room};
 use crate::output::progress::{Progress, Status, Verbosity};
+use crate::run::RunError;
+use crate::run::stepper::{Halt, Limits, Plan, Purpose, Stepper, Wanted};
+use crate::run::summary::Unknowns;
 use crate::run::unsaved::UnsavedWork;
-use crate::run::{RunError, Setup};
-use crate::scene::Scene;
-use crate::time::{Counts, March, MarchError};
+use crate::time::Counts;
 
 /// One level of one variant.
 #[derive(Debug, Clone)]
@@ -28,7 +30,7 @@ pub struct Level {
     pub dt: f64,
     /// Number of cells.
     pub cells: usize,
-    /// Unknowns of velocity, pressure and polarity together.
+    /// Unknowns of the flow, and of what is carried.
     pub unknowns: usize,
     /// Errors over all steps that were solved.
     pub errors: History,
@@ -161,28 +163,43 @@ fn run_level(
 ) -> Result<Level, StudyError> {
     let in_level = |error: RunError| study.in_level(variant, n, error.into());
     let scene = study.scene_at(variant, n)?;
-    let begin = Instant::now();
-    let before = crate::solve::sparse::counts()[0];
-    let setup = Setup::new(&scene).map_err(in_level)?;
-    let mut steps = setup.start(&scene).map_err(in_level)?;
-    ready()?;
-    let _unsaved = UnsavedWork::new();
-    steps.interrupt = interrupt;
-    let (errors, failure) = march(&scene, &mut steps, verbosity);
-    let model = &setup.model;
-    Ok(Level {
-        n,
-        h: setup.ground.quality.h_max,
-        dt: (0..2).map(|k| scene.march().length(scene.time.control.step, k)).fold(0.0, f64::max),
-        cells: setup.ground.mesh.cells.len(),
-        unknowns: model.flow_unknowns() + model.carried_len(),
-        errors,
-        counts: steps.counts,
-        factorisations: crate::solve::sparse::counts()[0] - before,
-        seconds: begin.elapsed().as_secs_f64(),
-        promise: Promise::of(&scene, &setup.ground.mesh),
-        failure,
-    })
+    let compared = scene.compared().expect("the study was checked for exact fields");
+    let (begin, before) = (Instant::now(), crate::solve::sparse::counts()[0]);
+    let wanted = Wanted { saved: None, file: Path::new("checkpoint.bin"), purpose: Purpose::Solve(interrupt) };
+    let (mut level, mut readied) = (None, Ok(()));
+    scene
+        .stage(&wanted, &mut |plan, ground, stepper| {
+            readied = ready();
+            if readied.is_err() {
+                return Ok(());
+            }
+            let _unsaved = UnsavedWork::new();
+            let ground = ground.expect("what has exact fields has a mesh");
+            let Found { errors, counts, failure } = march(plan, compared.exact, stepper, verbosity, interrupt)?;
+            level = Some(Level {
+                n,
+                h: ground.quality.h_max,
+                dt: compared.longest,
+                cells: ground.mesh.cells.len(),
+                unknowns: unknowns(&plan.unknowns),
+                errors,
+                counts,
+                factorisations: crate::solve::sparse::counts()[0] - before,
+                seconds: begin.elapsed().as_secs_f64(),
+                promise: Promise::of(&compared, &ground.mesh),
+                failure,
+            });
+            Ok(())
+        })
+        .map_err(in_level)?;
+    readied.map(|()| level.expect("what is ready is solved"))
+}
+
+/// Of the flow, and of what is carried.
+fn unknowns(unknowns: &Unknowns) -> usize {
+    let is_carried = |name: &str| fields::named(name).is_some_and(|field| field.role == Role::Carried);
+    let carried = unknowns.fields.iter().filter(|(name, _)| is_carried(name)).map(|(_, count)| count);
+    unknowns.stokes_system + carried.sum::<usize>()
 }
 
 /// One line about a level.
@@ -201,35 +218,55 @@ fn told(variant: &str, level: &Level) -> String {
     )
 }
 
-/// Marches to the end of the scene and sums up the errors after each step; with the reason if it does not get there.
-fn march(scene: &Scene, march: &mut March, verbosity: Verbosity) -> (History, Option<String>) {
-    let exact = scene.sources.exact.as_ref().expect("the study was checked for exact fields");
-    let mut history = History::default();
-    let mut progress = Progress::new(verbosity, march.t);
-    let end = scene.time.end;
-    let mut failure = None;
-    while march.t < end * (1.0 - 1e-12) && scene.time.max_steps.is_none_or(|most| march.counts.steps < most) {
-        match march.advance(end) {
-            Ok(report) => {
-                history.add(&errors(march.model, exact, &march.state, march.t), report.dt);
-                let (step, t, dt, iterations) = (report.step, march.t, report.dt, report.iterations);
+/// What a level found.
+struct Found {
+    errors: History,
+    counts: Counts,
+    /// Why it did not get to its end.
+    failure: Option<String>,
+}
+
+/// Moves to the end of the scene and sums up the errors after each step.
+fn march(
+    plan: &Plan,
+    exact: &Exact,
+    stepper: &mut dyn Stepper,
+    verbosity: Verbosity,
+    interrupt: &AtomicBool,
+) -> Result<Found, RunError> {
+    let (mut errors, mut counts, mut failure) = (History::default(), Counts::default(), None);
+    let Limits { end, max_steps, .. } = plan.limits;
+    let mut t = 0.0;
+    stepper.look(&mut |view| {
+        t = view.t;
+        Ok(())
+    })?;
+    let mut progress = Progress::new(verbosity, t);
+    while failure.is_none() && t < end * (1.0 - 1e-12) && max_steps.is_none_or(|most| counts.steps < most) {
+        match stepper.advance(t, end) {
+            Ok(stride) => {
+                counts.steps += 1;
+                counts.nonlinear_iterations += stride.iterations;
+                counts.rejected += stride.rejected;
+                counts = stepper.counts().unwrap_or(counts);
+                t = stride.t;
+                stepper.look(&mut |view| {
+                    errors.add(&view.errors(exact).expect("what has exact fields is solved for"), stride.dt);
+                    Ok(())
+                })?;
+                let (step, dt, iterations) = (counts.steps, stride.dt, stride.iterations);
                 progress.show(&Status { step, t, end, dt, iterations, residual: None });
             }
-            Err(
-                error @ (MarchError::Interrupted { .. } | MarchError::StepTooSmall { .. } | MarchError::Failed { .. }),
-            ) => {
-                failure = Some(error.to_string());
-                break;
-            }
+            Err(Halt::Interrupted) => failure = Some(format!("stopped from outside at t = {t}")),
+            Err(Halt::Failed { reason, .. }) => failure = Some(reason),
         }
-        if march.interrupt.load(Ordering::Relaxed) {
-            failure = Some(format!("stopped from outside at t = {}", march.t));
-            break;
+        if failure.is_none() && interrupt.load(Ordering::Relaxed) {
+            failure = Some(format!("stopped from outside at t = {t}"));
         }
     }
     progress.finish();
-    if failure.is_none() && march.t < end * (1.0 - 1e-12) {
-        failure = Some(format!("`time.max_steps` was reached at t = {}, before the end {end}", march.t));
+    if failure.is_none() && t < end * (1.0 - 1e-12) {
+        failure = Some(format!("`time.max_steps` was reached at t = {t}, before the end {end}"));
     }
-    (history, failure)
+    Ok(Found { errors, counts, failure })
 }

@@ -10,9 +10,8 @@ use super::child::RunSummary;
 use super::columns::write_parquet;
 use super::columns::{Column, write_csv};
 use super::sweep_file::{Case, SweepStudy};
-use crate::measure::Measure;
 use crate::measure::errors::Norm;
-use crate::measure::list::FREE_ENERGY;
+use crate::measure::list::{Asked, FREE_ENERGY};
 use crate::model::fields::{self, FieldId};
 use crate::output::{OutputError, number, write_whole};
 use crate::results::names::{estimate_of, estimated};
@@ -219,14 +218,15 @@ impl Row {
 
 /// Names of the measures that runs of a scene can have, without those that only a name of the scene's makes.
 pub(super) fn measures_of(scene: &AnyScene) -> Vec<&'static str> {
-    let named = || measured(scene.outputs()).into_iter().flat_map(Measure::column_names).collect();
+    let named =
+        || measured(scene.outputs()).into_iter().flat_map(|asked| asked.column_names().collect::<Vec<_>>()).collect();
     scene.tissue().map_or_else(named, measures_of_tissue)
 }
 
 fn measures_of_tissue(scene: &Scene) -> Vec<&'static str> {
     let mut names: Vec<&str> =
         columns(&scene.outputs, Some(scene)).into_iter().filter(|name| !name.starts_with("residual")).collect();
-    if !measured(&scene.outputs).contains(&&FREE_ENERGY) {
+    if !measured(&scene.outputs).contains(&Asked::from(&FREE_ENERGY)) {
         names.retain(|name| !name.starts_with("free_energy"));
     }
     if scene.steady.is_some() {
@@ -309,7 +309,7 @@ fn errors(rows: &[Row]) -> Vec<Column> {
         let name = format!("error_{}_{}", field.name, norm.name());
         Column::numbers(name, rows.iter().map(move |row| row.error(field, norm)))
     };
-    let of = |field: FieldId| Norm::ALL.map(|norm| column(field, norm));
+    let of = |field: FieldId| Norm::of(field).map(move |norm| column(field, norm));
     fields::ALL.into_iter().filter(measured).flat_map(of).collect()
 }
 

@@ -92,7 +92,7 @@ fn orders(outcome: &Outcome) -> Vec<Vec<String>> {
     let mut last: Option<&Level> = None;
     for level in outcome.complete() {
         for field in level.errors.fields() {
-            for norm in Norm::ALL {
+            for norm in Norm::of(field) {
                 let order = last.map(|coarse| number(outcome.order_between(coarse, level, field, norm)));
                 let sizes = [level.n, level.h, level.dt].map(number);
                 let names = [field.name, norm.name()].map(String::from);
@@ -175,7 +175,7 @@ pub fn text(outcome: &Outcome) -> String {
     }
     let _ = writeln!(out, " {:>6}", "fit");
     for field in fields(&levels) {
-        for norm in Norm::ALL {
+        for norm in Norm::of(field) {
             let _ = write!(out, "{:<10} {:<11}", field.name, norm.name());
             for (k, level) in levels.iter().enumerate() {
                 let _ = write!(out, " {:>9.2e}", level.errors.error(field, norm));
@@ -208,7 +208,7 @@ fn plot(study: &OrderStudy, outcome: &Outcome) -> Plot {
         let points = levels.iter().map(|l| (l.size(by_mesh), l.errors.error(field, norm))).collect();
         Series::new(format!("{}, {}", field.symbol, norm.symbol()), points)
     };
-    let all = fields(&levels).into_iter().flat_map(|field| Norm::ALL.map(|norm| (field, norm)));
+    let all = fields(&levels).into_iter().flat_map(|field| Norm::of(field).map(move |norm| (field, norm)));
     let (series, fits): (Vec<Series>, Vec<f64>) =
         all.map(|(field, norm)| (series(field, norm), outcome.fit(field, norm).unwrap_or(f64::NAN))).unzip();
     let mut orders: Vec<f64> = fits.iter().filter(|f| f.is_finite()).map(|f| f.round()).filter(|f| *f >= 1.0).collect();

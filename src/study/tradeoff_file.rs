@@ -252,9 +252,13 @@ fn columns() -> Vec<(&'static str, Option<&'static Measure>)> {
     ALL.iter().flat_map(measured).chain(["growth", "frequency"].map(|name| (name, None))).collect()
 }
 
-/// `velocity` for the norm L2(L2), `velocity Linf(Linf)` for the other, and so on.
+/// `velocity` for the norm L2(L2), `velocity Linf(Linf)` for another, and so on.
 fn error_names() -> Vec<String> {
-    let of = |field: FieldId| [field.name.to_owned(), format!("{} {}", field.name, Norm::Largest.name())];
+    let others = |field: FieldId| Norm::of(field).filter(|norm| *norm != Norm::Square);
+    let of = |field: FieldId| {
+        let named = others(field).map(move |norm| format!("{} {}", field.name, norm.name()));
+        std::iter::once(field.name.to_owned()).chain(named)
+    };
     fields::ALL.into_iter().flat_map(of).collect()
 }
 

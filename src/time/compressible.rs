@@ -16,7 +16,7 @@ use crate::model::lagged::{Elements, Layout, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Polarity;
 use crate::model::scales::relative;
-use crate::model::{Conditions, FieldId, Parameters, Residuals, Sources, State};
+use crate::model::{Conditions, FieldId, Parameters, Reactions, Residuals, Sources, State};
 use crate::solve::blocks::Incomplete;
 use crate::solve::sparse::Matrix;
 use crate::solve::{SolveError, axpy, dot, root};
@@ -221,6 +221,10 @@ impl Sheet for Compressible {
 
     fn polarity_laplacian(&self, state: &State, t: f64) -> Field {
         scaled(self.diffused(&state[DENSITY], &state[POLARITY], t), self.parameters.coherence.powi(2))
+    }
+
+    fn reactions(&self, state: &State, t: f64) -> Result<Reactions, MomentumError> {
+        Ok(Reactions::of_compressible(self, state, t))
     }
 
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {

@@ -16,7 +16,7 @@ use crate::model::parameters::ElasticForce;
 use crate::model::polarity::Polarity;
 use crate::model::scales::{Scales, relative};
 use crate::model::terms::At;
-use crate::model::{Conditions, FieldId, Parameters, Residuals, Sources, State, tangent};
+use crate::model::{Conditions, FieldId, Parameters, Reactions, Residuals, Sources, State, tangent};
 use crate::solve::blocks::{Incomplete, VectorBlocks};
 use crate::solve::sparse::Matrix;
 use crate::solve::{SolveError, axpy, dot, root};
@@ -215,6 +215,10 @@ impl Sheet for Incompressible {
 
     fn polarity_laplacian(&self, state: &State, t: f64) -> Field {
         scaled(self.polarity.laplacian(self.tissue(), &state[POLARITY], t), self.parameters.coherence.powi(2))
+    }
+
+    fn reactions(&self, state: &State, t: f64) -> Result<Reactions, MomentumError> {
+        Reactions::of_incompressible(self, state, t)
     }
 
     fn pressure(&self, state: &State) -> Result<Field, SolveError> {

@@ -19,7 +19,7 @@ use crate::model::incompressible::{Incompressible, Inputs};
 use crate::model::lagged::{Elements, Layout, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Polarity;
-use crate::model::{Conditions, FieldId, Parameters, Residuals, Sources, State};
+use crate::model::{Conditions, FieldId, Parameters, Reactions, Residuals, Sources, State};
 use crate::solve::SolveError;
 use crate::solve::sparse::Matrix;
 use crate::space::{Field, Space};
@@ -237,6 +237,11 @@ pub trait Sheet: Debug + Sync {
     fn molecular_field(&self, state: &State, t: f64) -> Field;
     /// `κ²Δ_h p` at a state, `κ² div_h(ρ∇p)` of a compressible sheet: what diffusion adds to `−L_h/B`.
     fn polarity_laplacian(&self, state: &State, t: f64) -> Field;
+    /// The forces on the boundary at a state.
+    ///
+    /// # Errors
+    /// Forces on bodies that cannot be solved for.
+    fn reactions(&self, state: &State, t: f64) -> Result<Reactions, MomentumError>;
     /// The pressure Π at a state, ρΠ of a compressible sheet, for output.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ mod model;
 mod newton;
 mod parts;
 mod project;
+mod reactions;
 mod solve;
 mod space;
 mod start;

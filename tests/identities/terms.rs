@@ -12,9 +12,9 @@ use monolayer::mesh::{Mesh, Point};
 use monolayer::model::manufactured::Series;
 use monolayer::model::parameters::DensityLaw;
 use monolayer::model::terms::{
-    At, Functional, Given, MASS, MOLECULAR, MOMENTUM, POLARITY, Strong, Sum, Term, Weak, factor,
+    At, FlowTerms, Functional, Given, MASS, MOLECULAR, MOMENTUM, POLARITY, Strong, Sum, Term, Weak, factor,
 };
-use monolayer::model::{Conditions, ElasticForce, Exact, Parameters};
+use monolayer::model::{Conditions, ElasticForce, Exact, Fluid, Parameters};
 use monolayer::space::{Field, Space, project};
 
 /// Sheets in which every term is on, one of each kind and with either elastic force, and with factors of either sign.
@@ -91,7 +91,7 @@ impl Fields {
             Weak::Functional(functional) => self.loops.vector(&(functional.value)(&self.at(m, &given)), test),
             Weak::Flow { weight, matrix, .. } => {
                 let rho = if m.density.is_some() { Density::Of(&self.rho) } else { Density::One };
-                times(&self.loops, &(weight(m) * matrix(&self.v.space, rho)), &self.v, &self.v.space)
+                times(&self.loops, &(weight(m.into()) * matrix(&self.v.space, rho)), &self.v, &self.v.space)
             }
             Weak::With(_) | Weak::Frame => vec![0.0; test.dof_count()],
         }
@@ -156,7 +156,11 @@ fn differentiate<V: Jet>(list: &'static [Term<V>], test: impl Fn(&Fields) -> Arc
                     Weak::Flow { weight, by_density, .. } => {
                         if m.density.is_some() {
                             let (direction, slopes) = along(0, &|fields| &mut fields.rho);
-                            compare("ρ", times(loops, &(weight(&m) * by_density(&at)), &direction, &test), slopes);
+                            compare(
+                                "ρ",
+                                times(loops, &(weight((&m).into()) * by_density(&at)), &direction, &test),
+                                slopes,
+                            );
                         }
                     }
                     Weak::Functional(functional) => {
@@ -418,5 +422,31 @@ fn a_term_that_is_off_is_not_assembled() {
         let names = on(&m);
         let (has, all) = (names.len(), m.terms().len());
         assert_eq!(has, all, "every term that the sheet has is on: {names:?}");
+    }
+}
+
+/// A Stokes flow is a sheet without polarity: its matrix and its force are those of the sheet's terms about the flow.
+#[test]
+fn a_stokes_flow_has_the_terms_of_the_sheet_about_the_flow() {
+    let pair = |a: &str, b: &str| [a, b].map(|text| Expression::parse(text, &[]).expect("the formula parses"));
+    let v = || pair("sin(x)*exp(y) + t", "-cos(x)*exp(y)");
+    let pi = || Expression::parse("x*y^2 - t", &[]).expect("the formula parses");
+    let flow = Exact::stokes(v(), pi());
+    let sheet = Exact::new(v(), pi(), pair("x", "y")).unwrap();
+    assert!(sheet.has_polarity() && !flow.has_polarity());
+    for friction in [0.0, 1.3] {
+        let (fluid, bare) = (Fluid { friction }, Parameters { friction, traction: 0.0, ..Parameters::PLAIN });
+        assert_eq!(FlowTerms::of(&fluid), FlowTerms::of(&bare));
+        let told: Vec<(&str, bool)> = fluid.terms().iter().map(|term| (term.name, term.on)).collect();
+        assert_eq!(told, [("viscosity", true), ("friction", friction > 0.0), ("pressure", true)]);
+        for term in fluid.terms() {
+            assert!(bare.terms().contains(&term), "{term:?}");
+        }
+        let (x, t) = (Point::new(0.3, -0.2), 0.4);
+        assert_eq!(flow.force(&fluid, x, t), sheet.force(&bare, x, t));
+        assert_eq!(flow.stress(&fluid, x, t), sheet.stress(&bare, x, t));
+        // −Δv + ∇Π + C_F v of a solenoidal v, whose Laplacian vanishes here
+        let wanted = Point::new(x.y.powi(2), 2.0 * x.x * x.y) + friction * flow.flow(x, t).value;
+        assert!((flow.force(&fluid, x, t) - wanted).norm() < 1e-14);
     }
 }

@@ -3,12 +3,14 @@
 mod common;
 mod compressible;
 mod curved;
+mod forces;
 mod incompressible;
 mod polar_stress;
 mod rotation;
 mod self_advection;
 mod slip;
 mod space;
+mod stokes;
 mod time;
 mod walls;
 

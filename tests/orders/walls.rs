@@ -11,7 +11,8 @@ use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::frames::{Frames, WallPoints};
 use monolayer::model::momentum::{Momentum, SlipTreatment};
-use monolayer::model::{Conditions, Parameters, VelocityCondition};
+use monolayer::model::terms::FlowTerms;
+use monolayer::model::{Conditions, Fluid, VelocityCondition};
 use monolayer::space::{Continuity, Field, Space};
 
 /// Minimum of the stream function on x = 1/2 in the cavity with a lid of speed 1: beside the known −0.100076, `ψ(y) =
@@ -49,8 +50,8 @@ fn flow(mesh: Mesh, conditions: &[Conditions], slip: SlipTreatment) -> Flow {
     let loops = Integrator::new(&mesh);
     let velocity = Arc::new(Space::new(&mesh, Continuity::Continuous, 2, 2));
     let pressure = Arc::new(Space::new(&mesh, Continuity::Continuous, 1, 1));
-    let frictionless = Parameters { friction: 0.0, ..Parameters::PLAIN };
-    let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, &frictionless, slip).unwrap();
+    let terms = FlowTerms::of(&Fluid { friction: 0.0 });
+    let momentum = Momentum::new(&loops, &velocity, &pressure, conditions, &terms, slip).unwrap();
     let prescribed = momentum.frames.prescribed(conditions, 0.0).unwrap();
     let (v, _) = momentum.solve(&vec![0.0; velocity.dof_count()], &prescribed).unwrap();
     let v = Field::new(&velocity, v);

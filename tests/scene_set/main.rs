@@ -5,7 +5,7 @@ mod names;
 use std::path::Path;
 
 use monolayer::measure::fields::{DENSITY, POLARITY, PRESSURE, VELOCITY};
-use monolayer::measure::list;
+use monolayer::measure::list::{self, Asked};
 use monolayer::mesh::Point;
 use monolayer::model::terms::factor;
 use monolayer::model::{DensityLaw, ModelKind, PolarityCondition, VelocityCondition};
@@ -123,7 +123,10 @@ fn the_compressible_scene_has_a_density() {
     let Some(InitialDensity::Formula(start)) = &sheet.initial_density else { panic!("no formula") };
     assert_eq!(start.eval(x, 0.0), 1.0 + 0.1 * x.x.cos());
     assert_eq!(sheet.outputs[0].what, What::Fields(vec![&VELOCITY, &DENSITY, &PRESSURE]));
-    assert_eq!(sheet.outputs[1].what, What::Measures(vec![&list::MASS, &list::DENSITY_MIN, &list::LIMITED_CELLS]));
+    assert_eq!(
+        sheet.outputs[1].what,
+        What::Measures([&list::MASS, &list::DENSITY_MIN, &list::LIMITED_CELLS].map(Asked::from).to_vec())
+    );
 }
 
 #[test]

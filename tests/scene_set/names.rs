@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use monolayer::measure::{fields, list};
+use monolayer::measure::fields;
+use monolayer::measure::list::{self, Asked};
 use monolayer::names::{RENAMED, did_you_mean, nearest};
 use monolayer::run::AnyScene;
 use monolayer::scene::{Quantity, Scene, SceneSource, SlipTreatment, What, renamed};
@@ -55,7 +56,7 @@ fn old_overrides_go_on_with_a_note() {
     let scene = Scene::check(source).unwrap();
     assert_eq!(scene.parameters.alignment, -0.5);
     assert_eq!(scene.source().notes().len(), 4, "{:?}", scene.source().notes());
-    assert_eq!(scene.outputs[1].what, What::Measures(vec![&list::ENERGY_BUDGET]));
+    assert_eq!(scene.outputs[1].what, What::Measures(vec![Asked::from(&list::ENERGY_BUDGET)]));
     says("model.slip", "7", &["`model.alignment` = 7", "must lie in [-1, 1]"]);
     let mut source = SceneSource::parse(STRIP, Path::new("strip.toml")).unwrap();
     source.set("model.slip", "").unwrap();

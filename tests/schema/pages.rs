@@ -78,7 +78,8 @@ fn tables() -> BTreeMap<&'static str, String> {
     let section = at(&tissue, &format!("{output}/properties/cuts/items/anyOf/1"));
     all.insert("sections", table(KEYS, rows(&section)));
     let measure = |measure: &&monolayer::measure::Measure| {
-        let columns: Vec<String> = measure.column_names().map(|name| format!("`{name}`")).collect();
+        let tag = if measure.is_on_a_tag() { ":TAG" } else { "" };
+        let columns: Vec<String> = measure.column_names().map(|name| format!("`{name}{tag}`")).collect();
         format!("| `{}` | {} | {} | {} |", measure.name, measure.help, measure.subject(), columns.join(", "))
     };
     let measures = ALL.iter().map(measure).collect();

@@ -4,8 +4,10 @@
 //! and what they are refused with, the columns of tables, labels of pictures, what studies can compare, and a table in
 //! `docs/scene.md` that a test compares.
 
+mod asked;
 mod asymmetry;
 mod bodies;
+mod boundary;
 mod circulation;
 mod column;
 mod defects;
@@ -17,18 +19,21 @@ mod mean_speed;
 mod overshoot;
 mod subject;
 
-use std::borrow::Cow;
 use std::fmt;
 use std::sync::LazyLock;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+pub use asked::{Asked, OnTag};
 pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE};
 pub use column::{Column, DIMENSIONLESS};
-pub use subject::{Bodies, Domain, Flow, Gauge, OfBodies, OfFlow, OfMarch, OfState, Prepared, Subject, Taken, Tissue};
+pub use subject::{
+    Bodies, Boundary, Domain, Flow, Gauge, OfBodies, OfBoundary, OfFlow, OfMarch, OfState, Prepared, Spot, Subject,
+    Taken, Tissue,
+};
 
 pub use self::asymmetry::ASYMMETRY;
+pub use self::boundary::{FORCE_ON, TORQUE_ON};
 pub use self::circulation::CIRCULATION;
 pub use self::defects::DEFECTS;
 pub use self::density::{DENSITY_MIN, LIMITED_CELLS, MASS};
@@ -39,7 +44,7 @@ pub use self::mean_speed::MEAN_SPEED;
 pub use self::overshoot::OVERSHOOT;
 use super::MeasureError;
 use crate::schema::listed::{self, Listed};
-use crate::schema::{self, FLOWS, IN_A_FLOW, TISSUE, WITH_BODIES};
+use crate::schema::{FLOWS, IN_A_FLOW, TISSUE, WITH_BODIES, WITH_PRESSURE};
 
 /// Every measure, in the order of its columns.
 pub const ALL: &[&Measure] = &[
@@ -54,6 +59,8 @@ pub const ALL: &[&Measure] = &[
     &DEFECTS,
     &ENERGY_BUDGET,
     &MEAN_SPEED,
+    &FORCE_ON,
+    &TORQUE_ON,
     &KINETIC_ENERGY,
     &GAP,
     &OVERLAP,
@@ -84,6 +91,13 @@ pub struct Measure {
 pub enum Of {
     /// A flow: that of a tissue with bodies or without, or of a Stokes fluid.
     Flow(OfFlow),
+    /// A boundary tag of a flow that forces drive: of a tissue, or of a Stokes fluid.
+    Boundary {
+        /// Whether it is about a point.
+        around: bool,
+        /// From the forces on the nodes.
+        take: OfBoundary,
+    },
     /// A tissue of any density.
     Tissue(Region, Taking),
     /// A tissue whose density is a field; it has no rigid bodies.
@@ -152,6 +166,7 @@ impl Measure {
     pub fn subject(&self) -> &'static str {
         match self.of {
             Of::Flow(_) => "any flow",
+            Of::Boundary { .. } => "a boundary tag",
             Of::Tissue(Region::OutsideOfBodies, _) => "tissue",
             Of::Tissue(Region::WholeMesh, _) => "tissue without bodies",
             Of::Compressible(_) => "compressible tissue",
@@ -162,9 +177,10 @@ impl Measure {
     }
 
     /// Kinds of scenes that may have it.
-    fn kinds(&self) -> &'static str {
+    pub(super) fn kinds(&self) -> &'static str {
         match self.of {
             Of::Flow(_) => FLOWS,
+            Of::Boundary { .. } => WITH_PRESSURE,
             Of::Tissue(..) => TISSUE,
             Of::Compressible(_) => "compressible",
             Of::Bodies(Which::InAFlow, _) => IN_A_FLOW,
@@ -176,15 +192,25 @@ impl Measure {
     pub fn is_of_bodies(&self) -> bool {
         match self.of {
             Of::Bodies(..) => true,
-            Of::Flow(_) | Of::Tissue(..) | Of::Compressible(_) => false,
+            Of::Flow(_) | Of::Boundary { .. } | Of::Tissue(..) | Of::Compressible(_) => false,
         }
+    }
+
+    /// Whether it is taken on a boundary tag, which a scene names beside it.
+    pub fn is_on_a_tag(&self) -> bool {
+        matches!(self.of, Of::Boundary { .. })
+    }
+
+    /// Whether it is taken about a point, which a scene names beside it.
+    pub fn is_around_a_point(&self) -> bool {
+        matches!(self.of, Of::Boundary { around: true, .. })
     }
 
     /// Whether it is about a tissue, and not about any flow.
     pub fn is_of_tissue(&self) -> bool {
         match self.of {
             Of::Tissue(..) | Of::Compressible(_) => true,
-            Of::Flow(_) | Of::Bodies(..) => false,
+            Of::Flow(_) | Of::Boundary { .. } | Of::Bodies(..) => false,
         }
     }
 
@@ -192,7 +218,7 @@ impl Measure {
     pub fn needs_motion(&self) -> bool {
         match self.of {
             Of::Bodies(which, _) => which == Which::Moving,
-            Of::Flow(_) | Of::Tissue(..) | Of::Compressible(_) => false,
+            Of::Flow(_) | Of::Boundary { .. } | Of::Tissue(..) | Of::Compressible(_) => false,
         }
     }
 
@@ -200,34 +226,22 @@ impl Measure {
     pub fn reads_bodies(&self) -> bool {
         match self.of {
             Of::Tissue(region, _) => region == Region::WholeMesh,
-            Of::Flow(_) | Of::Compressible(_) | Of::Bodies(..) => false,
+            Of::Flow(_) | Of::Boundary { .. } | Of::Compressible(_) | Of::Bodies(..) => false,
         }
-    }
-
-    /// What takes it, in this domain if there is one.
-    ///
-    /// # Errors
-    /// A domain in which it cannot be taken.
-    pub fn prepare(&self, domain: Option<&Domain>) -> Result<Prepared, MeasureError> {
-        Ok(match (self.of, domain) {
-            (Of::Flow(take), _) => Prepared::Flow(take),
-            (Of::Bodies(_, take), _) => Prepared::Bodies(take),
-            (Of::Tissue(_, Taking::Prepared(make)) | Of::Compressible(Taking::Prepared(make)), Some(domain)) => {
-                Prepared::Tissue(make(domain)?)
-            }
-            (Of::Tissue(_, Taking::At(take)) | Of::Compressible(Taking::At(take)), _) => {
-                Prepared::Tissue(Box::new(subject::OfTissue(take)))
-            }
-            (Of::Tissue(_, Taking::Prepared(_)) | Of::Compressible(Taking::Prepared(_)), None) => {
-                unreachable!("a tissue has a domain")
-            }
-        })
     }
 }
 
-/// The column of this name, if a measure has it.
+/// The column of this name, if a measure has it; of one on a boundary tag that without the tag.
 pub fn column(name: &str) -> Option<&'static Column> {
+    let name = on_tag(name).map_or(name, |(name, _)| name);
     ALL.iter().flat_map(|measure| measure.columns).find(|column| column.name == name)
+}
+
+/// `force_x1` and `disc` of the column `force_x1:disc` of a measure on a boundary tag.
+pub fn on_tag(column: &str) -> Option<(&str, &str)> {
+    let (name, tag) = column.split_once(':')?;
+    let has = |measure: &&&Measure| measure.is_on_a_tag() && measure.column_names().any(|own| own == name);
+    ALL.iter().find(has).map(|_| (name, tag))
 }
 
 /// Whether a column belongs to a march in time, or to bodies that move: a steady state by itself has none of them.
@@ -274,20 +288,5 @@ impl Listed for &'static Measure {
 impl<'de> Deserialize<'de> for &'static Measure {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         listed::read(deserializer)
-    }
-}
-
-impl JsonSchema for Measure {
-    fn schema_name() -> Cow<'static, str> {
-        "Measure".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let choice = |measure: &&Measure| {
-            let mut choice = schema::choice(measure.name, measure.help);
-            choice["x-kinds"] = measure.kinds().into();
-            choice
-        };
-        json_schema!({ "oneOf": ALL.iter().map(choice).collect::<Vec<_>>() })
     }
 }

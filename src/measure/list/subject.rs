@@ -1,5 +1,6 @@
 //! What measures are taken of, and what takes them.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
@@ -9,10 +10,11 @@ use crate::body::Body;
 use crate::contact::Contact;
 use crate::form::Integrator;
 use crate::measure::{Census, MeasureError, Strain};
-use crate::mesh::Mesh;
 use crate::mesh::generate::Track;
 use crate::mesh::locate::Locator;
-use crate::model::State;
+use crate::mesh::{Mesh, Point};
+use crate::model::momentum::MomentumError;
+use crate::model::{Reactions, State};
 use crate::shape::Wrench;
 use crate::shape::{Pose, Twist};
 use crate::space::Field;
@@ -72,6 +74,8 @@ pub struct OfMarch {
 pub struct Subject<'a> {
     /// What flows.
     pub flow: Option<Flow<'a>>,
+    /// What bounds a flow that forces drive.
+    pub boundary: Option<&'a Boundary<'a>>,
     /// What is rigid.
     pub bodies: Option<Bodies<'a>>,
     /// What only a tissue has.
@@ -85,6 +89,36 @@ pub struct Flow<'a> {
     pub v: &'a Field,
     /// Over what flows: all of the mesh that no body covers.
     pub loops: &'a Integrator,
+}
+
+/// The boundary of a flow; the forces on it are found when they are first asked for.
+pub struct Boundary<'a> {
+    find: &'a dyn Fn() -> Result<Reactions, MomentumError>,
+    found: OnceCell<Reactions>,
+}
+
+impl<'a> Boundary<'a> {
+    /// With what finds the forces.
+    pub fn new(find: &'a dyn Fn() -> Result<Reactions, MomentumError>) -> Self {
+        Self { find, found: OnceCell::new() }
+    }
+
+    fn reactions(&self) -> Result<&Reactions, MeasureError> {
+        if let Some(found) = self.found.get() {
+            return Ok(found);
+        }
+        let found = (self.find)()?;
+        Ok(self.found.get_or_init(|| found))
+    }
+}
+
+/// Where on a boundary a measure is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// Of the mesh.
+    pub tag: usize,
+    /// What a torque is about.
+    pub around: Point,
 }
 
 /// Rigid bodies.
@@ -122,6 +156,8 @@ impl Taken {
 pub type OfState = fn(&Tissue<'_>, &mut Taken) -> Result<(), MeasureError>;
 /// Takes a measure of a flow.
 pub type OfFlow = fn(&Flow<'_>, &mut Taken) -> Result<(), MeasureError>;
+/// The numbers of a measure on a boundary tag, in the order of its columns.
+pub type OfBoundary = fn(&Reactions, &Spot) -> Vec<f64>;
 /// Takes a measure of bodies.
 pub type OfBodies = fn(&Bodies<'_>, &mut Taken) -> Result<(), MeasureError>;
 
@@ -149,6 +185,15 @@ impl Gauge for OfTissue {
 pub enum Prepared {
     /// Of a flow.
     Flow(OfFlow),
+    /// Of a boundary tag.
+    Boundary {
+        /// From the forces on the nodes.
+        take: OfBoundary,
+        /// Where.
+        spot: Spot,
+        /// Of the tag.
+        columns: Vec<&'static str>,
+    },
     /// Of bodies.
     Bodies(OfBodies),
     /// Of a tissue.
@@ -163,6 +208,12 @@ impl Prepared {
     pub fn take(&self, at: &Subject, taken: &mut Taken) -> Result<(), MeasureError> {
         match self {
             Prepared::Flow(take) => at.flow.map_or(Ok(()), |flow| take(&flow, taken)),
+            Prepared::Boundary { take, spot, columns } => {
+                let Some(boundary) = at.boundary else { return Ok(()) };
+                let numbers = take(boundary.reactions()?, spot);
+                taken.values.extend(columns.iter().copied().zip(numbers));
+                Ok(())
+            }
             Prepared::Bodies(take) => at.bodies.map_or(Ok(()), |bodies| take(&bodies, taken)),
             Prepared::Tissue(gauge) => at.tissue.map_or(Ok(()), |tissue| gauge.take(&tissue, taken)),
         }

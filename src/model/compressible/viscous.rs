@@ -5,7 +5,7 @@ use crate::model::DensityLaw;
 use crate::model::compressible::Compressible;
 use crate::model::lagged::{Elements, Lagged, Layout, add_velocity_block};
 use crate::model::momentum::MomentumError;
-use crate::model::terms::{MOMENTUM, Sum};
+use crate::model::terms::FlowTerms;
 use crate::solve::rows::Rows;
 use crate::solve::symbolic::Element;
 use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, norm};
@@ -44,7 +44,7 @@ impl Viscous {
     /// A matrix that is singular: nothing holds tissue of vanishing density without friction.
     pub fn new(model: &Compressible, rho: &Field) -> Result<Self, MomentumError> {
         let (loops, velocity) = (&model.loops, &*model.velocity);
-        let form = Sum::of(&[MOMENTUM]).flow_matrix(&model.parameters, velocity, Density::Of(rho));
+        let form = FlowTerms::of(&model.parameters).matrix(velocity, Density::Of(rho));
         let form = form + model.walls.form(velocity);
         let m = velocity.cell_dof_count();
         let mut blocks = Rows::zero(model.polarity.neighbours(), (m, m), false);

@@ -46,7 +46,8 @@ use crate::form::linear::Linear;
 use crate::form::words::Vector;
 use crate::mesh::Mesh;
 use crate::model::momentum::{Momentum, MomentumError, SlipTreatment};
-use crate::model::{Conditions, Parameters};
+use crate::model::terms::FlowTerms;
+use crate::model::{Conditions, Fluid};
 use crate::shape::{Pose, Twist, Wrench};
 use crate::space::{Continuity, Space};
 
@@ -104,8 +105,8 @@ impl Flow {
         let rigidity =
             Rigidity { epsilon: settings.epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
         let spaces = (&velocity, &pressure);
-        let fluid = Parameters { friction, ..Parameters::PLAIN };
-        let momentum = Momentum::with_bodies(&loops, spaces, conditions, &fluid, slip, (immersion, rigidity))?;
+        let terms = FlowTerms::of(&Fluid { friction });
+        let momentum = Momentum::with_bodies(&loops, spaces, conditions, &terms, slip, (immersion, rigidity))?;
         let motion = Motion::new(poses, settings.order);
         Ok(Self { loops, momentum, conditions: conditions.to_vec(), guide, motion, t })
     }

@@ -300,7 +300,7 @@ impl Immersed {
 
     /// What the bodies add to `K v`: their own friction in place of the fluid's, and the penalty of the difference to
     /// the nearest rigid motion.
-    pub(super) fn add_residual(&self, v: &[f64], out: &mut [f64]) {
+    pub(in crate::model) fn add_residual(&self, v: &[f64], out: &mut [f64]) {
         let space = &*self.immersion.velocity;
         for (body, parts) in self.immersion.parts.iter().enumerate() {
             let (twist, centre) = (self.immersion.means[body].twist(v), self.immersion.poses[body].position);

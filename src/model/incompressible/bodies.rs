@@ -11,6 +11,7 @@ use crate::model::floating::{Floating, immerse};
 use crate::model::immersed::{FlowWithBodies, Rigidity};
 use crate::model::momentum::{Momentum, MomentumError};
 use crate::model::polarity::Polarity;
+use crate::model::terms::FlowTerms;
 use crate::shape::{Pose, Twist, Wrench};
 use crate::space::{Continuity, Field, Space};
 
@@ -35,7 +36,7 @@ impl Incompressible {
         let floating = Arc::new(Floating::new(&loops, guide, &immersion));
         let rigidity = Rigidity { epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
         let (spaces, bodies) = ((&velocity, &pressure), (immersion, rigidity));
-        let momentum = Momentum::with_bodies(&loops, spaces, conditions, parameters, *slip, bodies)?;
+        let momentum = Momentum::with_bodies(&loops, spaces, conditions, &FlowTerms::of(parameters), *slip, bodies)?;
         Self::assemble(loops, Some(floating), Arc::new(momentum), &space, (parameters, conditions, sources))
     }
 

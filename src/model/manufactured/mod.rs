@@ -1,5 +1,5 @@
 //! Exact fields that are given as formulas, and the sources that make them a solution: of the incompressible sheet
-//! [5.47–5.48], or of the compressible one.
+//! [5.47–5.48], of the compressible one, or of a Stokes flow, which has no polarity.
 //!
 //! ```text
 //! f_v = −div(σᵀ) + C_F v − T_a p,   div(σᵀ)_i = ∂_j σ_ji        −div(ρσᵀ) + C_F v − T_a p
@@ -11,21 +11,31 @@
 
 mod series;
 
-use super::parameters::Parameters;
-use super::terms::{MASS, MOLECULAR, MOMENTUM, POLARITY, Strong, Term};
+use nalgebra::Matrix2;
+
+use super::numbers::Numbers;
+use super::terms::{MASS, MOLECULAR, POLARITY, Strong, Term};
 use crate::expression::{Expression, ExpressionError};
-use crate::form::words::Jet;
+use crate::form::words::{self, Jet};
 use crate::mesh::Point;
 pub use series::{Matrix, Series};
 use series::{value, values, vector};
 
-/// An exact solution, each field a formula of `x`, `y`, `t`: `v`, `Π`, `p` of the incompressible sheet or `v`, `ρ`, `p`
-/// of the compressible one. Whether `div v = 0` in the former and `ρ ≥ 0` in the latter is the caller's to check.
+/// An exact solution, each field a formula of `x`, `y`, `t`: `v`, `Π`, `p` of the incompressible sheet, `v`, `ρ`, `p` of
+/// the compressible one, or `v`, `Π` of a Stokes flow. Whether `div v = 0` in the former and `ρ ≥ 0` in the latter is the caller's to check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact {
     velocity: [Expression; 2],
     volume: Volume,
-    polarity: [Expression; 2],
+    /// That of a tissue.
+    polar: Option<Polar>,
+}
+
+/// A polarity.
+#[derive(Debug, Clone, PartialEq)]
+struct Polar {
+    /// `p`
+    value: [Expression; 2],
     /// `∂_t p`
     rate: [Expression; 2],
 }
@@ -118,9 +128,14 @@ impl Exact {
         Self::of(velocity, Volume::Density { value: density, rate }, polarity)
     }
 
+    /// The fields `v`, `Π` of a Stokes flow as formulas of `x`, `y`, `t`.
+    pub fn stokes(velocity: [Expression; 2], pressure: Expression) -> Self {
+        Self { velocity, volume: Volume::Pressure(pressure), polar: None }
+    }
+
     fn of(velocity: [Expression; 2], volume: Volume, polarity: [Expression; 2]) -> Result<Self, ExpressionError> {
         let rate = [polarity[0].diff("t")?, polarity[1].diff("t")?];
-        Ok(Self { velocity, volume, polarity, rate })
+        Ok(Self { velocity, volume, polar: Some(Polar { value: polarity, rate }) })
     }
 
     /// The same fields for use at the time `t` alone: what depends on the time only is computed now, once. The methods
@@ -128,17 +143,18 @@ impl Exact {
     #[must_use]
     pub fn at_time(&self, t: f64) -> Self {
         let vector = |formulas: &[Expression; 2]| formulas.each_ref().map(|formula| formula.at_time(t));
-        Self {
-            velocity: vector(&self.velocity),
-            volume: self.volume.at_time(t),
-            polarity: vector(&self.polarity),
-            rate: vector(&self.rate),
-        }
+        let polar = |polar: &Polar| Polar { value: vector(&polar.value), rate: vector(&polar.rate) };
+        Self { velocity: vector(&self.velocity), volume: self.volume.at_time(t), polar: self.polar.as_ref().map(polar) }
     }
 
     /// The formulas of the fields.
     pub fn formulas(&self) -> impl Iterator<Item = &Expression> {
-        self.velocity.iter().chain(&self.polarity).chain([self.volume.formula()])
+        self.vectors().flatten().chain([self.volume.formula()])
+    }
+
+    /// The formulas of the vectors: `v`, and `p` where there is one.
+    pub fn vectors(&self) -> impl Iterator<Item = &[Expression; 2]> {
+        std::iter::once(&self.velocity).chain(self.polar.as_ref().map(|polar| &polar.value))
     }
 
     /// `v`, the two formulas.
@@ -152,13 +168,36 @@ impl Exact {
     }
 
     /// `p`, the two formulas.
+    ///
+    /// # Panics
+    /// Of a Stokes flow, whose equations do not ask.
     pub fn polarity(&self) -> &[Expression; 2] {
-        &self.polarity
+        &self.polar().value
+    }
+
+    /// Whether there is a polarity: a Stokes flow has none.
+    pub fn has_polarity(&self) -> bool {
+        self.polar.is_some()
+    }
+
+    fn polar(&self) -> &Polar {
+        self.polar.as_ref().expect("the exact fields of a tissue have a polarity")
+    }
+
+    /// `v` and `∇v`, `∂_jv_i` in `(i, j)`, at the point `x`.
+    pub fn flow(&self, x: Point, t: f64) -> words::Vector {
+        let [first, second] = vector(&self.velocity, x, t);
+        let (a, b) = (first.gradient(), second.gradient());
+        let value = Point::new(first.value(), second.value());
+        words::Vector { value, grad: Matrix2::new(a.x, a.y, b.x, b.y) }
     }
 
     /// `v`, `Π` or `ρ`, `p` and `Δp` or `div(ρ∇p)` at the point `x`.
+    ///
+    /// # Panics
+    /// Of a Stokes flow, as [`Exact::polarity`].
     pub fn at(&self, x: Point, t: f64) -> ExactValues {
-        let polarity = vector(&self.polarity, x, t);
+        let polarity = vector(self.polarity(), x, t);
         let (volume, polarity_laplacian) = match &self.volume {
             Volume::Pressure(pressure) => (pressure.eval(x, t), value(&polarity.map(|p| p.laplacian()))),
             Volume::Density { value: density, .. } => {
@@ -189,65 +228,66 @@ impl Exact {
     /// The stress, `stress[i][j]` the value of `σ_ij` [5.48], or of `ρσ_ij`, at `x` and its derivatives: the sum of
     /// those of the terms.
     ///
-    /// Here and below, exact fields with a density take `parameters` with a density law.
-    pub fn stress(&self, parameters: &Parameters, x: Point, t: f64) -> Matrix {
-        self.series(parameters, x, t).stress()
+    /// Here and below, exact fields with a density take `numbers` with a density law, and those without a polarity the
+    /// ones of a Stokes flow.
+    pub fn stress<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64) -> Matrix {
+        self.series(numbers.into(), x, t).stress()
     }
 
     /// `f_v`: what the terms of the momentum balance leave, `−div(σᵀ) + C_F v − T_a p` with `div(σᵀ)_i = ∂_j σ_ji`, in
     /// the compressible sheet with `ρσ`.
-    pub fn force(&self, parameters: &Parameters, x: Point, t: f64) -> Point {
-        self.series(parameters, x, t).force()
+    pub fn force<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64) -> Point {
+        self.series(numbers.into(), x, t).force()
     }
 
     /// `f_p`: what the terms of the polarity's equation leave, `Pe p□ + (|p|²−1) p − κ²Δp` with
     /// `p□ = ∂_t p + (v·∇)p − W(v)p − a D(v)p`; in the compressible sheet
     /// `Pe ρ p□ + [ρ|p|² − (ρ−ρ_min)] p − κ² div(ρ∇p)`.
-    pub fn polarity_source(&self, parameters: &Parameters, x: Point, t: f64) -> Point {
-        self.series(parameters, x, t).polarity_source()
+    pub fn polarity_source<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64) -> Point {
+        self.series(numbers.into(), x, t).polarity_source()
     }
 
     /// `f_ρ = ∂_tρ + div(ρv)`, 0 in the incompressible sheet.
-    pub fn density_source(&self, parameters: &Parameters, x: Point, t: f64) -> f64 {
-        self.series(parameters, x, t).density_source()
+    pub fn density_source<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64) -> f64 {
+        self.series(numbers.into(), x, t).density_source()
     }
 
     /// `f_v`, `f_ρ` and `f_p` together; dearer than one, cheaper than all.
-    pub fn sources(&self, parameters: &Parameters, x: Point, t: f64) -> Sources {
-        let series = self.series(parameters, x, t);
+    pub fn sources<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64) -> Sources {
+        let series = self.series(numbers.into(), x, t);
         Sources { force: series.force(), density: series.density_source(), polarity: series.polarity_source() }
     }
 
     /// `(n·σ)_j = n_i σ_ij`, in the compressible sheet of `ρσ`: the traction on a face with the outward unit normal
     /// `n`.
-    pub fn traction(&self, parameters: &Parameters, x: Point, t: f64, n: Point) -> Point {
-        let sigma = self.stress(parameters, x, t);
+    pub fn traction<'a>(&self, numbers: impl Into<Numbers<'a>>, x: Point, t: f64, n: Point) -> Point {
+        let sigma = self.stress(numbers, x, t);
         let along = |j: usize| n.x * sigma[0][j][0] + n.y * sigma[1][j][0];
         Point::new(along(0), along(1))
     }
 
     /// `∂p/∂n`, the derivative of the polarity along `n`.
     pub fn polarity_slope(&self, x: Point, t: f64, n: Point) -> Point {
-        let [first, second] = vector(&self.polarity, x, t);
+        let [first, second] = vector(self.polarity(), x, t);
         Point::new(first.gradient().dot(&n), second.gradient().dot(&n))
     }
 
     /// The fields about the point `x`.
-    pub fn series<'e>(&'e self, parameters: &'e Parameters, x: Point, t: f64) -> Series<'e> {
-        Series::new(self, parameters, x, t)
+    pub fn series<'e>(&'e self, numbers: impl Into<Numbers<'e>>, x: Point, t: f64) -> Series<'e> {
+        Series::new(self, numbers.into(), x, t)
     }
 }
 
 impl Series<'_> {
     /// The strong forms of the terms of a list that are on, with their factors.
     fn strong<V: Jet>(&self, list: &'static [Term<V>]) -> impl Iterator<Item = (f64, &'static Strong)> {
-        let on = list.iter().filter(|term| term.is_on(self.parameters));
-        on.map(|term| (term.factor(self.parameters), &term.strong))
+        let on = list.iter().filter(|term| term.is_on(self.numbers));
+        on.map(|term| (term.factor(self.numbers), &term.strong))
     }
 
     fn stress(&self) -> Matrix {
         let mut sigma = [[[0.0; 3]; 2]; 2];
-        for (factor, strong) in self.strong(MOMENTUM) {
+        for (factor, strong) in self.strong(self.numbers.momentum()) {
             if let Strong::Stress(stress) = strong {
                 let part = stress(self);
                 let both = sigma.as_flattened_mut().as_flattened_mut().iter_mut();
@@ -268,7 +308,7 @@ impl Series<'_> {
     fn force(&self) -> Point {
         let sigma = self.stress();
         let divergence = |i: usize| sigma[0][i][1] + sigma[1][i][2];
-        self.vectors(MOMENTUM) - Point::new(divergence(0), divergence(1))
+        self.vectors(self.numbers.momentum()) - Point::new(divergence(0), divergence(1))
     }
 
     fn polarity_source(&self) -> Point {

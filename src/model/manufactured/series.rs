@@ -6,6 +6,7 @@ use super::Exact;
 use super::Volume;
 use crate::expression::{Expression, Taylor};
 use crate::mesh::Point;
+use crate::model::numbers::Numbers;
 use crate::model::parameters::{DensityLaw, Parameters};
 
 /// Two components.
@@ -16,11 +17,10 @@ pub type Matrix = [[[f64; 3]; 2]; 2];
 /// Taylor series of the fields about one point at one time.
 pub struct Series<'e> {
     /// The numbers of the model.
-    pub parameters: &'e Parameters,
+    pub numbers: Numbers<'e>,
     /// The velocity.
     pub v: Vector,
-    /// The polarity.
-    pub p: Vector,
+    polarity: Option<Vector>,
     volume: SeriesVolume<'e>,
     exact: &'e Exact,
     /// `ℓ`, once a term asks.
@@ -37,13 +37,32 @@ enum SeriesVolume<'e> {
 
 impl<'e> Series<'e> {
     #[inline(always)]
-    pub(super) fn new(exact: &'e Exact, parameters: &'e Parameters, x: Point, t: f64) -> Self {
+    pub(super) fn new(exact: &'e Exact, numbers: Numbers<'e>, x: Point, t: f64) -> Self {
         let volume = match &exact.volume {
             Volume::Pressure(pressure) => SeriesVolume::Pressure(pressure),
             Volume::Density { value, .. } => SeriesVolume::Density(value.taylor(x, t)),
         };
-        let (v, p) = (vector(&exact.velocity, x, t), vector(&exact.polarity, x, t));
-        Self { parameters, v, p, volume, exact, molecular: OnceCell::new(), x, t }
+        let polarity = exact.polar.as_ref().map(|polar| vector(&polar.value, x, t));
+        let v = vector(&exact.velocity, x, t);
+        Self { numbers, v, polarity, volume, exact, molecular: OnceCell::new(), x, t }
+    }
+
+    /// The numbers of a sheet.
+    ///
+    /// # Panics
+    /// In a Stokes flow, whose terms do not ask.
+    #[inline(always)]
+    pub fn parameters(&self) -> &'e Parameters {
+        self.numbers.sheet().expect("the terms of a sheet have its parameters")
+    }
+
+    /// The polarity.
+    ///
+    /// # Panics
+    /// In a Stokes flow, whose terms do not ask.
+    #[inline(always)]
+    pub fn p(&self) -> &Vector {
+        self.polarity.as_ref().expect("the terms of a sheet have a polarity")
     }
 
     /// `c_0`, `γ`, `ρ_min` and `S_a'` of a sheet with a density.
@@ -51,12 +70,12 @@ impl<'e> Series<'e> {
     /// # Panics
     /// In the incompressible sheet, whose terms do not ask.
     pub fn law(&self) -> DensityLaw {
-        self.parameters.density.expect("a sheet whose density is given has a density law")
+        self.parameters().density.expect("a sheet whose density is given has a density law")
     }
 
     /// `ρ_min`, 0 in the incompressible sheet.
     pub fn critical(&self) -> f64 {
-        self.parameters.density.map_or(0.0, |law| law.critical)
+        self.parameters().density.map_or(0.0, |law| law.critical)
     }
 
     /// ρ, 1 in the incompressible sheet.
@@ -94,12 +113,12 @@ impl<'e> Series<'e> {
 
     /// The value of p.
     pub fn polarity(&self) -> Point {
-        value(&self.p)
+        value(self.p())
     }
 
     /// `∂_t p`
     pub fn polarity_rate(&self) -> Point {
-        values(&self.exact.rate, self.x, self.t)
+        values(&self.exact.polar().rate, self.x, self.t)
     }
 
     /// `∂_t ρ`, 0 in the incompressible sheet.
@@ -113,13 +132,14 @@ impl<'e> Series<'e> {
     /// `|p|²`
     #[inline(always)]
     pub fn square(&self) -> Taylor {
-        self.p[0] * self.p[0] + self.p[1] * self.p[1]
+        let [first, second] = self.p();
+        *first * *first + *second * *second
     }
 
     /// `∂_ip·∂_jp`, up to degree 1.
     #[inline(always)]
     pub fn slopes(&self, i: usize, j: usize) -> Taylor {
-        let slope = |c: usize, k: usize| derivative(&self.p[c], k).linear();
+        let slope = |c: usize, k: usize| derivative(&self.p()[c], k).linear();
         (slope(0, i) * slope(0, j) + slope(1, i) * slope(1, j)).linear()
     }
 
@@ -127,18 +147,18 @@ impl<'e> Series<'e> {
     #[inline(always)]
     pub fn diffusion(&self) -> Vector {
         match self.volume {
-            SeriesVolume::Pressure(_) => self.p.map(|p| p.laplacian().linear()),
-            SeriesVolume::Density(rho) => diffusion(rho, &self.p),
+            SeriesVolume::Pressure(_) => self.p().map(|p| p.laplacian().linear()),
+            SeriesVolume::Density(rho) => diffusion(rho, self.p()),
         }
     }
 
     /// `ℓ = B{[ρ|p|² − (ρ−ρ_min)] p − κ² div(ρ∇p)}`, up to degree 1.
     pub fn molecular(&self) -> &Vector {
         self.molecular.get_or_init(|| {
-            let (b, kappa2) = (self.parameters.elasticity, self.parameters.coherence.powi(2));
+            let (b, kappa2) = (self.parameters().elasticity, self.parameters().coherence.powi(2));
             let excess = self.weighed(self.square() - 1.0) + self.critical();
             let (relaxation, spread) = (excess.linear(), self.diffusion());
-            [0, 1].map(|c| (b * (relaxation * self.p[c] - kappa2 * spread[c])).linear())
+            [0, 1].map(|c| (b * (relaxation * self.p()[c] - kappa2 * spread[c])).linear())
         })
     }
 

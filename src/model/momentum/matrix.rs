@@ -2,16 +2,14 @@
 
 use crate::form::words::Vector;
 use crate::form::{Bilinear, Density, Integrator, mass, stokes};
-use crate::model::parameters::Parameters;
-use crate::model::terms::{MOMENTUM, Sum};
+use crate::model::terms::FlowTerms;
 use crate::model::walls::Walls;
 use crate::space::Space;
 
 /// What the flow's matrix depends on besides spaces and conditions.
 #[derive(Debug, Clone)]
 pub(super) struct Stiffness {
-    /// Those of terms that are linear in the flow.
-    pub parameters: Parameters,
+    pub terms: FlowTerms,
     pub walls: Walls,
 }
 
@@ -19,7 +17,7 @@ impl Stiffness {
     /// The listed terms that are linear in the flow, `2(D(v)|D(w)) + C_F(v|w)` of a plain sheet, and the forms of walls
     /// [7.11a], [10.3]
     pub fn form(&self, velocity: &Space) -> Bilinear<'_, Vector, Vector> {
-        Sum::of(&[MOMENTUM]).flow_matrix(&self.parameters, velocity, Density::One) + self.walls.form(velocity)
+        self.terms.matrix(velocity, Density::One) + self.walls.form(velocity)
     }
 
     /// Dense blocks of [`Stiffness::form`] and of `b(w,ξ)`, cell after cell, rows w.

@@ -1,4 +1,4 @@
-//! What acts on a tissue from outside.
+//! What acts on a flow from outside.
 
 use super::tagged;
 use crate::expression::Expression;
@@ -6,26 +6,37 @@ use crate::form::words::Vector;
 use crate::form::{CellPoint, FacePoint, Faces, Linear, mass};
 use crate::mesh::Point;
 use crate::model::boundary::{Conditions, VelocityCondition};
-use crate::model::parameters::Parameters;
+use crate::model::numbers::Numbers;
 use crate::model::polarity::FORMULA_DEGREE;
 use crate::model::sources::Sources;
 use crate::space::Space;
+
+/// `(f_v|w)`
+pub fn body_force<'a>(
+    velocity: &Space,
+    numbers: impl Into<Numbers<'a>>,
+    sources: &'a Sources,
+    t: f64,
+) -> Linear<'a, Vector> {
+    if !sources.has_force() {
+        return Linear::zero();
+    }
+    let numbers = numbers.into();
+    mass::load(velocity, FORMULA_DEGREE, move |x: &CellPoint| sources.force(numbers, x.site.x, t))
+}
 
 /// `(f_v|w) + ∫_Γ g·w` with the traction `g` of the `traction` tags; of exact fields, where they give the boundary
 /// data, `n·σ` on boundaries with a natural condition and its tangential part on walls, there with `β_w v` where they
 /// resist. In a compressible sheet ρσ takes the place of σ.
 pub fn outer_force<'a>(
     velocity: &Space,
-    parameters: &'a Parameters,
+    numbers: impl Into<Numbers<'a>>,
     conditions: &'a [Conditions],
     sources: &'a Sources,
     t: f64,
 ) -> Linear<'a, Vector> {
-    let mut form = Linear::zero();
-    if sources.has_force() {
-        let value = move |x: &CellPoint| sources.force(parameters, x.site.x, t);
-        form = form + mass::load(velocity, FORMULA_DEGREE, value);
-    }
+    let numbers = numbers.into();
+    let mut form = body_force(velocity, numbers, sources, t);
     let pulled = tagged(conditions, |c| c.traction().is_some_and(|g| !g.iter().all(Expression::is_zero)));
     if pulled != Faces::NONE {
         let mesh = velocity.mesh.clone();
@@ -39,12 +50,12 @@ pub fn outer_force<'a>(
     let Some(exact) = sources.boundary() else { return form };
     let whole = tagged(conditions, VelocityCondition::fixes_pressure);
     let along = tagged(conditions, VelocityCondition::is_impermeable);
-    let traction = move |s: &FacePoint| exact.traction(parameters, s.minus.x, t, s.n);
+    let traction = move |s: &FacePoint| exact.traction(numbers, s.minus.x, t, s.n);
     let mesh = velocity.mesh.clone();
     let tangential = move |s: &FacePoint| {
         let mut g = traction(s);
         if let Some(beta) = mesh.faces[s.face].tag.and_then(|tag| conditions[tag].velocity.resistance()) {
-            g += beta.eval(s.minus.x, t) * exact.at(s.minus.x, t).velocity;
+            g += beta.eval(s.minus.x, t) * exact.flow(s.minus.x, t).value;
         }
         g - s.exact_n * g.dot(&s.exact_n)
     };

@@ -46,23 +46,28 @@
 
 mod at;
 pub mod factor;
+mod flow;
 pub mod mass;
 pub mod momentum;
 pub mod polarity;
 pub mod power;
+pub mod stokes;
 mod sum;
 
 use serde::Serialize;
 
 pub use at::{At, Given};
 pub use factor::{Factor, Factors};
+pub use flow::FlowTerms;
 pub use mass::MASS;
 pub use momentum::MOMENTUM;
 pub use polarity::{MOLECULAR, POLARITY};
 pub use power::{Line, Loops, Power};
+pub use stokes::STOKES;
 pub use sum::Sum;
 
 use super::manufactured::{Matrix, Series};
+use super::numbers::Numbers;
 use super::parameters::{ModelKind, Parameters};
 use crate::form::words::{Jet, Scalar, Vector};
 use crate::form::{Bilinear, Density, Linear};
@@ -83,8 +88,9 @@ pub struct Term<V: Jet> {
     pub side: Side,
     /// The key of `[model]` that is its factor, where it has one of its own.
     pub factor: Option<Factor>,
-    /// Whether a term without a factor of its own is on; `None` where the sheet has another one in its place.
-    pub on: fn(&Parameters) -> Option<Switch>,
+    /// Whether a term without a factor of its own is on; `None` where the model does not have it, or another one in its
+    /// place.
+    pub on: fn(Numbers) -> Option<Switch>,
     /// Its weak form.
     pub weak: Weak<V>,
     /// How a pass of the fixed point takes it.
@@ -104,7 +110,7 @@ pub enum Side {
     Right,
 }
 
-/// The formula of a term in the sheets that have it.
+/// The formula of a term in the sheets that have it; in a Stokes flow it is that of the incompressible sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Formula {
     /// Incompressible, then compressible.
@@ -142,7 +148,7 @@ pub enum Weak<V: Jet> {
     /// matrix.
     Flow {
         /// What multiplies both.
-        weight: fn(&Parameters) -> f64,
+        weight: fn(Numbers) -> f64,
         /// The bilinear form of velocity and test function.
         matrix: FlowMatrix,
         /// How its product with the flow depends on the density.
@@ -242,36 +248,39 @@ impl<V: Jet> Term<V> {
         power: None,
     };
 
-    /// Whether it is on in a sheet; `None` where the sheet does not have it.
-    pub fn switch(&self, parameters: &Parameters) -> Option<Switch> {
-        self.formula.of(parameters.kind())?;
+    /// Whether it is on in a model; `None` where the model does not have it.
+    pub fn switch<'a>(&self, numbers: impl Into<Numbers<'a>>) -> Option<Switch> {
+        let numbers = numbers.into();
+        self.formula.of(numbers.kind())?;
         match &self.factor {
-            Some(factor) => Some(Switch::By(factor.key, parameters.factors.of(factor.key))),
-            None => (self.on)(parameters),
+            Some(factor) => Some(Switch::By(factor.key, numbers.sheet()?.factors.of(factor.key))),
+            None => (self.on)(numbers),
         }
     }
 
-    /// Whether a sheet has it, and it is on.
-    pub fn is_on(&self, parameters: &Parameters) -> bool {
-        self.switch(parameters).is_some_and(Switch::is_on)
+    /// Whether a model has it, and it is on.
+    pub fn is_on<'a>(&self, numbers: impl Into<Numbers<'a>>) -> bool {
+        self.switch(numbers).is_some_and(Switch::is_on)
     }
 
     /// Its own factor, 1 without one.
-    pub fn factor(&self, parameters: &Parameters) -> f64 {
-        self.factor.as_ref().map_or(1.0, |factor| parameters.factors.of(factor.key))
+    pub fn factor<'a>(&self, numbers: impl Into<Numbers<'a>>) -> f64 {
+        let given = || numbers.into().sheet().map(|parameters| parameters.factors);
+        self.factor.as_ref().map_or(1.0, |factor| given().map_or(0.0, |factors| factors.of(factor.key)))
     }
 
     /// What its weak form is multiplied by in the residual.
-    pub fn scale(&self, parameters: &Parameters) -> f64 {
+    pub fn scale<'a>(&self, numbers: impl Into<Numbers<'a>>) -> f64 {
         match self.side {
-            Side::Left => self.factor(parameters),
-            Side::Right => -self.factor(parameters),
+            Side::Left => self.factor(numbers),
+            Side::Right => -self.factor(numbers),
         }
     }
 
-    fn status(&self, parameters: &Parameters) -> Option<TermStatus> {
-        let formula = self.formula.of(parameters.kind())?;
-        let switch = self.switch(parameters)?;
+    pub(super) fn status<'a>(&self, numbers: impl Into<Numbers<'a>>) -> Option<TermStatus> {
+        let numbers = numbers.into();
+        let formula = self.formula.of(numbers.kind())?;
+        let switch = self.switch(numbers)?;
         Some(TermStatus { name: self.name, formula, on: switch.is_on(), reason: switch.reason() })
     }
 }

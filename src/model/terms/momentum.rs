@@ -9,6 +9,7 @@ use crate::form::power;
 use crate::form::words::{Vector, sym};
 use crate::form::{Bilinear, CellPoint, Density, FacePoint, Linear, elastic, mass, polarity, stokes};
 use crate::mesh::Point;
+use crate::model::numbers::Numbers;
 use crate::model::parameters::{ElasticForce, Parameters};
 use polar_stress::POLAR_STRESS;
 
@@ -30,7 +31,7 @@ pub const MOMENTUM: &[Term<Vector>] = &[
     MOLECULAR_FIELD,
 ];
 
-const VISCOSITY: Term<Vector> = Term {
+pub(super) const VISCOSITY: Term<Vector> = Term {
     name: "viscosity",
     formula: Formula::Both("2(D(v)|D(w))", "2(ρD(v)|D(w))"),
     tag: "[7.11a]",
@@ -69,17 +70,17 @@ const DIVERGENCE_VISCOSITY: Term<Vector> = Term {
     ..Term::PLAIN
 };
 
-const FRICTION: Term<Vector> = Term {
+pub(super) const FRICTION: Term<Vector> = Term {
     name: "friction",
     formula: Formula::Both("C_F (v|w)", "C_F (v|w)"),
     tag: "[7.11a]",
-    on: |m| Some(Switch::By("friction", m.friction)),
+    on: |m| Some(Switch::By("friction", m.friction())),
     weak: Weak::Flow {
-        weight: |m| m.friction,
+        weight: |m| m.friction(),
         matrix: |velocity, _| mass::vector_mass(velocity),
         by_density: |_| Bilinear::zero(),
     },
-    strong: Strong::Vector(|s| s.parameters.friction * s.velocity()),
+    strong: Strong::Vector(|s| s.numbers.friction() * s.velocity()),
     power: Some(Power {
         line: Line { column: "budget_friction", words: "energy law: friction", short: "friction" },
         of: |at, loops| {
@@ -91,7 +92,7 @@ const FRICTION: Term<Vector> = Term {
 };
 
 /// With `div v = 0`, which it belongs to.
-const MULTIPLIER: Term<Vector> = Term {
+pub(super) const MULTIPLIER: Term<Vector> = Term {
     name: "pressure",
     formula: Formula::Incompressible("b(w,Π), b(v,ξ)"),
     tag: "[7.11a]",
@@ -104,7 +105,7 @@ const TRACTION: Term<Vector> = Term {
     formula: Formula::Both("T_a (p|w)", "T_a (p|w)"),
     tag: "[7.11a]",
     side: Side::Right,
-    on: |m| Some(Switch::By("traction", m.traction)),
+    on: |m| Some(Switch::By("traction", m.sheet()?.traction)),
     weak: Weak::Functional(Functional {
         value: |at| {
             let p = at.p;
@@ -113,7 +114,7 @@ const TRACTION: Term<Vector> = Term {
         by_polarity: |at| at.parameters.traction * mass::vector_load_by(at.velocity(), &at.p.space),
         ..Functional::NOTHING
     }),
-    strong: Strong::Vector(|s| -s.parameters.traction * s.polarity()),
+    strong: Strong::Vector(|s| -s.parameters().traction * s.polarity()),
     power: Some(Power {
         line: Line { column: "budget_traction", words: "energy law: traction", short: "traction" },
         of: |at, loops| {
@@ -132,6 +133,7 @@ const PRESSURE: Term<Vector> = Term {
     tag: "[7.34]",
     side: Side::Right,
     on: |m| {
+        let m = m.sheet()?;
         let law = m.density?;
         let polar = m.elasticity * law.critical;
         Some(match law.penalty == 0.0 && polar != 0.0 {
@@ -147,7 +149,7 @@ const PRESSURE: Term<Vector> = Term {
     }),
     strong: Strong::Stress(|s| {
         let law = s.law();
-        let polar = 0.5 * s.parameters.elasticity * law.critical * s.square();
+        let polar = 0.5 * s.parameters().elasticity * law.critical * s.square();
         // without a penalty no power is taken: it need not exist
         let crowding = match law.penalty {
             0.0 => Taylor::constant(0.0),
@@ -173,7 +175,7 @@ const ELASTIC_ROTATION: Term<Vector> = Term {
     formula: Formula::Both("−ω(p,L_h,w)", "−ω(p,L_h,w)"),
     tag: "[7.11a]",
     side: Side::Right,
-    on: |m| Some(Switch::By("elasticity", m.elasticity)),
+    on: |m| Some(Switch::By("elasticity", m.sheet()?.elasticity)),
     weak: Weak::Functional(Functional {
         value: |at| {
             let (m, l) = (at.parameters, at.molecular());
@@ -194,7 +196,7 @@ const ELASTIC_ROTATION: Term<Vector> = Term {
         ..Functional::NOTHING
     }),
     strong: Strong::Stress(|s| {
-        let (p, l) = (&s.p, s.molecular());
+        let (p, l) = (s.p(), s.molecular());
         s.stress_of(|i, j| 0.5 * (p[i] * l[j] - l[i] * p[j]))
     }),
     ..Term::PLAIN
@@ -206,6 +208,7 @@ const ELASTIC_STRETCHING: Term<Vector> = Term {
     tag: "[7.11a]",
     side: Side::Right,
     on: |m| {
+        let m = m.sheet()?;
         Some(match m.elasticity == 0.0 {
             true => Switch::By("elasticity", m.elasticity),
             false => Switch::By("alignment", m.alignment),
@@ -213,7 +216,7 @@ const ELASTIC_STRETCHING: Term<Vector> = Term {
     },
     weak: Weak::With("elastic rotation"),
     strong: Strong::Stress(|s| {
-        let (p, l, a) = (&s.p, s.molecular(), s.parameters.alignment);
+        let (p, l, a) = (s.p(), s.molecular(), s.parameters().alignment);
         s.stress_of(|i, j| 0.5 * a * (p[i] * l[j] + l[i] * p[j]))
     }),
     ..Term::PLAIN
@@ -229,7 +232,7 @@ const ELASTIC_STRESS: Term<Vector> = Term {
     formula: Formula::Both("κ²B c_h(p,p,w)", "κ²B c_h(p,p,w;ρ)"),
     tag: "[7.11a]",
     side: Side::Right,
-    on: |m| (m.elastic_force == ElasticForce::Stress).then_some(Switch::By("elasticity", m.elasticity)),
+    on: |m| by_elasticity(m, ElasticForce::Stress),
     weak: Weak::Functional(Functional {
         value: |at| slope(at.parameters) * elastic::ericksen(at.velocity(), at.p, at.rho),
         by_density: |at| slope(at.parameters) * elastic::ericksen_by_density(at.velocity(), at.p, at.density().1),
@@ -240,6 +243,12 @@ const ELASTIC_STRESS: Term<Vector> = Term {
     ..Term::PLAIN
 };
 
+/// The elastic force of a sheet is one of two.
+fn by_elasticity(m: Numbers, force: ElasticForce) -> Option<Switch> {
+    let m = m.sheet()?;
+    (m.elastic_force == force).then_some(Switch::By("elasticity", m.elasticity))
+}
+
 /// `κ²B`
 fn slope(m: &Parameters) -> f64 {
     m.coherence.powi(2) * m.elasticity
@@ -247,7 +256,7 @@ fn slope(m: &Parameters) -> f64 {
 
 /// `−κ²Bρ ∇pᵀ·∇p`
 const ERICKSEN: Strong = Strong::Stress(|s| {
-    let slope = slope(s.parameters);
+    let slope = slope(s.parameters());
     s.stress_of(|i, j| s.weighed(-slope * s.slopes(i, j)))
 });
 
@@ -258,7 +267,7 @@ const ELASTIC_FORCE: Term<Vector> = Term {
     formula: Formula::Incompressible("X(w), energy-consistent"),
     tag: "[7.18]",
     side: Side::Right,
-    on: |m| (m.elastic_force == ElasticForce::Energy).then_some(Switch::By("elasticity", m.elasticity)),
+    on: |m| by_elasticity(m, ElasticForce::Energy),
     weak: Weak::Functional(Functional {
         value: |at| at.parameters.elasticity * (power_of(at).force() - natural_traction(at)),
         by_polarity: |at| at.parameters.elasticity * (power_of(at).by_polarity() - natural_traction_tangent(at)),
@@ -295,7 +304,7 @@ const ACTIVE_STRESS: Term<Vector> = Term {
     formula: Formula::Both("S_a δ(p,p,w)", "S_a δ(ρp,p,w)"),
     tag: "[7.11a]",
     side: Side::Right,
-    on: |m| Some(Switch::By("active_stress", m.active_stress)),
+    on: |m| Some(Switch::By("active_stress", m.sheet()?.active_stress)),
     weak: Weak::Functional(Functional {
         value: |at| at.parameters.active_stress * polarity::stretching_force(at.velocity(), at.p, at.p, at.rho),
         by_density: |at| {
@@ -305,7 +314,7 @@ const ACTIVE_STRESS: Term<Vector> = Term {
         ..Functional::NOTHING
     }),
     strong: Strong::Stress(|s| {
-        let (p, active) = (&s.p, s.parameters.active_stress);
+        let (p, active) = (s.p(), s.parameters().active_stress);
         s.stress_of(|i, j| s.weighed(-active * (p[i] * p[j])))
     }),
     power: Some(Power {
@@ -328,7 +337,7 @@ const ISOTROPIC_ACTIVE_STRESS: Term<Vector> = Term {
     formula: Formula::Compressible("−S_a' b(w,ρ|p|²)"),
     tag: "[7.34]",
     side: Side::Right,
-    on: |m| Some(Switch::By("active_stress_iso", m.density?.active_stress_iso)),
+    on: |m| Some(Switch::By("active_stress_iso", m.sheet()?.density?.active_stress_iso)),
     weak: Weak::Functional(Functional {
         value: |at| -activity(at.parameters).force(at.velocity(), at.density().0, at.p),
         by_density: |at| -activity(at.parameters).by_density(at.velocity(), at.density().0, at.p),
@@ -354,6 +363,6 @@ const MOLECULAR_FIELD: Term<Vector> = Term {
     name: "molecular field",
     formula: Formula::Both("L_h by the block-diagonal mass matrix", "L_h by the block-diagonal mass matrix"),
     tag: "[7.10]",
-    on: |m| Some(Switch::By("elasticity", m.elasticity)),
+    on: |m| Some(Switch::By("elasticity", m.sheet()?.elasticity)),
     ..Term::PLAIN
 };

@@ -19,7 +19,7 @@ const RATE: Term<Vector> = Term {
     name: "polarity rate",
     formula: Formula::Both("Pe (∂_t p|q)", "Pe (ρ∂_t p|q)"),
     tag: "[7.11c]",
-    strong: Strong::Vector(|s| s.parameters.peclet * s.rho().value() * s.polarity_rate()),
+    strong: Strong::Vector(|s| s.parameters().peclet * s.rho().value() * s.polarity_rate()),
     ..Term::PLAIN
 };
 
@@ -43,8 +43,8 @@ const ADVECTION: Term<Vector> = Term {
     pass: Pass::Implicit { data: Some(brought_in) },
     strong: Strong::Vector(|s| {
         let v = s.velocity();
-        let along = Point::new(s.p[0].gradient().dot(&v), s.p[1].gradient().dot(&v));
-        s.parameters.peclet * s.rho().value() * along
+        let along = Point::new(s.p()[0].gradient().dot(&v), s.p()[1].gradient().dot(&v));
+        s.parameters().peclet * s.rho().value() * along
     }),
     ..Term::PLAIN
 };
@@ -82,7 +82,7 @@ const ROTATION: Term<Vector> = Term {
         let [along, across] = [s.v[0].gradient(), s.v[1].gradient()];
         let spin = 0.5 * (along.y - across.x);
         let p = s.polarity();
-        -s.parameters.peclet * s.rho().value() * Point::new(spin * p.y, -spin * p.x)
+        -s.parameters().peclet * s.rho().value() * Point::new(spin * p.y, -spin * p.x)
     }),
     ..Term::PLAIN
 };
@@ -91,14 +91,14 @@ const STRETCHING: Term<Vector> = Term {
     name: "polarity stretching",
     formula: Formula::Both("−Pe a δ(p,q,v)", "−Pe a δ(p,ρq,v)"),
     tag: "[7.11c]",
-    on: |m| Some(Switch::By("alignment", m.alignment)),
+    on: |m| Some(Switch::By("alignment", m.sheet()?.alignment)),
     weak: Weak::With("polarity rotation"),
     strong: Strong::Vector(|s| {
         let [along, across] = [s.v[0].gradient(), s.v[1].gradient()];
         let shear = 0.5 * (along.y + across.x);
         let p = s.polarity();
         let stretched = Point::new(along.x * p.x + shear * p.y, shear * p.x + across.y * p.y);
-        -s.parameters.peclet * s.parameters.alignment * s.rho().value() * stretched
+        -s.parameters().peclet * s.parameters().alignment * s.rho().value() * stretched
     }),
     ..Term::PLAIN
 };
@@ -198,7 +198,7 @@ const COHERENCE: Term<Vector> = Term {
     },
     strong: Strong::Vector(|s| {
         let [first, second] = s.diffusion();
-        -s.parameters.coherence.powi(2) * Point::new(first.value(), second.value())
+        -s.parameters().coherence.powi(2) * Point::new(first.value(), second.value())
     }),
     ..Term::PLAIN
 };

@@ -1,10 +1,9 @@
 //! Sums over lists of terms.
 
-use super::{At, FlowMatrix, Functional, Pass, Term, Weak};
+use super::{At, Functional, Pass, Term, Weak};
 use crate::form::words::{Jet, Scalar, Vector};
-use crate::form::{Bilinear, Density, Linear};
+use crate::form::{Bilinear, Linear};
 use crate::model::parameters::Parameters;
-use crate::space::Space;
 
 /// The terms of some lists that are on, as they enter the residual.
 #[derive(Clone, Copy)]
@@ -77,7 +76,7 @@ impl<'t, V: Jet> Sum<'t, V> {
         let functionals = self.derivative(at, |term| term.by_density);
         self.terms(at.parameters).fold(functionals, |sum, term| match &term.weak {
             Weak::Flow { weight, by_density, .. } => {
-                sum + term.scale(at.parameters) * weight(at.parameters) * by_density(at)
+                sum + term.scale(at.parameters) * weight(at.parameters.into()) * by_density(at)
             }
             Weak::Functional(_) | Weak::With(_) | Weak::Frame => sum,
         })
@@ -101,34 +100,6 @@ impl<'t, V: Jet> Sum<'t, V> {
     /// Along `L_h/B`.
     pub fn by_field<'a>(self, at: &At<'a>) -> Bilinear<'a, Vector, V> {
         self.derivative(at, |term| term.by_field)
-    }
-
-    /// The matrix of the terms that are linear in the flow.
-    pub fn flow_matrix<'a>(
-        self,
-        parameters: &Parameters,
-        velocity: &Space,
-        rho: Density<'a>,
-    ) -> Bilinear<'a, Vector, Vector> {
-        self.of_flow(parameters).fold(Bilinear::zero(), |sum, (_, weight, matrix)| sum + weight * matrix(velocity, rho))
-    }
-
-    /// The terms that are linear in the flow, and what multiplies their matrices: all that [`Sum::flow_matrix`] takes
-    /// of the parameters.
-    pub fn flow_weights(self, parameters: &Parameters) -> Vec<(&'static str, f64)> {
-        self.of_flow(parameters).map(|(name, weight, _)| (name, weight)).collect()
-    }
-
-    fn of_flow<'p>(
-        self,
-        parameters: &'p Parameters,
-    ) -> impl Iterator<Item = (&'static str, f64, FlowMatrix)> + use<'t, 'p, V> {
-        self.terms(parameters).filter_map(move |term| match &term.weak {
-            Weak::Flow { weight, matrix, .. } => {
-                Some((term.name, term.scale(parameters) * weight(parameters), *matrix))
-            }
-            Weak::Functional(_) | Weak::With(_) | Weak::Frame => None,
-        })
     }
 }
 

@@ -70,11 +70,11 @@ impl Kind for AdvectionScene {
 
     fn stage(&self, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
         let begin = Instant::now();
-        if wanted.run.is_some() {
+        if wanted.purpose.interrupt().is_some() {
             check_memory(self)?;
         }
         let mesh = Arc::new(domain::mesh_of(&self.mesh, self.source())?);
-        if let Some(options) = wanted.run {
+        if let Some(options) = wanted.purpose.options() {
             disk::check(self.source(), written(self, mesh.cells.len() as f64), &options.out)?;
         }
         wanted.check_mesh(&mesh)?;
@@ -351,7 +351,7 @@ impl Stepper for CarriedDensity<'_> {
     fn look(&mut self, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
         let t = self.state.past[0].0;
         let fields = Shown { loops: &self.loops, v: &self.v, rho: &self.rho };
-        then(&View { t, fields: Some(&fields), bodies: None, tissue: None })
+        then(&View { t, fields: Some(&fields), bodies: None, tissue: None, flow: None })
     }
 }
 

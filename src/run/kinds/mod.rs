@@ -14,6 +14,7 @@ use super::stepper::{Stage, Wanted};
 use super::{Options, Record, RunError, Summary, domain, folder};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
+use crate::model::{Exact, FieldId};
 use crate::output::progress::Verbosity;
 use crate::scene::kinds::{self, SceneKind};
 use crate::scene::maps::MapOptions;
@@ -73,6 +74,11 @@ pub trait Kind: fmt::Debug + Send + Sync {
         None
     }
 
+    /// Capability: it has exact fields, to which its solutions are compared.
+    fn compared(&self) -> Option<Compared<'_>> {
+        None
+    }
+
     /// Whether its runs have what is to be drawn.
     ///
     /// # Errors
@@ -80,6 +86,25 @@ pub trait Kind: fmt::Debug + Send + Sync {
     fn check_map(&self, options: &MapOptions) -> Result<(), MapRule> {
         options.check_of(self.source().kind())
     }
+}
+
+/// What a scene promises of its distance from exact fields.
+#[derive(Debug, Clone)]
+pub struct Compared<'a> {
+    /// Those that it has.
+    pub exact: &'a Exact,
+    /// Its first and largest step.
+    pub step: f64,
+    /// The longest of those that alternate about it.
+    pub longest: f64,
+    /// Time at which it ends.
+    pub end: f64,
+    /// Order in the cells' size of each field's error in L², by its degrees, where cells follow the boundary.
+    pub orders: Vec<(FieldId, usize)>,
+    /// Order in the step; `None` where nothing is carried in time.
+    pub order_in_time: Option<usize>,
+    /// What solvers leave, relative to the fields.
+    pub tolerance: f64,
 }
 
 /// What `check` says of a scene.

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::stokes::contact_term;
 use crate::body::Hold;
 use crate::body::stiffness::Stiffness;
 use crate::contact::particles::{self, Drive, Motion, Particle, ParticleState, Particles};
@@ -16,7 +15,7 @@ use crate::measure::list::Bodies as BodiesNow;
 use crate::mesh::Point;
 use crate::mesh::generate::MeshScene;
 use crate::model::TermStatus;
-use crate::run::bodies::BodiesReport;
+use crate::run::bodies::{BodiesReport, contact_term};
 use crate::run::kinds::{self, Amounts, Kind};
 use crate::run::maps::Caption;
 use crate::run::memory::MIB;
@@ -207,7 +206,7 @@ impl kinds::Report for ParticlesReport {
 /// Anything that is wrong before the first step.
 fn stage(scene: &ParticlesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
     let begin = Instant::now();
-    wanted.run.map_or(Ok(()), |options| disk::check(scene.source(), written(scene), &options.out))?;
+    wanted.purpose.options().map_or(Ok(()), |options| disk::check(scene.source(), written(scene), &options.out))?;
     let mut stepper = Swarm::new(scene)?;
     if let Some(state) = wanted.unpack()? {
         stepper.restore(state, wanted)?;
@@ -403,6 +402,6 @@ impl Stepper for Swarm<'_> {
         let (bodies, poses, twists, contacts) =
             (&self.scene.bodies.bodies[..], &self.poses, &self.twists, &self.contacts);
         let bodies = BodiesNow { bodies, poses, twists, contacts, holding: &|| Ok(None) };
-        then(&View { t: self.t, fields: None, bodies: Some(bodies), tissue: None })
+        then(&View { t: self.t, fields: None, bodies: Some(bodies), tissue: None, flow: None })
     }
 }

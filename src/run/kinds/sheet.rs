@@ -66,7 +66,7 @@ pub(in crate::run) fn show(march: &March, then: &mut dyn FnMut(&View) -> Result<
     let counted = OfMarch { limited: march.limited(), mass_counted: march.mass_counted() };
     let tissue = TissueNow { model, state, rate_of_p: march.rate_of_p(), march: counted };
     show_bodies_at_rest(model, state, t, &mut |bodies| {
-        then(&View { t, fields: Some(&fields), bodies, tissue: Some(tissue) })
+        then(&View { t, fields: Some(&fields), bodies, tissue: Some(tissue), flow: None })
     })
 }
 
@@ -138,8 +138,8 @@ pub(super) fn stage(scene: &Scene, wanted: &Wanted, then: &mut Stage) -> Result<
         }
         None => setup.start(scene)?,
     };
-    if let Some(options) = wanted.run {
-        march.interrupt = options.interrupt;
+    if let Some(interrupt) = wanted.purpose.interrupt() {
+        march.interrupt = interrupt;
     }
     then(&setup.plan(scene), Some(&setup.ground), &mut SheetStepper { march })
 }

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::{Amounts, Kind, sheet};
+use super::{Amounts, Compared, Kind, sheet};
 use crate::body::guide::Guide;
 use crate::body::{Body, Hold};
 use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moved, Solver, Wall};
@@ -13,6 +13,8 @@ use crate::measure::fields::TissueFields;
 use crate::measure::list::{Bodies as BodiesNow, OfMarch};
 use crate::mesh::generate::MeshScene;
 use crate::mesh::{Mesh, Point};
+use crate::model::ModelKind;
+use crate::model::fields::{DENSITY, DIFFUSION, LAPLACIAN, POLARITY, PRESSURE, VELOCITY};
 use crate::model::incompressible::{Description, Incompressible};
 use crate::model::momentum::MomentumError;
 use crate::run::kinds;
@@ -22,7 +24,7 @@ use crate::run::view::{TissueNow, View};
 use crate::run::{RunError, Setup, extremes, report, setup};
 use crate::scene::bodies::Bodies;
 use crate::scene::maps::MapOptions;
-use crate::scene::{MapRule, Output, Scene, SceneError, SceneSource, What};
+use crate::scene::{MapRule, Output, Scene, SceneError, SceneSource, Space, What};
 use crate::scheme::adaptive::Refusal;
 use crate::shape::{Pose, Twist};
 use crate::time::march::Counts;
@@ -77,13 +79,13 @@ pub fn check(scene: &Scene) -> Result<(), RunError> {
                 return refuse(format!("output.{at}.contacts"), "true", rule, "remove it");
             }
             What::Measures(measures) => {
-                if let Some(idle) = measures.iter().find(|measure| !moving && measure.needs_motion()) {
-                    let (key, name) = (format!("output.{at}.measures"), format!("\"{}\"", idle.name));
+                if let Some(idle) = measures.iter().find(|asked| !moving && asked.measure.needs_motion()) {
+                    let (key, name) = (format!("output.{at}.measures"), idle.to_string());
                     let rule = "bodies that are all fixed neither move nor touch anything anew";
                     return refuse(key, &name, rule, "take `holding`, the force that holds the first body, or `body`");
                 }
-                if let Some(measure) = measures.iter().find(|measure| measure.reads_bodies()) {
-                    let (key, name) = (format!("output.{at}.measures"), format!("\"{}\"", measure.name));
+                if let Some(reading) = measures.iter().find(|asked| asked.measure.reads_bodies()) {
+                    let (key, name) = (format!("output.{at}.measures"), reading.to_string());
                     let rule = "this measure would take the inside of bodies for tissue";
                     return refuse(key, &name, rule, "leave it out, or take a mesh with a hole");
                 }
@@ -145,6 +147,33 @@ impl Kind for Scene {
 
     fn tissue(&self) -> Option<&Scene> {
         Some(self)
+    }
+
+    /// With velocities of degree q, pressures r, polarities s: `v` min(q+1, r+2, s+1), `Π` min(q, r+1, s), `p`
+    /// min(s+1, q+1), `Δ_h p` s−1; in a compressible sheet with densities d `v` min(q, d)+1, `ρ` min(d+1, q), `p`
+    /// min(s, q, d)+1, `div_h(ρ∇p)` min(s−1, d).
+    fn compared(&self) -> Option<Compared<'_>> {
+        let exact = self.sources.exact.as_deref()?;
+        let Space { velocity: q, pressure: r, density: d, polarity: s, .. } = self.space;
+        let orders = match self.parameters.kind() {
+            ModelKind::Incompressible => vec![
+                (VELOCITY, (q + 1).min(r + 2).min(s + 1)),
+                (PRESSURE, q.min(r + 1).min(s)),
+                (POLARITY, s.min(q) + 1),
+                (LAPLACIAN, s - 1),
+            ],
+            ModelKind::Compressible => vec![
+                (VELOCITY, q.min(d) + 1),
+                (DENSITY, q.min(d + 1)),
+                (POLARITY, s.min(q).min(d) + 1),
+                (DIFFUSION, (s - 1).min(d)),
+            ],
+        };
+        let (step, end) = (self.time.control.step, self.time.end);
+        let longest = (0..2).map(|k| self.march().length(step, k)).fold(0.0, f64::max);
+        let started = if self.time.exact_start { usize::MAX } else { 2 };
+        let order_in_time = Some(self.time.order.min(started));
+        Some(Compared { exact, step, longest, end, orders, order_in_time, tolerance: self.coupling.tolerance })
     }
 
     fn check_map(&self, options: &MapOptions) -> Result<(), MapRule> {
@@ -325,7 +354,7 @@ impl Stepper for MovingTissue {
             let counted = OfMarch { limited: march.limited(), mass_counted: march.mass_counted() };
             let tissue = TissueNow { model: march.model, state, rate_of_p: march.rate_of_p(), march: counted };
             let fields = TissueFields { model: march.model, state, t };
-            then(&View { t, fields: Some(&fields), bodies: Some(bodies), tissue: Some(tissue) })
+            then(&View { t, fields: Some(&fields), bodies: Some(bodies), tissue: Some(tissue), flow: None })
         })
     }
 

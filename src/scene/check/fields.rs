@@ -7,9 +7,19 @@ use crate::expression::{Expression, Formula, VectorFormula};
 use crate::model::{Exact, ModelError, ModelKind, Parameters};
 use crate::names;
 use crate::scene::error::SceneError;
+use crate::scene::kinds::stokes::{StokesExact, StokesFile};
 use crate::scene::start::{DensityStart, DensityTable, NAMED, PolarityStart, StartTable};
 use crate::scene::tables::{ExactBoundary, ExactTable, SceneFile};
 use crate::scene::{Initial, InitialDensity, Sources};
+
+/// Exact fields with whose data natural conditions have, as sources.
+fn exact_sources(given: Option<(Exact, ExactBoundary)>) -> Sources {
+    let exact_boundary = match given {
+        Some((_, ExactBoundary::Exact)) => true,
+        Some((_, ExactBoundary::Scene)) | None => false,
+    };
+    Sources { exact: given.map(|(exact, _)| Arc::new(exact)), exact_boundary, ..Sources::default() }
+}
 
 impl Checker<'_> {
     pub(super) fn initial(
@@ -104,23 +114,31 @@ impl Checker<'_> {
         let polarity = parse("source.polarity", &file.source.polarity)?;
         let density = match (p.kind(), &file.source.density) {
             (_, None) => None,
-            (ModelKind::Compressible, Some(given)) => Some(self.formula("source.density", given, p)?),
+            (ModelKind::Compressible, Some(given)) => Some(self.formula("source.density", given, &p.symbols())?),
             (ModelKind::Incompressible, Some(given)) => {
                 let shown = format!("\"{given}\"");
                 return Err(self.error("source.density", shown, CONSTANT_DENSITY, WRONG_KIND));
             }
         };
-        let (exact, exact_boundary) = match &file.exact {
-            None => (None, false),
-            Some(table) => {
-                let exact_boundary = match table.boundary {
-                    ExactBoundary::Exact => true,
-                    ExactBoundary::Scene => false,
-                };
-                (Some(Arc::new(self.exact(table, p)?)), exact_boundary)
-            }
+        let exact = file.exact.as_ref().map(|table| Ok((self.exact(table, p)?, table.boundary))).transpose()?;
+        Ok(Sources { force, polarity, density, ..exact_sources(exact) })
+    }
+
+    /// Those of a Stokes flow.
+    pub(super) fn sources_of_flow(&self, file: &StokesFile, symbols: &[(&str, f64)]) -> Result<Sources, SceneError> {
+        let force = file.source.as_ref().map(|table| self.pair("source.force", &table.force, symbols)).transpose()?;
+        let of = |table: &StokesExact| {
+            let velocity = self.pair("exact.velocity", &table.velocity, symbols)?;
+            let pressure = self.formula("exact.pressure", &table.pressure, symbols)?;
+            Ok((Exact::stokes(velocity, pressure), table.boundary))
         };
-        Ok(Sources { force, polarity, density, exact, exact_boundary })
+        let exact = file.exact.as_ref().map(of).transpose()?;
+        let bodies = !(file.body.is_empty() && file.bodies.is_empty());
+        let rule = "exact fields are those of a flow without bodies: at the edge of a rigid one they would have a kink, \
+                    and no force that makes them a solution";
+        let hint = "remove the bodies, or take a mesh with holes in their places";
+        self.require(exact.is_none() || !bodies, "exact", "(given)", rule, hint)?;
+        Ok(Sources { force, ..exact_sources(exact) })
     }
 
     fn exact(&self, table: &ExactTable, p: &Parameters) -> Result<Exact, SceneError> {
@@ -133,7 +151,7 @@ impl Checker<'_> {
                 return Err(self.missing("exact", "pressure", "add `pressure = …` to [exact]"));
             }
             (ModelKind::Incompressible, Some(pressure), None) => {
-                let pressure = self.formula("exact.pressure", pressure, p)?;
+                let pressure = self.formula("exact.pressure", pressure, &p.symbols())?;
                 Exact::new(velocity, pressure, self.vector("exact.polarity", &table.polarity, p)?)
             }
             (ModelKind::Compressible, Some(given), _) => {

@@ -1,5 +1,7 @@
 //! The rules of scenes that are no tissue, and of keys that belong to another kind.
 
+use std::collections::BTreeMap;
+
 use toml_edit::Item;
 
 use super::amounts::Course;
@@ -8,7 +10,7 @@ use super::outputs::Scope;
 use super::{Checker, shown};
 use crate::expression::Expression;
 use crate::model::boundary::BoundaryScene;
-use crate::model::{ModelError, ModelKind};
+use crate::model::{Conditions, Fluid, ModelError, ModelKind, Sources};
 use crate::scene::SceneSource;
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
@@ -114,7 +116,8 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
     let bodies = bodies.ok_or_else(missing)?;
     BodyTables { body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact, .. } = tables;
     let time = checker.motion_time(&mut file.time)?;
-    let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: &kinds::particles::KIND, bodies: true })?;
+    let scope = Scope { tissue: None, kind: &kinds::particles::KIND, bodies: true, boundary: None };
+    let outputs = checker.outputs(&file.output, scope)?;
     let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let title = file.title.clone();
@@ -141,8 +144,8 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let space = checker.space(&mut space, ModelKind::Incompressible)?;
     checker.curved_where_it_turns(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;
-    let boundary = checker.flow_boundary(&mut file, &symbols)?;
-    let force = file.source.as_ref().map(|table| checker.pair("source.force", &table.force, &symbols)).transpose()?;
+    let sources = checker.sources_of_flow(&file, &symbols)?;
+    let boundary = checker.flow_boundary(&mut file, &symbols, &sources)?;
     let mut tables = BodyTables {
         rigid: file.rigid.take(),
         body: std::mem::take(&mut file.body),
@@ -154,19 +157,20 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
         tables;
     let time = checker.motion_time(&mut file.time)?;
-    let outputs =
-        checker.outputs(&file.output, Scope { tissue: None, kind: &kinds::stokes::KIND, bodies: bodies.is_some() })?;
+    let (kind, some) = (&kinds::stokes::KIND, bodies.is_some());
+    let scope = Scope { tissue: None, kind, bodies: some, boundary: Some(&boundary) };
+    let outputs = checker.outputs(&file.output, scope)?;
     let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
     Ok(StokesScene {
         title,
-        friction,
+        fluid: Fluid { friction },
         mesh,
         degrees: [space.velocity, space.pressure],
         slip: space.slip,
         boundary,
-        force,
+        sources,
         bodies,
         time,
         outputs,
@@ -185,8 +189,8 @@ impl Checker<'_> {
         let rule = format!("this needs {}, and the scene is of {}", kind.shown, found.shown);
         let hint = match *kind == kinds::TISSUE {
             true => {
-                "`run`, `check` and `study` take scenes of every kind; orders, trade-offs, branches, comparisons, steady \
-                 states and estimates are those of tissue"
+                "`run`, `check` and `study` take scenes of every kind, `order` those of tissue and of Stokes flows; \
+                 trade-offs, branches, comparisons, steady states and estimates are those of tissue"
             }
             false => "take the scene of another kind",
         };
@@ -198,23 +202,21 @@ impl Checker<'_> {
         &self,
         file: &mut StokesFile,
         symbols: &[(&str, f64)],
-    ) -> Result<std::collections::BTreeMap<String, crate::model::Conditions>, SceneError> {
-        let mut checked = std::collections::BTreeMap::new();
+        sources: &Sources,
+    ) -> Result<BTreeMap<String, Conditions>, SceneError> {
+        let mut checked = BTreeMap::new();
         for (tag, table) in &mut file.boundary {
             let neumann = crate::model::boundary::NamedCondition { name: "neumann".to_owned(), values: None };
             let full = BoundaryScene { velocity: table.velocity.clone(), polarity: neumann, density: None };
             let conditions = full
-                .check(ModelKind::Incompressible, symbols, None)
+                .check(ModelKind::Incompressible, symbols, sources.exact.as_deref())
                 .map_err(|error: ModelError| self.model(&format!("boundary.{}", quoted(tag)), error))?
                 .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
+            self.no_traction_beside_exact(tag, &table.velocity, &conditions, sources)?;
             table.velocity = full.resolved().velocity;
             checked.insert(tag.clone(), conditions);
         }
-        let stress_only = checked.values().all(|c| c.velocity.traction().is_some());
-        let rule = "without friction and with `traction` on every tag the velocity is undetermined";
-        let hint = "give friction > 0, or a velocity condition on some tag";
-        let determined = checked.is_empty() || file.model.friction > 0.0 || !stress_only;
-        self.require(determined, "model.friction", file.model.friction, rule, hint)?;
+        self.determined(&checked, file.model.friction)?;
         Ok(checked)
     }
 

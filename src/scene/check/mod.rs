@@ -61,7 +61,8 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
     let bodies = checker.bodies_of_tissue(&mut file, parameters.kind(), &parameters.symbols())?;
-    let scope = Scope { tissue: Some(&parameters), kind: &kinds::TISSUE, bodies: bodies.is_some() };
+    let (kind, some) = (&kinds::TISSUE, bodies.is_some());
+    let scope = Scope { tissue: Some(&parameters), kind, bodies: some, boundary: Some(&boundary) };
     let outputs = checker.outputs(&file.output, scope)?;
     let course = Course { step: time.control.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
@@ -178,8 +179,8 @@ impl Checker<'_> {
         })
     }
 
-    fn formula(&self, key: &str, formula: &Formula, p: &Parameters) -> Result<Expression, SceneError> {
-        let parsed = formula.parse(&p.symbols()).map(|parsed| parsed.given_at(&self.given(key)));
+    fn formula(&self, key: &str, formula: &Formula, symbols: &[(&str, f64)]) -> Result<Expression, SceneError> {
+        let parsed = formula.parse(symbols).map(|parsed| parsed.given_at(&self.given(key)));
         parsed.map_err(|error| {
             let error = ModelError::of_expression(key, &error);
             self.error(key, error.value, &error.rule, &error.hint)
@@ -263,25 +264,35 @@ impl Checker<'_> {
                 .check(p.kind(), &p.symbols(), exact)
                 .map_err(|error| self.model(&format!("boundary.{}", quoted(tag)), error))?
                 .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
-            let from_exact = sources.boundary().is_some();
-            let given = conditions.velocity.traction().is_some_and(|f| !f.iter().all(Expression::is_zero));
-            let rule = "the traction is that of the exact fields, so none can be given";
-            let hint = "write velocity = \"traction\", or set exact.boundary = \"scene\"";
-            self.require(
-                !(from_exact && given),
-                &format!("boundary.{}.velocity", quoted(tag)),
-                &table.velocity,
-                rule,
-                hint,
-            )?;
+            self.no_traction_beside_exact(tag, &table.velocity, &conditions, sources)?;
             *table = table.resolved();
             checked.insert(tag.clone(), conditions);
         }
+        self.determined(&checked, p.friction)?;
+        Ok(checked)
+    }
+
+    /// Refuses a traction that the exact fields give already.
+    fn no_traction_beside_exact(
+        &self,
+        tag: &str,
+        shown: &NamedCondition,
+        conditions: &Conditions,
+        sources: &Sources,
+    ) -> Result<(), SceneError> {
+        let given = conditions.velocity.traction().is_some_and(|f| !f.iter().all(Expression::is_zero));
+        let rule = "the traction is that of the exact fields, so none can be given";
+        let hint = "write velocity = \"traction\", or set exact.boundary = \"scene\"";
+        let twice = sources.boundary().is_some() && given;
+        self.require(!twice, &format!("boundary.{}.velocity", quoted(tag)), shown, rule, hint)
+    }
+
+    /// Something must hold a flow.
+    fn determined(&self, checked: &BTreeMap<String, Conditions>, friction: f64) -> Result<(), SceneError> {
         let stress_only = checked.values().all(|c| c.velocity.traction().is_some());
         let rule = "without friction and with `traction` on every tag the velocity is undetermined";
         let hint = "give friction > 0, or a velocity condition on some tag";
-        let determined = checked.is_empty() || p.friction > 0.0 || !stress_only;
-        self.require(determined, "model.friction", p.friction, rule, hint)?;
-        Ok(checked)
+        let determined = checked.is_empty() || friction > 0.0 || !stress_only;
+        self.require(determined, "model.friction", friction, rule, hint)
     }
 }

@@ -1,14 +1,15 @@
 //! The rules of `[[output]]`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND, broken_by};
 use crate::measure::fields::ALL;
-use crate::measure::list::{self, Of, Premise, Which};
+use crate::measure::list::{self, Asked, Of, OnTag, Premise, Which};
 use crate::measure::{Measure, OutputField};
 use crate::mesh::Point;
 use crate::mesh::generate::{GENERATORS, MeshScene};
-use crate::model::{ModelKind, Parameters};
+use crate::model::{Conditions, ModelKind, Parameters};
+use crate::names;
 use crate::scene::Initial;
 use crate::scene::error::SceneError;
 use crate::scene::kinds::{self, SceneKind};
@@ -27,6 +28,8 @@ pub(in crate::scene) struct Scope<'a> {
     pub kind: &'static SceneKind,
     /// Whether there are rigid bodies.
     pub bodies: bool,
+    /// By tag, where forces act on the boundary of a flow.
+    pub boundary: Option<&'a BTreeMap<String, Conditions>>,
 }
 
 /// Why a domain has no way around.
@@ -42,6 +45,7 @@ impl Checker<'_> {
         let outputs: Vec<Output> =
             numbered.map(|(at, table)| self.output(&format!("output.{at}"), table, scope)).collect::<Result<_, _>>()?;
         self.one_name_each(&outputs)?;
+        self.one_torque_each(&outputs)?;
         self.one_picture_each(&outputs)?;
         Ok(outputs)
     }
@@ -54,10 +58,26 @@ impl Checker<'_> {
         let hint = "take one of these shapes, or give two formulas";
         self.require(closed || !circulates, "initial.polarity", "\"circulating\"", &rule, hint)?;
         for (at, output) in outputs.iter().enumerate() {
-            let goes_around = output.what.measures().iter().filter(|measure| measure.needs(Premise::Track));
-            for measure in goes_around {
-                let (key, shown) = (format!("output.{at}.measures"), format!("\"{}\"", measure.name));
+            let goes_around = output.what.measures().iter().filter(|asked| asked.measure.needs(Premise::Track));
+            for asked in goes_around {
+                let (key, shown) = (format!("output.{at}.measures"), asked.to_string());
                 self.require(closed, &key, shown, &rule, "take one of these shapes, or remove it")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Torques on one tag about different points would have the same column.
+    fn one_torque_each(&self, outputs: &[Output]) -> Result<(), SceneError> {
+        let mut seen: BTreeMap<&str, &Asked> = BTreeMap::new();
+        for (at, output) in outputs.iter().enumerate() {
+            for asked in output.what.measures() {
+                for column in asked.column_names() {
+                    let first = *seen.entry(column).or_insert(asked);
+                    let rule = format!("{first} has the column `{column}` already");
+                    let hint = "keep one of the two: T₂ = T₁ + (x₁ − x₂) × F gives the other";
+                    self.require(first == asked, &format!("output.{at}.measures"), asked, &rule, hint)?;
+                }
             }
         }
         Ok(())
@@ -136,19 +156,17 @@ impl Checker<'_> {
         Ok(asked)
     }
 
-    fn measures(
-        &self,
-        key: &str,
-        measures: &[&'static Measure],
-        scope: Scope,
-    ) -> Result<Vec<&'static Measure>, SceneError> {
+    fn measures(&self, key: &str, measures: &[Asked], scope: Scope) -> Result<Vec<Asked>, SceneError> {
         let key = &format!("{key}.measures");
-        measures.iter().try_for_each(|measure| self.measure(key, measure, scope))?;
+        measures.iter().try_for_each(|asked| self.measure(key, asked, scope))?;
         Ok(measures.to_vec())
     }
 
-    fn measure(&self, key: &str, measure: &Measure, scope: Scope) -> Result<(), SceneError> {
-        let shown = || format!("\"{}\"", measure.name);
+    fn measure(&self, key: &str, asked: &Asked, scope: Scope) -> Result<(), SceneError> {
+        let (measure, shown) = (asked.measure, || asked.to_string());
+        if let (Some(on), Some(boundary)) = (&asked.on, scope.boundary) {
+            return self.tag(key, asked, on, boundary);
+        }
         match (measure.of, scope.tissue) {
             (Of::Bodies(which, _), _) => {
                 let hint = "add a [[body]], or remove it";
@@ -157,19 +175,36 @@ impl Checker<'_> {
                 let rule = "particles are in no flow that they would be held in";
                 self.require(flow, key, shown(), rule, "remove it")
             }
-            (Of::Flow(_) | Of::Tissue(..), Some(_)) => Ok(()),
+            (Of::Flow(_) | Of::Boundary { .. } | Of::Tissue(..), Some(_)) => Ok(()),
             (Of::Compressible(_), Some(p)) => {
                 self.require(p.kind() == ModelKind::Compressible, key, shown(), CONSTANT_DENSITY, WRONG_KIND)
             }
-            (Of::Flow(_) | Of::Tissue(..) | Of::Compressible(_), None) => {
+            (Of::Flow(_) | Of::Boundary { .. } | Of::Tissue(..) | Of::Compressible(_), None) => {
                 let rule = format!("{} has no such measure", scope.kind.shown);
                 let flows = scope.kind.flows();
-                let has = |m: &&&Measure| m.is_of_bodies() || flows && !m.is_of_tissue();
+                let driven = |m: &Measure| scope.boundary.is_some() || !m.is_on_a_tag();
+                let has = |m: &&&Measure| m.is_of_bodies() || flows && !m.is_of_tissue() && driven(m);
                 let known: Vec<&str> = list::ALL.iter().filter(has).map(|m| m.name).collect();
                 let hint = format!("the measures that it has are {}", known.join(", "));
-                self.require(flows && !measure.is_of_tissue(), key, shown(), &rule, &hint)
+                self.require(flows && !measure.is_of_tissue() && driven(measure), key, shown(), &rule, &hint)
             }
         }
+    }
+
+    /// A measure on a tag that the boundary has.
+    fn tag(
+        &self,
+        key: &str,
+        asked: &Asked,
+        on: &OnTag,
+        boundary: &BTreeMap<String, Conditions>,
+    ) -> Result<(), SceneError> {
+        let known: Vec<&str> = boundary.keys().map(String::as_str).collect();
+        let rule = format!("there is no boundary tag `{}`{}", on.tag, names::did_you_mean(&on.tag, &known));
+        let hint = format!("the tags with conditions are {}", known.join(", "));
+        self.require(boundary.contains_key(&on.tag), key, asked, &rule, &hint)?;
+        let finite = on.around.is_none_or(|around| around.iter().all(|c| c.is_finite()));
+        self.require(finite, key, asked, "`around` must be finite", "two numbers, such as [0, 0]")
     }
 
     /// The fields that a list names, where the scene has them.

@@ -40,6 +40,6 @@ impl Checker<'_> {
 /// The name of what needs the strain; cuts that name no fields take it along where there is one.
 fn asks_for_strain(what: &What) -> Option<&'static str> {
     let field = what.fields().into_iter().find(|field| field.tool == Some(Tool::Strain)).map(|field| field.name);
-    let measure = || what.measures().iter().find(|measure| measure.needs(Premise::Strain)).map(|found| found.name);
-    field.or_else(measure)
+    let measures = || what.measures().iter().map(|asked| asked.measure);
+    field.or_else(|| measures().find(|measure| measure.needs(Premise::Strain)).map(|found| found.name))
 }

@@ -220,7 +220,8 @@ impl AdvectionScene {
         let rule = format!("must lie between 1 and {MAX_ORDER}");
         checker.require(holds, "time.order", shown(order as f64), &rule, "2 is usual")?;
         checker.most_steps(max_steps)?;
-        let outputs = checker.outputs(&file.output, Scope { tissue: None, kind: &KIND, bodies: false })?;
+        let outputs =
+            checker.outputs(&file.output, Scope { tissue: None, kind: &KIND, bodies: false, boundary: None })?;
         checker.amounts(&outputs, Course { step, end, max_steps })?;
         let (title, mesh) = (file.title.clone(), file.mesh.clone());
         Ok(Self {

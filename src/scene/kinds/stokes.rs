@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use super::particles::{MotionTime, MotionTimeTable};
 use super::{Keys, SceneKind};
-use crate::expression::{Expression, VectorFormula};
+use crate::expression::{Formula, VectorFormula};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
-use crate::model::Conditions;
 use crate::model::boundary::{NamedCondition, velocity_schema};
 use crate::model::fields::{PRESSURE, VELOCITY};
 use crate::model::momentum::SlipTreatment;
+use crate::model::{Conditions, Fluid, Sources, TermStatus};
 use crate::names;
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::tables::{BodiesTable, BodyTable, ContactTable, RigidTable, WallTable};
@@ -23,7 +23,8 @@ use crate::scene::output::{Output, OutputTable};
 use crate::scene::path::quoted;
 use crate::scene::resolve;
 use crate::scene::source::SceneSource;
-use crate::scene::tables::{SpaceTable, WallsName};
+use crate::scene::tables::{ExactBoundary, SpaceTable, WallsName};
+use crate::scene::tell_of_zero_mean;
 use crate::schema::{self, Range, fields};
 
 /// Its row.
@@ -46,8 +47,8 @@ pub static KIND: SceneKind = SceneKind {
 pub struct StokesScene {
     /// One line for reports.
     pub title: Option<String>,
-    /// `C_F ≥ 0`, with the substrate.
-    pub friction: f64,
+    /// What flows.
+    pub fluid: Fluid,
     /// `mesh.file` is absolute.
     pub mesh: MeshScene,
     /// Degrees of velocity and pressure, `k + 1` and `k`.
@@ -56,8 +57,8 @@ pub struct StokesScene {
     pub slip: SlipTreatment,
     /// By boundary tag; only the velocity has a meaning.
     pub boundary: BTreeMap<String, Conditions>,
-    /// `f_v`
-    pub force: Option<[Expression; 2]>,
+    /// `f_v`, given or that of exact fields.
+    pub sources: Sources,
     /// The bodies that it carries, and their contact.
     pub bodies: Option<Bodies>,
     /// Steps and end.
@@ -89,6 +90,9 @@ pub struct StokesFile {
     /// Forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<StokesSource>,
+    /// Fields that solve the equations with the force that follows from them; not with bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exact: Option<StokesExact>,
     /// How the flow carries rigid bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid: Option<RigidTable>,
@@ -165,6 +169,20 @@ pub struct StokesSource {
     pub force: VectorFormula,
 }
 
+/// `[exact]` of a Stokes flow.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(transform = schema::in_order::<Self>)]
+pub struct StokesExact {
+    /// `v`, with `div v = 0`.
+    pub velocity: VectorFormula,
+    /// `Π`.
+    pub pressure: Formula,
+    /// Whose data natural boundary conditions have.
+    #[serde(default)]
+    pub boundary: ExactBoundary,
+}
+
 impl StokesScene {
     /// Reads and checks a scene file.
     ///
@@ -219,6 +237,16 @@ impl StokesScene {
     /// The conditions in the order of the mesh's tags.
     pub fn conditions(&self, mesh: &Mesh) -> Vec<Conditions> {
         mesh.tags.iter().map(|tag| self.boundary[tag].clone()).collect()
+    }
+
+    /// The terms of the flow, on and off.
+    pub fn terms(&self) -> Vec<TermStatus> {
+        let mut terms = self.fluid.terms();
+        if self.pressure_is_free() {
+            tell_of_zero_mean(&mut terms);
+        }
+        terms.extend(self.sources.terms(&self.fluid));
+        terms
     }
 
     /// Whether the pressure takes zero mean: no tag prescribes a normal stress.

@@ -27,7 +27,7 @@ pub const POLAR_STRESS: Term<Vector> = Term {
         ..Functional::NOTHING
     }),
     strong: Strong::Stress(|s| {
-        let slope = |c: usize, k: usize| if k == 0 { s.p[c].dx() } else { s.p[c].dy() };
+        let slope = |c: usize, k: usize| if k == 0 { s.p()[c].dx() } else { s.p()[c].dy() };
         s.stress_of(|i, j| s.weighed(0.5 * (slope(i, j) + slope(j, i))))
     }),
     power: Some(Power {

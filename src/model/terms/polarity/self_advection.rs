@@ -28,7 +28,7 @@ pub const SELF_ADVECTION: Term<Vector> = Term {
     pass: Pass::Frozen { operator: |at| Carrying::new(at).by_carried(), rest: |at| -Carrying::new(at).brought_in(at) },
     strong: Strong::Vector(|s| {
         let p = s.polarity();
-        s.rho().value() * Point::new(s.p[0].gradient().dot(&p), s.p[1].gradient().dot(&p))
+        s.rho().value() * Point::new(s.p()[0].gradient().dot(&p), s.p()[1].gradient().dot(&p))
     }),
     power: Some(Power {
         line: Line { column: "budget_self_advection", words: "energy law: self-advection", short: "self-advection" },

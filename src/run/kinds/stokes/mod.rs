@@ -9,7 +9,6 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::contact::Law;
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
 use crate::model::closed::ClosedParts;
@@ -18,16 +17,17 @@ use crate::model::frames::Frames;
 use crate::model::momentum::check_held;
 use crate::model::{TermStatus, rotation};
 use crate::run::available::available;
-use crate::run::bodies::BodiesReport;
+use crate::run::bodies::{BodiesReport, body_terms};
+use crate::run::exact::Claim;
 use crate::run::forecast::{COUNTED, Count, Samples, smaller};
-use crate::run::kinds::{self, Amounts, Kind};
+use crate::run::kinds::{self, Amounts, Compared, Kind};
 use crate::run::maps::Caption;
 use crate::run::report::{Expected, MeshReport, head};
 use crate::run::stepper::{Ground, Limits, Plan, Stage, Wanted};
 use crate::run::summary::Unknowns;
-use crate::run::{RunError, disk, domain, maps, memory, resolution};
-use crate::scene::bodies::Bodies;
-use crate::scene::{Output, SceneSource, StokesScene, ZERO_MEAN, measured};
+use crate::run::{Options, RunError, disk, domain, maps, memory, resolution};
+use crate::scene::{Output, SceneSource, StokesScene, measured};
+use crate::solve::DIRECT_TOLERANCE;
 use crate::space::{Continuity, Space};
 use stepper::FlowStepper;
 
@@ -108,7 +108,11 @@ pub fn forecast(scene: &StokesScene) -> Result<Count, RunError> {
 fn sizes(scene: &StokesScene) -> Result<Sizes, RunError> {
     let mesh = Arc::new(domain::mesh_of(&scene.mesh, scene.source())?);
     scene.check_mesh(&mesh)?;
-    if scene.friction == 0.0 {
+    if let Some(exact) = &scene.sources.exact {
+        let (source, boundary, end) = (scene.source(), &scene.boundary, scene.time.end);
+        Claim { exact, source, boundary, end }.check(&mesh)?;
+    }
+    if scene.fluid.friction == 0.0 {
         let velocity = Space::new(&mesh, Continuity::Continuous, scene.degrees[0], 2);
         check_held(&velocity, &scene.conditions(&mesh)).map_err(|error| {
             let origin = scene.source().place("model.friction").to_string();
@@ -213,54 +217,14 @@ fn remarks(scene: &StokesScene, mesh: &Arc<Mesh>) -> Vec<String> {
     let mut remarks = scene.source().notes().to_vec();
     remarks.extend(domain::mesh_remarks(mesh));
     let velocity = Space::new(mesh, Continuity::Continuous, scene.degrees[0], 2);
-    remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.friction, scene.slip));
+    remarks.extend(rotation::remark(mesh, &velocity, &scene.conditions(mesh), scene.fluid.friction, scene.slip));
     remarks.extend(scene.bodies.as_ref().and_then(|bodies| resolution::at_start(mesh, &bodies.bodies)));
     remarks
 }
 
 /// The terms of the flow and of its bodies, on and off.
-pub fn terms(scene: &StokesScene) -> Vec<TermStatus> {
-    let term = |name, formula, on, reason: String| TermStatus { name, formula, on, reason };
-    let always = || "always on".to_owned();
-    let force = scene.force.is_some();
-    let mut terms = vec![
-        term("viscosity", "2(D(v)|D(w))", true, always()),
-        term("friction", "C_F (v|w)", scene.friction > 0.0, format!("friction = {}", scene.friction)),
-        term(
-            "pressure",
-            "b(w,Π), b(v,ξ)",
-            true,
-            if scene.pressure_is_free() { ZERO_MEAN.to_owned() } else { always() },
-        ),
-        term("force", "(f_v|w)", force, if force { "given in [source]" } else { "not given" }.to_owned()),
-    ];
-    match &scene.bodies {
-        None => terms.push(term("bodies", "(2/ε) Σ (D(v)|D(w))_B", false, "no [[body]]".to_owned())),
-        Some(bodies) => {
-            let count = bodies.bodies.len();
-            let reason = format!("{count} of them, epsilon = {:e}", bodies.rigid.epsilon);
-            terms.push(term("bodies", "(2/ε) Σ (D(v)|D(w))_B", true, reason));
-            terms.push(contact_term(bodies));
-        }
-    }
-    terms
-}
-
-/// The contact of bodies, on or off.
-pub(in crate::run) fn contact_term(bodies: &Bodies) -> TermStatus {
-    let name = "contact";
-    match &bodies.contact {
-        None => TermStatus { name, formula: "D ≥ 0", on: false, reason: "nothing can touch".to_owned() },
-        Some(contact) => {
-            let (formula, law) = match contact.law {
-                Law::Inelastic => ("D ≥ 0", "inelastic".to_owned()),
-                Law::Gluey { gamma_min } => ("D ≥ 0, γ ≤ 0, Dγ = 0", format!("gluey, gamma_min = {gamma_min}")),
-            };
-            let margin = if contact.margin > 0.0 { format!(", margin {}", contact.margin) } else { String::new() };
-            let walls = bodies.walls.len() + bodies.wall_tags.len();
-            TermStatus { name, formula, on: true, reason: format!("{law}, {walls} walls{margin}") }
-        }
-    }
+fn terms(scene: &StokesScene) -> Vec<TermStatus> {
+    scene.terms().into_iter().chain(body_terms(scene.bodies.as_ref())).collect()
 }
 
 impl fmt::Display for StokesReport {
@@ -316,6 +280,15 @@ impl Kind for StokesScene {
     fn stage(&self, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
         stage(self, wanted, then)
     }
+
+    /// With velocities of degree q and pressures r: `v` min(q+1, r+2), `Π` min(q, r+1); there is no error in time.
+    fn compared(&self) -> Option<Compared<'_>> {
+        let exact = self.sources.exact.as_deref()?;
+        let [q, r] = self.degrees;
+        let orders = vec![(VELOCITY, (q + 1).min(r + 2)), (PRESSURE, q.min(r + 1))];
+        let (step, end) = (self.time.bounds.step, self.time.end);
+        Some(Compared { exact, step, longest: step, end, orders, order_in_time: None, tolerance: DIRECT_TOLERANCE })
+    }
 }
 
 impl kinds::Report for StokesReport {
@@ -338,14 +311,15 @@ impl kinds::Report for StokesReport {
 /// Anything that is wrong before the first step.
 fn stage(scene: &StokesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), RunError> {
     let begin = Instant::now();
-    let available = if wanted.run.is_some() { available()? } else { None };
+    let available = if wanted.purpose.interrupt().is_some() { available()? } else { None };
     if available.is_some() && scene.mesh.expected().is_some_and(|cells| cells > COUNTED) {
         // before the mesh is made, which takes its time and memory, too
         check_memory(scene, forecast(scene)?.bytes, available)?;
     }
     let Sizes { mesh, count } = sizes(scene)?;
     check_memory(scene, count.bytes, available)?;
-    wanted.run.map_or(Ok(()), |options| disk::check(scene.source(), written(scene, &count), &options.out))?;
+    let writes = |options: &Options| disk::check(scene.source(), written(scene, &count), &options.out);
+    wanted.purpose.options().map_or(Ok(()), writes)?;
     wanted.check_mesh(&mesh)?;
     let walls = scene.bodies.as_ref().map_or_else(Vec::new, |bodies| bodies.walls_on(&mesh));
     let mut stepper = FlowStepper::new(scene, &mesh, &walls, wanted.unpack()?)?;
@@ -363,7 +337,7 @@ fn stage(scene: &StokesScene, wanted: &Wanted, then: &mut Stage) -> Result<(), R
         terms: terms(scene),
         remarks: remarks(scene, &mesh),
         said_of_start: None,
-        exact: None,
+        exact: scene.sources.exact.clone(),
         tissue: None,
         caption: Caption::of_flow(scene),
         unknowns: Unknowns {

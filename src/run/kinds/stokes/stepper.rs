@@ -10,15 +10,16 @@ use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moving, Sett
 use crate::measure::fields::FlowFields;
 use crate::measure::list::Bodies;
 use crate::mesh::Mesh;
+use crate::model::formulas::check_formulas;
 use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::{self, Flow};
 use crate::model::mobility::Mobility;
 use crate::model::momentum::{MomentumError, outer_force};
-use crate::model::{Parameters, Sources};
+use crate::model::{Fluid, Sources};
 use crate::run::RunError;
 use crate::run::resolution::Resolution;
 use crate::run::stepper::{Halt, Stepper, Stride, shortened};
-use crate::run::view::View;
+use crate::run::view::{FlowNow, View};
 use crate::scene::StokesScene;
 use crate::scene::kinds::particles::MotionTime;
 use crate::scheme::adaptive::{AdaptedStep, AdaptiveStep, EASY, Refusal};
@@ -40,7 +41,7 @@ pub struct Checkpoint {
 pub struct FlowStepper {
     flow: Flow,
     solver: Option<Solver>,
-    parameters: Parameters,
+    fluid: Fluid,
     sources: Sources,
     time: MotionTime,
     stiffness: Stiffness,
@@ -76,7 +77,7 @@ impl FlowStepper {
         let degrees = (scene.degrees[0], scene.degrees[1]);
         let conditions = scene.conditions(mesh);
         let t = resumed.as_ref().map_or(0.0, |resumed| resumed.t);
-        let mut flow = Flow::new(mesh, degrees, &conditions, (scene.friction, scene.slip), bodies, (settings, t))
+        let mut flow = Flow::new(mesh, degrees, &conditions, (scene.fluid.friction, scene.slip), bodies, (settings, t))
             .map_err(model)?;
         let mut solver = None;
         if let Some(contacts) = scene.bodies.as_ref().and_then(|bodies| bodies.contact) {
@@ -90,9 +91,12 @@ impl FlowStepper {
         if let Some(resumed) = &resumed {
             flow.resume(resumed.motion.clone()).map_err(model)?;
         }
-        let sources = Sources { force: scene.force.clone(), ..Sources::default() };
-        let parameters = parameters(scene.friction);
-        let carried = solve(&flow, &parameters, &sources).map_err(model)?;
+        let (fluid, sources) = (scene.fluid, scene.sources.clone());
+        if sources.exact.is_some() {
+            let checked = check_formulas(&flow.loops, degrees.0, &flow.conditions, &sources, &fluid, t);
+            checked.map_err(|error| RunError::Formula { origin: origin(), error: Box::new(error) })?;
+        }
+        let carried = solve(&flow, &fluid, &sources).map_err(model)?;
         let good = resumed.unwrap_or_else(|| Checkpoint {
             t,
             motion: flow.motion.clone(),
@@ -107,7 +111,7 @@ impl FlowStepper {
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, &flow.guide.bodies, &flow.motion.poses);
         resolution.of_boundary(mesh, &flow.guide.bodies, &flow.motion.poses);
-        Ok(Self { resolution, flow, solver, parameters, sources, time, stiffness, carried, good })
+        Ok(Self { resolution, flow, solver, fluid, sources, time, stiffness, carried, good })
     }
 
     /// Whether the step is easy to follow.
@@ -134,7 +138,7 @@ impl FlowStepper {
         let (mut contacts, mut iterations) = (Vec::new(), 0);
         let mut bonds = Bonds::default();
         if let Some(solver) = &mut self.solver {
-            let friction = self.parameters.friction;
+            let friction = self.fluid.friction;
             let movers: Vec<Moving> = self
                 .flow
                 .guide
@@ -154,7 +158,7 @@ impl FlowStepper {
         }
         self.flow.advance(dt, &now, &by).map_err(text)?;
         self.flow.t = t + dt;
-        let carried = solve(&self.flow, &self.parameters, &self.sources).map_err(text)?;
+        let carried = solve(&self.flow, &self.fluid, &self.sources).map_err(text)?;
         let mut twists = carried.twists.clone();
         // what contact holds back moves as contact lets it, whatever the flow would do
         for contact in contacts.iter().filter(|contact| contact.force != 0.0) {
@@ -171,13 +175,9 @@ impl FlowStepper {
 }
 
 /// The flow at the current time and places.
-fn solve(flow: &Flow, parameters: &Parameters, sources: &Sources) -> Result<FlowWithBodies, MomentumError> {
-    flow.solve(&outer_force(&flow.momentum.velocity, parameters, &flow.conditions, sources, flow.t))
-}
-
-/// What the forms of a tissue ask for, of a fluid that has friction alone.
-fn parameters(friction: f64) -> Parameters {
-    Parameters { friction, traction: 0.0, ..Parameters::default() }
+fn solve(flow: &Flow, fluid: &Fluid, sources: &Sources) -> Result<FlowWithBodies, MomentumError> {
+    let sources = sources.at_time(flow.t);
+    flow.solve(&outer_force(&flow.momentum.velocity, fluid, &flow.conditions, &sources, flow.t))
 }
 
 impl Stepper for FlowStepper {
@@ -205,6 +205,8 @@ impl Stepper for FlowStepper {
         let (bodies, poses) = (&*self.flow.guide.bodies, &motion.poses[..]);
         let bodies = Bodies { bodies, poses, twists, contacts, holding: &holding };
         let bodies = (!bodies.bodies.is_empty()).then_some(bodies);
-        then(&View { t: *t, fields: Some(&fields), bodies, tissue: None })
+        let Self { flow, carried, fluid, sources, .. } = &*self;
+        let flow = Some(FlowNow { flow, carried, fluid, sources });
+        then(&View { t: *t, fields: Some(&fields), bodies, tissue: None, flow })
     }
 }
