@@ -49,8 +49,16 @@ fn twists() -> [Twist; 2] {
 }
 
 fn contacts() -> [Contact; 3] {
-    let contact =
-        |body, partner, gap, force, point, normal| Contact { body, partner, gap, force, gamma: 0.0, point, normal };
+    let contact = |body, partner, gap, force, point, normal| Contact {
+        body,
+        partner,
+        gap,
+        force,
+        friction: 0.0,
+        gamma: 0.0,
+        point,
+        normal,
+    };
     [
         contact(0, Partner::Body(1), -1e-12, 2.0, at(0.25, 0.25), at(1.0, 0.0)),
         contact(0, Partner::Wall(0), 0.125, 0.0, at(0.0, 0.0), at(0.0, -1.0)),
@@ -206,7 +214,7 @@ fn a_resumed_run_leaves_the_files_of_an_uninterrupted_one() {
     assert_eq!(rows.len(), 1 + 5 * 2);
     assert_eq!(rows[0], "time,body,x,y,theta,vx,vy,spin,fx,fy,torque");
     assert_eq!(rows[1], "0,\"disc, the \"\"first\"\"\",0,0.25,0.5,3,-4,2,-2,0,0");
-    assert_eq!(text(whole.path(), "contacts.csv").lines().nth(3), Some("0,square,wall-1,0,-3,-0.5,0.75,0"));
+    assert_eq!(text(whole.path(), "contacts.csv").lines().nth(3), Some("0,square,wall-1,0,-3,-0.5,0.75,0,0"));
 
     let fields = text(whole.path(), "fields.pvd");
     let line =

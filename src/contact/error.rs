@@ -33,6 +33,16 @@ pub enum ContactError {
          through each other: no more than {limit:.2e} is followed; hint: take a smaller step"
     )]
     TooFar { first: String, second: String, travel: f64, limit: f64, dt: f64 },
+    #[error(
+        "\"{first}\" and {second} overlap by {miss:.1e} after a step of {dt:.2e} in which they turn, and no small \
+         displacement parts them; hint: take a smaller step"
+    )]
+    Unrepaired { first: String, second: String, miss: f64, dt: f64 },
+    #[error(
+        "the friction between \"{first}\" and {second} does not settle in a step of {dt:.2e}: their sliding still changes \
+         by {miss:.1e}; hint: take a smaller step, or a smaller `contact.friction`"
+    )]
+    Unsettled { first: String, second: String, miss: f64, dt: f64 },
     #[error("`{key}` = {value}: {rule}; hint: {hint}")]
     Setting { key: &'static str, value: f64, rule: &'static str, hint: &'static str },
 }
@@ -41,7 +51,7 @@ impl ContactError {
     /// Whether a shorter step can be what this one could not.
     pub fn is_cured_by_a_smaller_step(&self) -> bool {
         match self {
-            Self::TooFar { .. } => true,
+            Self::TooFar { .. } | Self::Unrepaired { .. } | Self::Unsettled { .. } => true,
             Self::Step { .. } | Self::NotFinite { .. } | Self::Inertia { .. } | Self::Coincident { .. } => false,
             Self::Overlap { .. } | Self::Caught { .. } | Self::Setting { .. } => false,
         }

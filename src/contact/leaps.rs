@@ -104,6 +104,7 @@ impl Step<'_> {
                     partner: pair.partner,
                     gap: touch.gap,
                     force: 0.0,
+                    friction: 0.0,
                     gamma: 0.0,
                     point,
                     normal,

@@ -34,13 +34,18 @@
 //! ```
 
 mod bonds;
+mod caught;
 mod error;
 pub mod gap;
+mod islands;
 mod leaps;
 mod newton;
+mod outcome;
 pub mod pairs;
 pub mod particles;
 pub mod projection;
+mod repair;
+mod rough;
 mod smooth;
 mod solver;
 mod step;
@@ -50,7 +55,7 @@ mod walls;
 pub use bonds::{Bond, Bonds, Key};
 pub use error::ContactError;
 pub use projection::Method;
-pub use solver::{Effort, Freedom, Metric, Mover, Projected, Settings, Solver};
+pub use solver::{Effort, Freedom, MOST_FRICTION, Metric, Mover, Projected, Settings, Solver};
 pub use walls::Walls;
 
 use crate::mesh::Point;
@@ -110,6 +115,8 @@ pub struct Contact {
     pub gap: f64,
     /// Multiplier λ, the normal force: positive repels, negative holds.
     pub force: f64,
+    /// λ_t, the force of friction on the partner along `n^⊥`, and its opposite on the first body; 0 without friction.
+    pub friction: f64,
     /// `γ ≤ 0`; 0 in inelastic contact.
     pub gamma: f64,
     /// Where the pair is nearest, midway.

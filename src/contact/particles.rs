@@ -303,6 +303,7 @@ impl Particles {
             pose: body.pose,
             predicted: plan.predicted,
             freedom: plan.freedom,
+            last: body.twist,
         };
         self.bodies.iter().zip(plans).map(mover).collect()
     }

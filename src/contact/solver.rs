@@ -48,6 +48,8 @@ pub struct Mover<'a> {
     pub predicted: Twist,
     /// How contact may change its step.
     pub freedom: Freedom,
+    /// What it did before the step; counts where bodies rub or bounce.
+    pub last: Twist,
 }
 
 impl<'a> Mover<'a> {
@@ -67,9 +69,12 @@ impl<'a> Mover<'a> {
                 Freedom::Given { next: Pose { position, angle } }
             }
         };
-        Self { name: &body.name, shape: &body.shape, pose, predicted, freedom }
+        Self { name: &body.name, shape: &body.shape, pose, predicted, freedom, last: predicted }
     }
 }
+
+/// More friction cannot be told from bodies that never slide.
+pub const MOST_FRICTION: f64 = 1e3;
 
 /// In which metric velocities are projected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,6 +94,10 @@ pub struct Settings {
     pub margin: f64,
     /// What a gap may miss, relative to the radius of the smaller body; rounding of the positions comes on top.
     pub tolerance: f64,
+    /// Coefficient μ of Coulomb's friction, in inelastic contact: `|λ_t| ≤ μ λ`.
+    pub friction: f64,
+    /// Restitution e of bodies with inertia, in inelastic contact: `u_n⁺ ≥ −e u_n⁻`.
+    pub restitution: f64,
     /// How the quadratic programme is solved.
     pub method: Method,
     /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes. More
@@ -98,7 +107,15 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { law: Law::Inelastic, margin: 0.0, tolerance: 1e-12, method: Method::Newton, overlap: 1e-9 }
+        Self {
+            law: Law::Inelastic,
+            margin: 0.0,
+            tolerance: 1e-12,
+            friction: 0.0,
+            restitution: 0.0,
+            method: Method::Newton,
+            overlap: 1e-9,
+        }
     }
 }
 
@@ -112,6 +129,24 @@ impl Settings {
         }
         if !(1e-14..=1e-3).contains(&self.tolerance) {
             return error("tolerance", self.tolerance, "must lie between 1e-14 and 1e-3", "1e-12 is the default");
+        }
+        if !(0.0..=MOST_FRICTION).contains(&self.friction) {
+            return error("friction", self.friction, "must lie between 0 and 1e3", "0.3 is that of many solids");
+        }
+        if !(0.0..=1.0).contains(&self.restitution) {
+            return error(
+                "restitution",
+                self.restitution,
+                "must lie between 0 and 1",
+                "0 is inelastic, 1 loses nothing",
+            );
+        }
+        if self.law != Law::Inelastic && (self.friction, self.restitution) != (0.0, 0.0) {
+            let (key, value) = match self.friction {
+                0.0 => ("restitution", self.restitution),
+                friction => ("friction", friction),
+            };
+            return error(key, value, "needs inelastic contact", "bodies that stick neither rub nor bounce");
         }
         if !(self.overlap >= 0.0 && self.overlap.is_finite()) {
             return error("overlap", self.overlap, "must be finite and at least 0", "1e-9 is the default");

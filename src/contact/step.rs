@@ -1,69 +1,85 @@
-//! One step of contact: rows from touches, projection, and the rounds that make gaps exact at the end of the step.
+//! One step of contact: rows from touches, projection of the velocities, and poses without overlap.
+//!
+//! Rows follow the gaps to the end of the step, `D(x + Δt W) ≥ η`, where the kinetic energy does not rise by that; gaps
+//! of shapes that turn are not convex, and to leave an overlap by a velocity would give energy. There velocities obey
+//! `G·W ≥ −max(D−η, 0)/Δt`, for which rest is admissible, and the poses are [repaired](super::repair).
 
-use super::bonds::{Bond, Bonds, Key};
+use super::bonds::Bond;
 use super::gap::{Touch, along};
 use super::pairs::{self, Pair, Pairs};
 use super::projection::{Problem, Projection, Row};
+use super::rough::Slide;
 use super::solver::{Effort, Freedom, Metric, Mover, Projected, Solver, partner_name, range, rounding};
 use super::walls::{equivalent_radius, resistance};
-use super::{Contact, ContactError, Law, Partner};
+use super::{ContactError, Law, Partner};
 use crate::mesh::Point;
 use crate::shape::{Pose, Twist, perpendicular, turned};
+use crate::solve::anderson::Anderson;
 
 /// Rounds of one step, and searches for pairs.
 const ROUNDS: usize = 150;
 const SEARCHES: usize = 40;
 
-/// Masses that differ by more cannot be told from held bodies.
-const CONTRAST: f64 = 1e12;
-
 /// A touch with its row.
 pub(super) struct Near {
     pub(super) pair: Pair,
     pub(super) touch: Touch,
-    row: Row,
+    pub(super) row: Row,
     /// R of the lubrication.
-    resistance: f64,
+    pub(super) resistance: f64,
     /// The multiplier to start from.
-    warm: f64,
+    pub(super) warm: f64,
     /// Whether the row follows the true gap at the end of the step rather than its tangent.
-    followed: bool,
+    pub(super) followed: bool,
+    /// What slides there; `None` without friction.
+    pub(super) slide: Option<Slide>,
+    /// Whether others have struck the pair together.
+    pub(super) struck: bool,
 }
 
 pub(super) struct Step<'a> {
     pub(super) solver: &'a Solver,
     pub(super) movers: &'a [Mover<'a>],
     pub(super) dt: f64,
+    pub(super) metric_of: Metric,
     /// Force per multiplier.
-    unit: f64,
+    pub(super) unit: f64,
     /// First unknown of each body.
-    unknowns: Vec<usize>,
-    metric: Vec<f64>,
-    target: Vec<f64>,
+    pub(super) unknowns: Vec<usize>,
+    pub(super) metric: Vec<f64>,
+    pub(super) target: Vec<f64>,
     reach: Vec<f64>,
     pub(super) near: Vec<Near>,
-    solution: Projection,
-    effort: Effort,
+    pub(super) solution: Projection,
+    pub(super) effort: Effort,
+    /// Bodies whose rows do not follow the gaps.
+    pub(super) tangent: Vec<bool>,
+    /// e of every body.
+    pub(super) restitution: Vec<f64>,
+    /// The fixed point of friction, and how many touches it is of.
+    pub(super) dilations: (usize, Anderson),
+    /// Why gaps could not be followed.
+    pub(super) failure: Option<ContactError>,
 }
 
 impl<'a> Step<'a> {
     pub(super) fn new(solver: &'a Solver, movers: &'a [Mover<'a>], dt: f64, metric: Metric) -> Self {
-        let (mut unknowns, mut metric_of, mut target) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut unknowns, mut metric_values, mut target) = (Vec::new(), Vec::new(), Vec::new());
         for mover in movers {
             unknowns.push(target.len());
             let Twist { velocity, spin } = mover.predicted;
             match mover.freedom {
                 Freedom::Free { mass, inertia } => {
-                    metric_of.extend([mass, mass]);
+                    metric_values.extend([mass, mass]);
                     target.extend([velocity.x, velocity.y]);
-                    // contact does not turn what is round
-                    if !mover.shape.is_round() {
-                        metric_of.push(inertia);
+                    // without friction contact does not turn what is round
+                    if solver.settings.friction > 0.0 || !mover.shape.is_round() {
+                        metric_values.push(inertia);
                         target.push(spin);
                     }
                 }
                 Freedom::Pinned { inertia, .. } => {
-                    metric_of.push(inertia);
+                    metric_values.push(inertia);
                     target.push(spin);
                 }
                 Freedom::Given { .. } => {}
@@ -81,7 +97,29 @@ impl<'a> Step<'a> {
             Metric::Resistance => dt,
         };
         let (near, solution, effort) = (Vec::new(), Projection::default(), Effort::default());
-        Self { solver, movers, dt, unit, unknowns, metric: metric_of, target, reach, near, solution, effort }
+        let (metric, metric_of) = (metric_values, metric);
+        let (tangent, restitution, failure) = (vec![false; movers.len()], Vec::new(), None);
+        let mut step = Self {
+            solver,
+            movers,
+            dt,
+            metric_of,
+            unit,
+            unknowns,
+            metric,
+            target,
+            reach,
+            near,
+            solution,
+            effort,
+            tangent,
+            restitution,
+            dilations: (0, Anderson::new(0)),
+            failure,
+        };
+        step.restitution = step.restitutions();
+        step.tangent = step.restitution.iter().map(|e| *e > 0.0).collect();
+        step
     }
 
     /// Searches, projects, and searches farther when a body became faster than was thought.
@@ -90,60 +128,33 @@ impl<'a> Step<'a> {
             let pairs = self.search()?;
             self.refuse_leaps(&pairs)?;
             self.rounds(&pairs.pushed)?;
-            let mut enough = true;
             let twists = self.twists();
-            for (k, mover) in self.movers.iter().enumerate() {
-                let travel = mover.travel(&twists[k], self.dt);
-                if travel > self.reach[k] {
-                    (self.reach[k], enough) = (2.0 * travel, false);
-                }
+            if !self.are_within_reach(&twists) {
+                continue;
             }
-            if enough {
-                self.near.iter().try_for_each(|near| self.refuse_leap(near.pair, &near.touch, &twists))?;
-                return Ok(self.projected(&twists, &pairs.given));
+            self.near.iter().try_for_each(|near| self.refuse_leap(near.pair, &near.touch, &twists))?;
+            let repaired = match self.repair(&pairs.pushed, &twists) {
+                Ok(repaired) => repaired,
+                Err(error) => return Err(self.failure.take().unwrap_or(error)),
+            };
+            if repaired.pushes.is_empty() || self.are_within_reach(&self.twists_to(&repaired.poses)) {
+                return Ok(self.projected(twists, repaired, &pairs.given));
             }
         }
         let fastest = (0..self.movers.len()).fold(0, |a, b| if self.reach[b] > self.reach[a] { b } else { a });
         Err(self.caught(fastest, "everything".into(), f64::INFINITY))
     }
 
-    fn caught(&self, body: usize, second: String, miss: f64) -> ContactError {
-        let first = self.movers[body].name.to_owned();
-        ContactError::Caught { first, second, miss, iterations: self.effort.iterations, hint: self.hint() }
-    }
-
-    /// What to do about bodies that cannot move.
-    fn hint(&self) -> String {
-        let near = self.near.iter().flat_map(|near| {
-            let other = match near.pair.partner {
-                Partner::Body(other) => Some(other),
-                Partner::Wall(_) => None,
-            };
-            std::iter::once(near.pair.body).chain(other)
-        });
-        let weights = near.filter_map(|k| match self.movers[k].freedom {
-            Freedom::Free { mass, .. } => Some((mass, k)),
-            Freedom::Pinned { .. } | Freedom::Given { .. } => None,
-        });
-        let mut by_weight: Vec<(f64, usize)> = weights.collect();
-        by_weight.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        if let (Some(light), Some(heavy)) = (by_weight.first(), by_weight.last())
-            && heavy.0 > CONTRAST * light.0
-        {
-            let [light_name, heavy_name] = [light.1, heavy.1].map(|k| self.movers[k].name);
-            return format!(
-                "\"{heavy_name}\" is {:.0e} times as heavy as \"{light_name}\", and contact between them drowns in \
-                 rounding: take densities that differ less, or hold the heavy body",
-                heavy.0 / light.0
-            );
+    /// Whether no body goes farther than pairs were looked for; if one does, its reach grows.
+    fn are_within_reach(&mut self, twists: &[Twist]) -> bool {
+        let mut enough = true;
+        for (k, mover) in self.movers.iter().enumerate() {
+            let travel = mover.travel(&twists[k], self.dt);
+            if travel > self.reach[k] {
+                (self.reach[k], enough) = (2.0 * travel, false);
+            }
         }
-        let margin = self.solver.settings.margin;
-        if self.near.iter().any(|near| near.touch.gap < 0.5 * margin) {
-            return format!(
-                "there may be no room for gaps of `contact.margin` = {margin}: take a smaller one, or a smaller step"
-            );
-        }
-        "a body may be caught between moving obstacles or walls; or take a smaller step".into()
+        enough
     }
 
     /// Pairs within reach, and the rows of their touches.
@@ -184,7 +195,6 @@ impl<'a> Step<'a> {
     }
 
     fn near(&self, pair: Pair, touch: Touch, bond: Bond) -> Near {
-        let settings = &self.solver.settings;
         let radius = equivalent_radius(self.movers[pair.body].shape);
         let resistance = match pair.partner {
             Partner::Body(other) => {
@@ -193,82 +203,139 @@ impl<'a> Step<'a> {
             }
             Partner::Wall(index) => resistance(radius, &self.solver.walls.all()[index]),
         };
-        let mut row = Row { offset: touch.gap - settings.margin, ..Row::default() };
-        self.fill(&mut row, pair, &touch);
+        let pose = |k: usize| self.movers[k].pose;
+        let entries = self.entries(pair, &touch, &pose).into_iter().map(|(k, b)| (k, self.dt * b)).collect();
+        let mut row = Row { entries, offset: self.offset(pair, &touch, false), ..Row::default() };
         row.bound = bond.gamma / (resistance * self.dt * self.unit);
-        row.slack = settings.tolerance * self.solver.size(self.movers, pair) + rounding(self.movers, pair);
+        row.slack = self.slack(pair);
         let warm = row.bound + bond.multiplier;
-        Near { pair, touch, row, resistance, warm, followed: false }
+        let slide = self.slide(pair, &touch);
+        Near { pair, touch, row, resistance, warm, followed: false, slide, struck: false }
     }
 
-    /// `Δt G·W` of a touch: entries for what is free, and the offset of what is given.
-    fn fill(&self, row: &mut Row, Pair { body, partner }: Pair, touch: &Touch) {
-        self.fill_body(row, body, touch.gradient_first(self.movers[body].pose.position));
-        if let Partner::Body(other) = partner {
-            self.fill_body(row, other, touch.gradient_second(self.movers[other].pose.position));
-        }
+    /// `D − η`, at least 0 where the row is a tangent, or what bodies that bounce have in its place; and what bodies of
+    /// given motion add.
+    pub(super) fn offset(&self, pair: Pair, touch: &Touch, struck: bool) -> f64 {
+        let gap = touch.gap - self.solver.settings.margin;
+        let gap = if self.is_tangent(pair) { gap.max(0.0) } else { gap };
+        let pose = |k: usize| self.movers[k].pose;
+        let given = self.given_of(Self::gradients(pair, touch, &pose));
+        self.rebound(pair, touch, struck).unwrap_or(gap) + self.dt * given
     }
 
-    fn fill_body(&self, row: &mut Row, body: usize, gradient: [f64; 3]) {
-        let (mover, first) = (&self.movers[body], self.unknowns[body]);
-        let [x, y, spin] = gradient;
-        let mut push = |k: usize, b: f64| {
-            if b != 0.0 {
-                row.entries.push((k, self.dt * b));
-            }
+    /// The bodies of a touch, with `∂D/∂(x, y, θ)` of each.
+    pub(super) fn gradients(
+        Pair { body, partner }: Pair,
+        touch: &Touch,
+        pose: &dyn Fn(usize) -> Pose,
+    ) -> impl Iterator<Item = (usize, [f64; 3])> {
+        let first = (body, touch.gradient_first(pose(body).position));
+        let second = match partner {
+            Partner::Body(other) => Some((other, touch.gradient_second(pose(other).position))),
+            Partner::Wall(_) => None,
         };
-        match mover.freedom {
-            Freedom::Free { .. } => {
-                push(first, x);
-                push(first + 1, y);
-                if !mover.shape.is_round() {
-                    push(first + 2, spin);
-                }
-            }
-            Freedom::Pinned { pivot, .. } => {
-                let arm = perpendicular(-turned(pivot, mover.pose.angle));
-                let spin = if mover.shape.is_round() { 0.0 } else { spin };
-                push(first, x * arm.x + y * arm.y + spin);
-            }
-            Freedom::Given { .. } => row.offset += self.dt * along(gradient, &mover.whole(&Twist::ZERO, self.dt)),
-        }
+        std::iter::once(first).chain(second)
     }
 
-    /// Projects until the gaps at the end of the step are what the rows say.
-    fn rounds(&mut self, pairs: &[Pair]) -> Result<(), ContactError> {
-        let method = self.solver.settings.method;
-        for round in 0..ROUNDS {
-            let rows = self.near.iter().map(|near| near.row.clone()).collect();
-            let (metric, target) = (self.metric.clone(), self.target.clone());
-            let problem = Problem { metric, target, rows, tolerance: self.solver.settings.tolerance };
-            let warm: Vec<f64> = self.near.iter().map(|near| near.warm).collect();
-            let solved = match self.kept(&problem, &warm) {
-                Some(kept) if round == 0 => Ok(kept),
-                Some(_) | None => problem.solve(method, &warm),
-            };
-            let solution = solved.map_err(|unsolved| {
-                let near = &self.near[unsolved.row];
-                let miss = unsolved.excess * near.row.slack;
-                let first = self.movers[near.pair.body].name.to_owned();
-                let second = partner_name(self.movers, near.pair.partner);
-                ContactError::Caught { first, second, miss, iterations: unsolved.iterations, hint: self.hint() }
-            })?;
-            self.effort.iterations += solution.iterations;
-            self.effort.factorisations += solution.factorisations;
-            self.effort.rounds += 1;
-            self.effort.rows = self.near.len();
-            for (near, mu) in self.near.iter_mut().zip(&solution.multipliers) {
-                near.warm = *mu;
-            }
-            self.solution = solution;
-            match self.follow(pairs) {
-                None => return Ok(()),
-                Some((pair, miss)) if round + 1 == ROUNDS => {
-                    return Err(self.caught(pair.body, partner_name(self.movers, pair.partner), miss));
+    /// The rate of what has these gradients, by the bodies whose motion is given.
+    pub(super) fn given_of(&self, gradients: impl Iterator<Item = (usize, [f64; 3])>) -> f64 {
+        let rate = |(body, gradient): (usize, [f64; 3])| match self.movers[body].freedom {
+            Freedom::Given { .. } => along(gradient, &self.movers[body].whole(&Twist::ZERO, self.dt)),
+            Freedom::Free { .. } | Freedom::Pinned { .. } => 0.0,
+        };
+        gradients.map(rate).sum()
+    }
+
+    /// `G` of a touch with respect to what is free, with the bodies where `pose` puts them.
+    pub(super) fn entries(&self, pair: Pair, touch: &Touch, pose: &dyn Fn(usize) -> Pose) -> Vec<(usize, f64)> {
+        let normal = |(body, [x, y, spin]): (usize, [f64; 3])| {
+            // the normals of what is round go through its centre
+            (body, [x, y, if self.movers[body].shape.is_round() { 0.0 } else { spin }])
+        };
+        self.entries_of(Self::gradients(pair, touch, pose).map(normal), pose)
+    }
+
+    /// Gradients with respect to what is free, with the bodies where `pose` puts them.
+    pub(super) fn entries_of(
+        &self,
+        gradients: impl Iterator<Item = (usize, [f64; 3])>,
+        pose: &dyn Fn(usize) -> Pose,
+    ) -> Vec<(usize, f64)> {
+        let mut entries = Vec::new();
+        for (body, [x, y, spin]) in gradients {
+            let (mover, first) = (&self.movers[body], self.unknowns[body]);
+            let mut push = |k: usize, b: f64| {
+                if b != 0.0 {
+                    entries.push((k, b));
                 }
-                Some(_) => {}
+            };
+            match mover.freedom {
+                Freedom::Free { .. } => {
+                    push(first, x);
+                    push(first + 1, y);
+                    if self.turns(body) {
+                        push(first + 2, spin);
+                    }
+                }
+                Freedom::Pinned { pivot, .. } => {
+                    let arm = perpendicular(-turned(pivot, pose(body).angle));
+                    push(first, x * arm.x + y * arm.y + spin);
+                }
+                Freedom::Given { .. } => {}
             }
         }
+        entries
+    }
+
+    /// Projects until the gaps at the end of the step are what the rows say, but for those that are tangents, and until
+    /// friction has settled. The pair that keeps it from that.
+    pub(super) fn follow_gaps(&mut self, pairs: &[Pair]) -> Result<(), (Pair, ContactError)> {
+        for round in 0..ROUNDS {
+            self.project(round == 0)?;
+            let (missed, unsettled) = (self.follow(pairs), self.renew_dilations(round));
+            match (missed, unsettled) {
+                (None, None) => return Ok(()),
+                (Some((pair, miss)), _) if round + 1 == ROUNDS => {
+                    return Err((pair, self.caught(pair.body, partner_name(self.movers, pair.partner), miss)));
+                }
+                (None, Some((pair, miss))) if round + 1 == ROUNDS => return Err((pair, self.unsettled(pair, miss))),
+                (_, _) => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Projects the predicted velocities.
+    fn project(&mut self, may_be_known: bool) -> Result<(), (Pair, ContactError)> {
+        let friction = self.solver.settings.friction;
+        let rows = self.near.iter().flat_map(|near| near.rows(friction)).collect();
+        let (metric, target) = (self.metric.clone(), self.target.clone());
+        let problem = Problem { metric, target, rows, tolerance: self.solver.settings.tolerance };
+        let warm: Vec<f64> = self.near.iter().flat_map(|near| near.warm_rows(friction)).collect();
+        let each = if friction > 0.0 { 2 } else { 1 };
+        let solved = match self.kept(&problem, &warm).filter(|_| may_be_known) {
+            Some(kept) => Ok(kept),
+            None => problem.solve(self.solver.settings.method, &warm),
+        };
+        let solution = solved.map_err(|unsolved| {
+            let near = &self.near[unsolved.row / each];
+            let miss = unsolved.excess * near.row.slack;
+            let first = self.movers[near.pair.body].name.to_owned();
+            let second = partner_name(self.movers, near.pair.partner);
+            let iterations = unsolved.iterations;
+            (near.pair, ContactError::Caught { first, second, miss, iterations, hint: self.hint() })
+        })?;
+        self.effort.iterations += solution.iterations;
+        self.effort.factorisations += solution.factorisations;
+        self.effort.rounds += 1;
+        self.effort.rows = self.near.len();
+        for (near, of_rows) in self.near.iter_mut().zip(solution.multipliers.chunks(each)) {
+            let [normal, sliding] = near.multipliers(friction, of_rows);
+            near.warm = normal;
+            near.slide.iter_mut().for_each(|slide| slide.multiplier = sliding);
+        }
+        let multipliers = self.near.iter().map(|near| near.warm).collect();
+        self.solution = Projection { multipliers, ..solution };
         Ok(())
     }
 
@@ -285,22 +352,22 @@ impl<'a> Step<'a> {
     /// their force stays. The worst miss, when there is one.
     fn follow(&mut self, pairs: &[Pair]) -> Option<(Pair, f64)> {
         let twists = self.twists();
-        let poses = self.poses(&twists);
+        let poses: Vec<Pose> =
+            self.movers.iter().zip(&twists).map(|(mover, twist)| mover.after(twist, self.dt)).collect();
         let margin = self.solver.settings.margin;
-        let glued = match self.solver.settings.law {
-            Law::Inelastic => false,
-            Law::Gluey { gamma_min } => gamma_min < 0.0,
-        };
         let mut worst: Option<(Pair, f64)> = None;
         let mut new = Vec::new();
         let (mut found, mut start) = (Vec::new(), 0);
         for &pair in pairs {
             let count = self.near[start..].iter().take_while(|n| n.pair == pair).count();
+            if self.is_tangent(pair) {
+                start += count;
+                continue;
+            }
             found.clear();
             let reach = margin + self.pair_reach(pair);
             self.solver.touches(self.movers, pair, |k| poses[k], reach, &mut found);
-            let slack =
-                self.solver.settings.tolerance * self.solver.size(self.movers, pair) + rounding(self.movers, pair);
+            let slack = self.slack(pair);
             let mut note = |miss: f64| {
                 if miss > 4.0 * slack && worst.is_none_or(|(_, most)| miss > most) {
                     worst = Some((pair, miss));
@@ -316,7 +383,7 @@ impl<'a> Step<'a> {
                     }
                     continue;
                 };
-                let held = glued && near.warm > near.row.bound;
+                let held = holds(self.solver.settings.law, near, near.warm);
                 if held {
                     note(true_value.abs());
                 }
@@ -337,88 +404,47 @@ impl<'a> Step<'a> {
         worst
     }
 
+    /// What a gap may miss.
+    pub(super) fn slack(&self, pair: Pair) -> f64 {
+        self.solver.settings.tolerance * self.solver.size(self.movers, pair) + rounding(self.movers, pair)
+    }
+
+    /// The twists that the projection found.
     fn twists(&self) -> Vec<Twist> {
-        let u = &self.solution.velocity;
+        let free = self.twists_of(&self.solution.velocity, |_, mover| mover.predicted.spin);
+        self.movers.iter().zip(free).map(|(mover, twist)| mover.whole(&twist, self.dt)).collect()
+    }
+
+    /// Values of the unknowns, body by body, and the spins of bodies that contact cannot turn.
+    pub(super) fn twists_of(&self, u: &[f64], unturned: impl Fn(usize, &Mover) -> f64) -> Vec<Twist> {
         let twist = |(k, mover): (usize, &Mover)| {
             let first = self.unknowns[k];
-            let free = match mover.freedom {
+            match mover.freedom {
                 Freedom::Free { .. } => Twist {
                     velocity: Point::new(u[first], u[first + 1]),
-                    spin: if mover.shape.is_round() { mover.predicted.spin } else { u[first + 2] },
+                    spin: if self.turns(k) { u[first + 2] } else { unturned(k, mover) },
                 },
                 Freedom::Pinned { .. } => Twist { spin: u[first], ..Twist::ZERO },
                 Freedom::Given { .. } => Twist::ZERO,
-            };
-            mover.whole(&free, self.dt)
+            }
         };
         self.movers.iter().enumerate().map(twist).collect()
     }
 
-    fn poses(&self, twists: &[Twist]) -> Vec<Pose> {
-        self.movers.iter().zip(twists).map(|(mover, twist)| mover.after(twist, self.dt)).collect()
-    }
-
-    /// γ after the step, `−Δt R (λ − λ_min)`, not below the threshold.
-    fn gamma(&self, near: &Near, multiplier: f64) -> f64 {
-        match self.solver.settings.law {
-            Law::Inelastic => 0.0,
-            Law::Gluey { gamma_min } => {
-                let pressed = self.dt * near.resistance * self.unit * (multiplier - near.row.bound);
-                if pressed > 0.0 { (-pressed).max(gamma_min) } else { 0.0 }
-            }
-        }
-    }
-
-    fn projected(&self, twists: &[Twist], given: &[Pair]) -> Projected {
-        let poses = self.poses(twists);
-        let mut out = Projected {
-            poses,
-            twists: twists.to_vec(),
-            gap: f64::INFINITY,
-            effort: self.effort,
-            ..Projected::default()
+    /// The twists that lead straight to poses.
+    pub(super) fn twists_to(&self, poses: &[Pose]) -> Vec<Twist> {
+        let to = |(mover, pose): (&Mover, &Pose)| Twist {
+            velocity: (pose.position - mover.pose.position) / self.dt,
+            spin: (pose.angle - mover.pose.angle) / self.dt,
         };
-        out.forces = vec![[0.0; 3]; twists.len()];
-        let mut found: Vec<Touch> = Vec::new();
-        let mut of = None;
-        for (near, mu) in self.near.iter().zip(&self.solution.multipliers) {
-            if of != Some(near.pair) {
-                found.clear();
-                let reach = self.pair_reach(near.pair) + self.solver.settings.margin;
-                self.solver.touches(self.movers, near.pair, |k| out.poses[k], reach, &mut found);
-                of = Some(near.pair);
-            }
-            let after = found.iter().find(|touch| touch.slot == near.touch.slot);
-            let gap = after.map_or(near.row.value(&self.solution.velocity) + self.solver.settings.margin, |t| t.gap);
-            let shown = after.unwrap_or(&near.touch);
-            let force = mu * self.unit;
-            let Pair { body, partner } = near.pair;
-            let gamma = self.gamma(near, *mu);
-            let (point, normal) = (shown.point(), shown.normal);
-            out.gap = out.gap.min(gap);
-            out.contacts.push(Contact { body, partner, gap, force, gamma, point, normal });
-            let mut add = |index: usize, gradient: [f64; 3]| {
-                let torque = if self.movers[index].shape.is_round() { 0.0 } else { gradient[2] };
-                for (total, g) in out.forces[index].iter_mut().zip([gradient[0], gradient[1], torque]) {
-                    *total += force * g;
-                }
-            };
-            add(body, near.touch.gradient_first(self.movers[body].pose.position));
-            match partner {
-                Partner::Body(other) => add(other, near.touch.gradient_second(self.movers[other].pose.position)),
-                Partner::Wall(_) => out.wall_force += force * near.touch.normal,
-            }
-        }
-        self.add_overlaps(given, &mut out);
-        out
+        self.movers.iter().zip(poses).map(to).collect()
     }
+}
 
-    /// What the next step must know.
-    pub(super) fn bonds(&self) -> Bonds {
-        let bond = |(near, mu): (&Near, &f64)| {
-            let key = Key { body: near.pair.body, partner: near.pair.partner, slot: near.touch.slot };
-            (key, Bond { gamma: self.gamma(near, *mu), multiplier: (mu - near.row.bound).max(0.0) })
-        };
-        Bonds::new(self.near.iter().zip(&self.solution.multipliers).map(bond).collect())
+/// Whether a bond holds a touch whose multiplier is `mu`.
+pub(super) fn holds(law: Law, near: &Near, mu: f64) -> bool {
+    match law {
+        Law::Inelastic => false,
+        Law::Gluey { gamma_min } => gamma_min < 0.0 && mu > near.row.bound,
     }
 }

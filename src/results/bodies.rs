@@ -158,7 +158,7 @@ fn contacts(folder: &Path, solids: &Solids, time: f64) -> Result<Vec<Contact>, R
         let number: usize = name.strip_prefix("wall-")?.parse().ok()?;
         (1..=solids.walls.len()).contains(&number).then(|| Partner::Wall(number - 1))
     };
-    each_row(&path, 2, 5, |(t, names, n)| {
+    each_row(&path, 2, 6, |(t, names, n)| {
         if t != time {
             return;
         }
@@ -168,6 +168,7 @@ fn contacts(folder: &Path, solids: &Solids, time: f64) -> Result<Vec<Contact>, R
                 partner,
                 gap: n[0],
                 force: n[1],
+                friction: n[5],
                 gamma: n[2],
                 point: Point::new(n[3], n[4]),
                 normal: Point::zeros(),

@@ -1,6 +1,6 @@
 //! Bodies of the tests.
 
-use monolayer::contact::particles::{Drive, Dynamics, Particle, Particles};
+use monolayer::contact::particles::{Drive, Dynamics, Particle, Particles, StepReport};
 use monolayer::contact::{Law, Settings, Solver, Wall};
 use monolayer::mesh::Point;
 use monolayer::shape::{Disc, Polygon, Pose, Shape, Twist};
@@ -78,4 +78,17 @@ pub fn scattered(count: usize, radius: [f64; 2], width: f64, seed: u64) -> Vec<P
         disc(&format!("disc-{k}"), r, x + rng.random_range(-free..free), y + rng.random_range(-free..free))
     };
     (0..count).map(one).collect()
+}
+
+/// A step, in halves where it asks for smaller ones.
+pub fn shortened(particles: &mut Particles, dt: f64, drive: &dyn Drive) -> Vec<StepReport> {
+    match particles.step(dt, drive) {
+        Ok(report) => vec![report],
+        Err(error) if error.is_cured_by_a_smaller_step() && dt > 1e-9 => {
+            let mut reports = shortened(particles, 0.5 * dt, drive);
+            reports.extend(shortened(particles, 0.5 * dt, drive));
+            reports
+        }
+        Err(error) => panic!("{error}"),
+    }
 }

@@ -9,3 +9,4 @@ mod obstacles;
 mod particles;
 mod piles;
 mod projection;
+mod rough;

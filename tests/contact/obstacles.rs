@@ -32,7 +32,7 @@ fn bodies_in_a_flow_keep_the_margin() {
                         Point::new(0.0, 0.5) - b.pose.position + 0.1 * Point::new(0.0, rng.random_range(-1.0..1.0));
                     let predicted = Twist { velocity: towards, spin: rng.random_range(-1.0..1.0) };
                     let freedom = Freedom::Free { mass: b.mass, inertia: b.inertia };
-                    Mover { name: &b.name, shape: &b.shape, pose: b.pose, predicted, freedom }
+                    Mover { name: &b.name, shape: &b.shape, pose: b.pose, predicted, freedom, last: predicted }
                 })
                 .collect();
             let projected = solver.project(&movers, dt, Metric::Resistance).unwrap_or_else(|e| panic!("step {k}: {e}"));

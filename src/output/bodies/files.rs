@@ -11,7 +11,7 @@ use crate::output::timed::TimedTable;
 /// Columns of `bodies.csv` after `time`.
 const BODY_COLUMNS: [&str; 10] = ["body", "x", "y", "theta", "vx", "vy", "spin", "fx", "fy", "torque"];
 /// Columns of `contacts.csv` after `time`.
-const CONTACT_COLUMNS: [&str; 7] = ["body", "partner", "gap", "force", "gamma", "x", "y"];
+const CONTACT_COLUMNS: [&str; 8] = ["body", "partner", "gap", "force", "gamma", "x", "y", "friction"];
 
 /// What a run writes of its bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -166,7 +166,8 @@ impl BodyFiles {
         if let Some(table) = &mut self.contacts {
             let partners: Vec<String> = moment.contacts.iter().map(|contact| moment.partner(contact)).collect();
             let rows = moment.contacts.iter().zip(&partners).map(|(contact, partner)| {
-                let numbers = vec![contact.gap, contact.force, contact.gamma, contact.point.x, contact.point.y];
+                let crate::contact::Contact { gap, force, friction, gamma, point, .. } = *contact;
+                let numbers = vec![gap, force, gamma, point.x, point.y, friction];
                 (vec![moment.solids.bodies[contact.body].name.as_str(), partner.as_str()], numbers)
             });
             table.append(moment.time, rows)?;

@@ -134,6 +134,7 @@ impl Moment<'_> {
             let numbers = [
                 ("the gap", contact.gap),
                 ("the multiplier", contact.force),
+                ("the friction", contact.friction),
                 ("γ", contact.gamma),
                 ("the place", place),
             ];

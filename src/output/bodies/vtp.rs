@@ -55,7 +55,7 @@ pub fn write_bodies(path: &Path, moment: &Moment) -> Result<(), OutputError> {
 
 /// Writes a line for each contact, from the body's centre to its partner's, or to the nearest point of the wall, with
 /// the cell data `body` and `partner` (the number of a body, or after the bodies that of a wall), `multiplier`
-/// (positive repels, negative holds), `gap`, `gamma` and `normal`.
+/// (positive repels, negative holds), `friction` (along n^⊥ on the partner), `gap`, `gamma` and `normal`.
 ///
 /// # Errors
 /// [`OutputError::NonFiniteBody`] for a number that is not finite, before anything is written; [`OutputError::Io`] for
@@ -74,6 +74,7 @@ pub fn write_contacts(path: &Path, moment: &Moment) -> Result<(), OutputError> {
     ];
     let data = vec![
         ("multiplier", 1, numbers(|contact| contact.force)),
+        ("friction", 1, numbers(|contact| contact.friction)),
         ("gap", 1, numbers(|contact| contact.gap)),
         ("gamma", 1, numbers(|contact| contact.gamma)),
         ("normal", 2, contacts.iter().flat_map(|contact| [contact.normal.x, contact.normal.y]).collect()),

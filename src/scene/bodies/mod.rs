@@ -44,6 +44,10 @@ pub struct ContactSettings {
     pub law: Law,
     /// `η`: `D + Δt G·V ≥ η`.
     pub margin: f64,
+    /// μ of Coulomb's friction.
+    pub friction: f64,
+    /// e
+    pub restitution: f64,
     /// What a gap may miss, relative to the smaller body.
     pub tolerance: f64,
     /// How the quadratic programme is solved.
@@ -53,8 +57,8 @@ pub struct ContactSettings {
 impl ContactSettings {
     /// As the solver takes them.
     pub fn settings(&self) -> Settings {
-        let Self { law, margin, tolerance, solver } = *self;
-        Settings { law, margin, tolerance, method: solver, ..Settings::default() }
+        let Self { law, margin, friction, restitution, tolerance, solver } = *self;
+        Settings { law, margin, tolerance, friction, restitution, method: solver, ..Settings::default() }
     }
 }
 

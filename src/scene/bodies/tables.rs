@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
-use crate::contact::Method;
+use crate::contact::{MOST_FRICTION, Method};
 use crate::expression::{Formula, VectorFormula};
 use crate::model::immersed::flow::Settings;
 use crate::schema::{self, IN_A_FLOW, Range};
@@ -334,6 +334,12 @@ pub struct ContactTable {
     /// Gap that is kept, `η`: `D + Δt G·V ≥ η`.
     #[schemars(transform = Range::NOT_NEGATIVE.said(), extend("x-unit" = "length"))]
     pub margin: f64,
+    /// Coefficient `μ` of Coulomb's friction, `|λ_t| ≤ μ λ`; with `law = "inelastic"`.
+    #[schemars(transform = ContactTable::FRICTION.said(), extend("x-kinds" = "particles"))]
+    pub friction: f64,
+    /// Restitution `e`: what touches at the speed `u` parts at `e u`; with `law = "inelastic"` and inertia.
+    #[schemars(transform = ContactTable::RESTITUTION.said(), extend("x-kinds" = "particles"))]
+    pub restitution: f64,
     /// Of gaps and complementarity.
     #[schemars(transform = ContactTable::TOLERANCE.said())]
     pub tolerance: f64,
@@ -343,12 +349,14 @@ pub struct ContactTable {
 
 impl ContactTable {
     pub const TOLERANCE: Range = Range::within(1e-14, 1e-3);
+    pub const FRICTION: Range = Range::within(0.0, MOST_FRICTION);
+    pub const RESTITUTION: Range = Range::within(0.0, 1.0);
 }
 
 impl Default for ContactTable {
     fn default() -> Self {
         let (law, solver) = (LawName::Inelastic, Method::Newton);
-        Self { law, gamma_min: None, margin: 0.0, tolerance: 1e-12, solver }
+        Self { law, gamma_min: None, margin: 0.0, friction: 0.0, restitution: 0.0, tolerance: 1e-12, solver }
     }
 }
 

@@ -59,7 +59,7 @@ impl Checker<'_> {
         let numbers: Vec<usize> = (0..tables.wall.len()).filter(|at| tables.wall[*at].tag.is_none()).collect();
         self.apart(&bodies, &walls, &numbers, around)?;
         let touch = bodies.len() > 1 || !(walls.is_empty() && wall_tags.is_empty());
-        let contact = self.contact(&mut tables.contact, touch)?;
+        let contact = self.contact(&mut tables.contact, touch, around)?;
         if let Some(contact) = &contact {
             let crowded = first_crowded(&bodies, &walls, contact.margin);
             crowded.map_or(Ok(()), |(at, partner, gap)| {

@@ -70,6 +70,7 @@ impl Checker<'_> {
         &self,
         given: &mut Option<ContactTable>,
         touch: bool,
+        around: Around,
     ) -> Result<Option<ContactSettings>, SceneError> {
         if !touch {
             let hint = "remove it, or add another body or a [[wall]]";
@@ -105,6 +106,26 @@ impl Checker<'_> {
         let holds = ContactTable::TOLERANCE.has(tolerance);
         let hint = "1e-12 is the usual value";
         self.require(holds, "contact.tolerance", shown(tolerance), "must lie between 1e-14 and 1e-3", hint)?;
-        Ok(Some(ContactSettings { law, margin, tolerance, solver: table.solver }))
+        let (friction, restitution) = (table.friction, table.restitution);
+        self.dry("contact.friction", friction, (law, around, true))?;
+        self.dry("contact.restitution", restitution, (law, around, around == Around::Nothing { inertia: true }))?;
+        let holds = ContactTable::FRICTION.has(friction);
+        let hint = "0.3 is that of many solids";
+        self.require(holds, "contact.friction", shown(friction), "must lie between 0 and 1e3", hint)?;
+        let holds = ContactTable::RESTITUTION.has(restitution);
+        let hint = "0 is inelastic, 1 loses no energy";
+        self.require(holds, "contact.restitution", shown(restitution), "must lie between 0 and 1", hint)?;
+        Ok(Some(ContactSettings { law, margin, friction, restitution, tolerance, solver: table.solver }))
+    }
+
+    /// Refuses what only dry bodies have.
+    fn dry(&self, key: &str, value: f64, (law, around, can): (Law, Around, bool)) -> Result<(), SceneError> {
+        let value = (value != 0.0).then(|| shown(value));
+        let Some(value) = value else { return Ok(()) };
+        let rule = "bodies in a flow are kept apart by its film";
+        self.require(around != Around::Flow, key, &value, rule, "remove it; model.kind = \"particles\" has it")?;
+        let rule = "bodies that stick neither rub nor bounce";
+        self.require(law == Law::Inelastic, key, &value, rule, "remove it, or take contact.law = \"inelastic\"")?;
+        self.require(can, key, value, "what has no inertia does not bounce", "take model.dynamics = \"inertial\"")
     }
 }
