@@ -152,7 +152,7 @@ fn a_flow_with_a_body_in_it() {
     let set = |set: &'static str| ["check", "settling.toml", "--set", set];
     refused(&set("output.0.maps=[\"density\"]"), folder, &["`output.0.maps.0` = \"density\"", "speed, velocity_1"]);
     let arrows = set("output.0.maps=[{ of = \"speed\", arrows = \"polarity\" }]");
-    refused(&arrows, folder, &["`output.0.maps.0.arrows`", "no polarity"]);
+    refused(&arrows, folder, &["`output.0.maps.0.arrows`", "has no such field"]);
     let window = "output.0.maps=[{ of = \"speed\", window = [[5, 5], [6, 6]] }]";
     refused(&["run", "settling.toml", "--set", window], folder, &["no value in the window"]);
 }

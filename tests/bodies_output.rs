@@ -69,7 +69,7 @@ fn contacts() -> [Contact; 3] {
 fn with<R>(solids: &Solids, time: f64, poses: &[Pose], then: impl FnOnce(&Moment) -> R) -> R {
     let (contacts, twists) = (contacts(), twists());
     let loads = loads(poses, &contacts);
-    then(&Moment { solids, time, poses, twists: &twists, loads: &loads, contacts: &contacts })
+    then(&Moment { solids, time, poses, twists: &twists, flow: &[], loads: &loads, contacts: &contacts })
 }
 
 fn parse(path: &Path) -> PolyDataPiece {
@@ -173,7 +173,7 @@ fn numbers_that_are_not_finite_are_refused_with_the_name_of_the_body() {
 /// Writes the steps of a run that begins new or at a time.
 fn write(folder: &Path, steps: std::ops::Range<usize>, resume: Option<f64>) {
     let solids = solids();
-    let asked = BodyOutputs { bodies: true, contacts: true, pictures: true };
+    let asked = BodyOutputs { bodies: true, contacts: true, pictures: true, flow: false };
     let mut files = BodyFiles::new(folder, solids.clone(), asked, resume).unwrap();
     let index = folder.join("fields.pvd");
     let mut fields = resume.map_or_else(|| Series::create(&index), |t| Series::resume(&index, t)).unwrap();
@@ -285,8 +285,15 @@ fn bodies_are_drawn_where_they_are() {
     let up = std::f64::consts::FRAC_PI_2;
     let poses = [Pose { position: at(0.5, 1.25), angle: -0.75 * up }, Pose { position: at(1.9, 0.5), angle: up }];
     let twists = twists();
-    let moment =
-        Moment { solids: &solids, time: 0.0, poses: &poses, twists: &twists, loads: &[Load::ZERO; 2], contacts: &[] };
+    let moment = Moment {
+        solids: &solids,
+        time: 0.0,
+        poses: &poses,
+        twists: &twists,
+        flow: &[],
+        loads: &[Load::ZERO; 2],
+        contacts: &[],
+    };
     let window = Window::new([0.0, 0.0], [2.0, 2.0]).unwrap();
     let slope = |x: Point| Some(x.x);
     let map = Map { title: "x".into(), layers: overlay(&moment, true), ..Map::new(window, &slope) }.draw().unwrap();
@@ -330,7 +337,7 @@ fn what_is_out_of_view_is_counted_and_no_bodies_are_no_error() {
         with(&solids, 0.0, &poses(), |m| picture(m, &Look { colour: Colour::Name, ..Look::default() }).unwrap().svg());
     assert!(!all.contains("out of view") && all.contains("square</text>") && !all.contains("colours</title>"));
     let none = Solids::default();
-    let empty = Moment { solids: &none, time: 0.5, poses: &[], twists: &[], loads: &[], contacts: &[] };
+    let empty = Moment { solids: &none, time: 0.5, poses: &[], twists: &[], flow: &[], loads: &[], contacts: &[] };
     assert!(picture(&empty, &Look::default()).unwrap().svg().contains("no bodies at"));
 }
 

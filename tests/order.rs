@@ -71,6 +71,38 @@ fn a_study_leaves_tables_plots_and_what_was_studied() {
     assert!(std::fs::read_to_string(out.join("orders.svg")).unwrap().contains("</svg>"));
 }
 
+/// A Stokes flow has orders of its own, and what has no exact fields has none.
+#[test]
+fn a_study_of_a_stokes_flow() {
+    let root = tempfile::tempdir().unwrap();
+    for name in ["stokes.toml", "stokes-square.toml"] {
+        std::fs::copy(format!("studies/mms/{name}"), root.path().join(name)).unwrap();
+    }
+    let output = succeeds(root.path(), &["order", "stokes.toml", "--set", "levels=[4, 8]", "--out", "out"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("L2(H1)") && !text.contains("polarity"), "{text}");
+    let (_, orders) = rows(root.path().join("out/orders.csv"));
+    let last = |field: &str, norm: &str| {
+        let row = orders.iter().rev().find(|row| row[3] == field && row[4] == norm).unwrap();
+        row[6].parse::<f64>().unwrap()
+    };
+    assert_eq!(orders.len(), 2 * 5);
+    assert!(last("velocity", "L2(L2)") > 2.8 && last("velocity", "L2(H1)") > 1.9 && last("pressure", "L2(L2)") > 1.9);
+    let (header, runs) = rows(root.path().join("out/runs.csv"));
+    let value = |row: &[String], name: &str| row[header.iter().position(|h| h == name).unwrap()].clone();
+    assert_eq!((value(&runs[1], "cells"), value(&runs[1], "steps")), ("128".into(), "2".into()));
+    // an order that the degrees do not have is an error, with the norm in which it falls short
+    let least = ["order", "stokes.toml", "-q", "--set", "levels=[4, 8]", "--set", "expect={ velocity = 3.5 }"];
+    let output = program(root.path(), &[&least[..], &["--out", "missed"]].concat());
+    assert!(error_of(&output).contains("velocity in L2(L2): order "), "{}", error_of(&output));
+    let scene = std::fs::read_to_string(root.path().join("stokes-square.toml")).unwrap();
+    let bare =
+        scene.split("[exact]").next().unwrap().replace("\"dirichlet\"", "\"slip\"") + "[time]\nstep = 1\nend = 1\n";
+    std::fs::write(root.path().join("stokes-square.toml"), bare).unwrap();
+    let output = program(root.path(), &["order", "stokes.toml", "-q", "--out", "none"]);
+    assert!(error_of(&output).contains("no exact fields"), "{}", error_of(&output));
+}
+
 #[test]
 fn what_a_study_leaves_repeats_it() {
     let root = with_study(STUDY);
@@ -195,7 +227,7 @@ fn a_level_that_fails_leaves_the_others() {
     assert_eq!(status, ["complete", "failed", "complete"]);
     assert!(runs[1][14].contains("time.step_min"), "{:?}", runs[1]);
     let (_, orders) = rows(root.path().join("out/orders.csv"));
-    let levels: Vec<&str> = orders.iter().step_by(8).map(|row| row[0].as_str()).collect();
+    let levels: Vec<&str> = orders.iter().step_by(9).map(|row| row[0].as_str()).collect();
     assert_eq!(levels, ["2", "4"]);
     for levels in series(&orders) {
         // the order is that to the last level that was complete
@@ -252,7 +284,7 @@ fn an_interrupted_study_keeps_its_finished_levels() {
     let status: Vec<&str> = runs.iter().map(|row| row[13].as_str()).collect();
     assert_eq!(status, ["complete", "complete", "failed"]);
     assert!(runs[2][14].contains("stopped from outside"), "{:?}", runs[2]);
-    assert_eq!(rows(root.path().join("out/orders.csv")).1.len(), 2 * 4 * 2);
+    assert_eq!(rows(root.path().join("out/orders.csv")).1.len(), 2 * 9);
     assert!(root.path().join("out/orders.png").exists());
 }
 

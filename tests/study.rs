@@ -98,7 +98,7 @@ set = { "mesh.n" = 4, "time.step" = 0.0625 }
         let run = usize::from(of("n") == "4");
         assert_eq!(table.column(&format!("error_{}_{}", of("field"), of("norm")))[run], of("error"));
     }
-    assert_eq!(orders.rows.len(), 16);
+    assert_eq!(orders.rows.len(), 18);
 }
 
 #[test]

@@ -103,7 +103,7 @@ fn a_channel_with_resisting_walls_has_its_parabola() {
         let slope = (profile(1.0, 1e-6) - profile(1.0, 0.0)) / 1e-6;
         assert!((profile(1.0, 0.0) / slope - 1.0 / 3.0).abs() < 1e-5);
 
-        let settings = Settings { epsilon: 1e-8, order: 2 };
+        let settings = Settings::default();
         let conditions = &description.conditions;
         let flow = Flow::new(&mesh, (2, 1), conditions, (0.0, slip), Vec::new(), (settings, 0.0)).unwrap();
         let carried = flow.solve(&mass::load(&flow.momentum.velocity, 0, |_| Point::new(PUSH, 0.0))).unwrap();

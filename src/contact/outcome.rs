@@ -132,3 +132,11 @@ impl Step<'_> {
         Bonds::new(self.near.iter().zip(&self.solution.multipliers).map(bond).collect())
     }
 }
+
+/// Whether a bond holds a touch whose multiplier is `mu`.
+pub(super) fn holds(law: Law, near: &Near, mu: f64) -> bool {
+    match law {
+        Law::Inelastic => false,
+        Law::Gluey { gamma_min } => gamma_min < 0.0 && mu > near.row.bound,
+    }
+}

@@ -8,10 +8,11 @@
 //! `Σ μ n×(V_j − V_i)`, the centres of each pair give back along their contact, `t = n^⊥`, which takes energy away.
 
 use super::gap::Touch;
+use super::outcome::holds;
 use super::pairs::Pair;
 use super::projection::{Problem, Projection, Row};
 use super::solver::{Freedom, partner_name};
-use super::step::{Near, Step, holds};
+use super::step::{Near, Step};
 use super::{ContactError, Partner};
 use crate::mesh::Point;
 use crate::shape::{Pose, Twist, perpendicular};

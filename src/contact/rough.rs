@@ -21,8 +21,10 @@ use crate::mesh::Point;
 use crate::shape::{Pose, Twist, perpendicular};
 use crate::solve::anderson::Anderson;
 
-/// Friction has settled where sliding changes by less than this share of the motion without contact.
+/// From the round [`STRICT`] on friction has settled where sliding changes by less than this share of the motion without
+/// contact.
 const SETTLED: f64 = 1e-5;
+const STRICT: usize = 20;
 /// Restitution below this counts as none.
 const LEAST: f64 = 1e-2;
 /// Rounds of the fixed point alone, differences that Anderson's method looks back on, rounds after which it begins anew,
@@ -137,7 +139,7 @@ impl Step<'_> {
             slides().map(|(_, slide)| friction * slide.row.value(&self.solution.velocity).abs()).collect();
         let missed = slides().zip(now.iter().zip(&image)).filter_map(|((near, _), (now, image))| {
             let miss = (image - now).abs();
-            (near.warm != 0.0 && miss > self.unsettling(near)).then_some((near.pair, miss))
+            (near.warm != 0.0 && miss > self.unsettling(near, round)).then_some((near.pair, miss))
         });
         let worst = missed.reduce(|most, next| if next.1 > most.1 { next } else { most });
         if round.is_multiple_of(RESTART) || self.dilations.0 != now.len() {
@@ -154,8 +156,12 @@ impl Step<'_> {
         worst
     }
 
-    /// What `Δt s` may miss: a small share of what forces alone would move the pair by.
-    fn unsettling(&self, near: &Near) -> f64 {
+    /// What `Δt s` may miss: what a gap may, and after some rounds a small share of what forces alone would move the pair
+    /// by.
+    fn unsettling(&self, near: &Near, round: usize) -> f64 {
+        if round < STRICT {
+            return 4.0 * near.row.slack;
+        }
         let travel = |k: usize| self.dt * self.movers[k].whole(&self.movers[k].predicted, self.dt).velocity.norm();
         let other = match near.pair.partner {
             Partner::Body(other) => travel(other),

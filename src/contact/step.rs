@@ -6,12 +6,13 @@
 
 use super::bonds::Bond;
 use super::gap::{Touch, along};
+use super::outcome::holds;
 use super::pairs::{self, Pair, Pairs};
 use super::projection::{Problem, Projection, Row};
 use super::rough::Slide;
 use super::solver::{Effort, Freedom, Metric, Mover, Projected, Solver, partner_name, range, rounding};
 use super::walls::{equivalent_radius, resistance};
-use super::{ContactError, Law, Partner};
+use super::{ContactError, Partner};
 use crate::mesh::Point;
 use crate::shape::{Pose, Twist, perpendicular, turned};
 use crate::solve::anderson::Anderson;
@@ -118,7 +119,8 @@ impl<'a> Step<'a> {
             failure,
         };
         step.restitution = step.restitutions();
-        step.tangent = step.restitution.iter().map(|e| *e > 0.0).collect();
+        // a jammed crowd that rubs can always rest on tangents, while its gaps may be closed by rounding
+        step.tangent = step.restitution.iter().map(|e| *e > 0.0 || solver.settings.friction > 0.0).collect();
         step
     }
 
@@ -323,7 +325,11 @@ impl<'a> Step<'a> {
             let first = self.movers[near.pair.body].name.to_owned();
             let second = partner_name(self.movers, near.pair.partner);
             let iterations = unsolved.iterations;
-            (near.pair, ContactError::Caught { first, second, miss, iterations, hint: self.hint() })
+            let error = match friction {
+                0.0 => ContactError::Caught { first, second, miss, iterations, hint: self.hint() },
+                _ => self.unsettled(near.pair, miss),
+            };
+            (near.pair, error)
         })?;
         self.effort.iterations += solution.iterations;
         self.effort.factorisations += solution.factorisations;
@@ -438,13 +444,5 @@ impl<'a> Step<'a> {
             spin: (pose.angle - mover.pose.angle) / self.dt,
         };
         self.movers.iter().zip(poses).map(to).collect()
-    }
-}
-
-/// Whether a bond holds a touch whose multiplier is `mu`.
-pub(super) fn holds(law: Law, near: &Near, mu: f64) -> bool {
-    match law {
-        Law::Inelastic => false,
-        Law::Gluey { gamma_min } => gamma_min < 0.0 && mu > near.row.bound,
     }
 }

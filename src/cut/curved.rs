@@ -123,7 +123,7 @@ pub(super) fn along_face(mesh: &Mesh, cell: usize, f: usize, placed: Placed) -> 
 }
 
 /// Whether the nodes of a local face divide its chord evenly.
-fn is_straight(mesh: &Mesh, cell: usize, f: usize) -> bool {
+pub(super) fn is_straight(mesh: &Mesh, cell: usize, f: usize) -> bool {
     let Some(nodes) = &mesh.curved[cell] else { return true };
     let on_face = basis::face_nodes(nodes.degree, f);
     let (a, b) = (nodes.positions[on_face[0]], nodes.positions[on_face[nodes.degree]]);
@@ -185,7 +185,7 @@ fn bisected(level: &impl Fn(f64) -> f64, mut a: f64, mut b: f64, entering: bool)
 }
 
 /// Where on a boundary a point lies: the number of the piece plus the share of its range.
-fn parameter(boundary: &[Piece], x: Point) -> f64 {
+pub(super) fn parameter(boundary: &[Piece], x: Point) -> f64 {
     let nearest = |piece: &Piece| {
         let (from, to) = piece.range();
         let t = match *piece {

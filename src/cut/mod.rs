@@ -11,6 +11,7 @@ mod face;
 mod parts;
 mod region;
 mod rule;
+pub mod surface;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,6 +20,7 @@ use rayon::prelude::*;
 
 use parts::{Cut, CutCell, CutFace, Region};
 pub(crate) use parts::{CutFaceRule, CutRule};
+pub use surface::Surface;
 
 use crate::element::quadrature::{MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
 use crate::mesh::locate::Locator;
@@ -155,11 +157,7 @@ impl Cover {
     fn examine(&self, cell: usize, bodies: &[usize]) -> Found<CutCell> {
         let corners = self.mesh.corners(cell);
         let centre = self.mesh.centroid(cell);
-        let reach = match &self.mesh.curved[cell] {
-            None => farthest(&corners, centre),
-            // the Lebesgue constant of the nodes
-            Some(nodes) => 2.3 * farthest(&nodes.positions, centre),
-        };
+        let reach = self.extent(cell, centre);
         let mut parts = Vec::new();
         for &body in bodies {
             let placed = self.body(body);
@@ -191,6 +189,15 @@ impl Cover {
             }
         }
         if parts.is_empty() { Found::Outside } else { Found::Cut(Arc::new(Cut::new(parts))) }
+    }
+
+    /// No point of a cell is farther from its `centre`.
+    fn extent(&self, cell: usize, centre: Point) -> f64 {
+        match &self.mesh.curved[cell] {
+            None => farthest(&self.mesh.corners(cell), centre),
+            // the Lebesgue constant of the nodes
+            Some(nodes) => 2.3 * farthest(&nodes.positions, centre),
+        }
     }
 
     /// The part of a straight cell that a body covers, in reference coordinates.
@@ -242,6 +249,15 @@ impl Cover {
     /// Where a face lies.
     pub fn face(&self, face: usize) -> Class {
         self.faces[face]
+    }
+
+    /// Whether a part of a face lies outside of all bodies.
+    pub fn is_wet(&self, face: usize) -> bool {
+        match self.faces[face] {
+            Class::Outside => true,
+            Class::Inside(_) => false,
+            Class::Cut(k) => self.cut_faces[k].has(MeshPart::Outside),
+        }
     }
 
     /// The bodies that cover or cut a cell.

@@ -120,6 +120,11 @@ impl CutFace {
         })
     }
 
+    /// Whether the face has such a part.
+    pub fn has(&self, part: MeshPart) -> bool {
+        !self.intervals(part).is_empty()
+    }
+
     fn intervals(&self, part: MeshPart) -> Vec<[f64; 2]> {
         let inside = |asked: Option<usize>| {
             self.parts.iter().filter(move |(body, _)| asked.is_none_or(|b| b == *body)).map(|(_, span)| *span)

@@ -14,7 +14,7 @@ use crate::mesh::Point;
 use crate::shape::outline::Piece;
 
 /// Most points of one Gauss rule along an arc.
-const MOST: usize = 48;
+pub(super) const MOST: usize = 48;
 
 /// The Gauss–Legendre rule of `count` points on `[0, 1]`: arcs need more points than any polynomial of the forms.
 pub(super) fn gauss(count: usize) -> &'static Rule<f64> {
@@ -130,7 +130,7 @@ fn each_arc_point(arc: &Piece, degree: usize, mut visit: impl FnMut(Point, Point
 ///
 /// About its middle an arc is `ρ(τ + (Δ/4) τ² + …)`, `|τ| ≤ 1`: a polynomial of degree d has the coefficient
 /// `((d+1)Δ/4)^j/j!` at `τ^(d+1+j)`, of which Gauss rules that miss that power leave `2^−j`.
-fn arc_points(degree: usize, turn: f64) -> (usize, usize) {
+pub(super) fn arc_points(degree: usize, turn: f64) -> (usize, usize) {
     let needed = |parts: usize| {
         let ratio = (degree + 1) as f64 * turn / parts as f64 / 8.0;
         let (mut j, mut term) = (0, 1.0);

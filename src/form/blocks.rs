@@ -131,14 +131,43 @@ impl Integrator {
         let size = block_size::<V>(test) * block_size::<U>(trial);
         diagonal.par_chunks_mut(size).enumerate().for_each_init(
             || (Worker::new::<U, V>(trial, test), vec![0.0; size]),
-            |(worker, off), (cell, diagonal)| {
-                worker.add_cell(self, form, cell, diagonal);
-                for local in 0..3 {
-                    self.add_face_of_cell(worker, form, (cell, local), diagonal, off);
-                }
-                assert!(off.iter().all(|value| *value == 0.0), "the rows of a cell see another one");
-            },
+            |(worker, off), (cell, diagonal)| self.add_own_row(worker, form, cell, diagonal, off),
         );
+    }
+
+    /// As [`Integrator::add_own_rows`], on some cells alone, in their order.
+    ///
+    /// # Panics
+    /// A form whose rows see other cells.
+    pub fn own_rows_of<U: Jet, V: Jet>(
+        &self,
+        form: &Bilinear<U, V>,
+        (trial, test): (&Space, &Space),
+        cells: &[usize],
+    ) -> Vec<Vec<f64>> {
+        let size = block_size::<V>(test) * block_size::<U>(trial);
+        let row = |(worker, off): &mut (Worker, Vec<f64>), &cell: &usize| {
+            let mut block = vec![0.0; size];
+            self.add_own_row(worker, form, cell, &mut block, off);
+            block
+        };
+        cells.par_iter().map_init(|| (Worker::new::<U, V>(trial, test), vec![0.0; size]), row).collect()
+    }
+
+    /// `off` stays zero.
+    fn add_own_row<U: Jet, V: Jet>(
+        &self,
+        worker: &mut Worker,
+        form: &Bilinear<U, V>,
+        cell: usize,
+        diagonal: &mut [f64],
+        off: &mut [f64],
+    ) {
+        worker.add_cell(self, form, cell, diagonal);
+        for local in 0..3 {
+            self.add_face_of_cell(worker, form, (cell, local), diagonal, off);
+        }
+        assert!(off.iter().all(|value| *value == 0.0), "the rows of a cell see another one");
     }
 
     fn add_face_of_cell<U: Jet, V: Jet>(

@@ -43,12 +43,21 @@ pub fn energy(p: &Field, face: &Face) -> f64 {
     (0..p.space.components).map(of).sum()
 }
 
+/// `h_S = (|K−| + |K+|)/|S|`
+///
+/// # Panics
+/// For a face on the boundary.
+pub fn width(mesh: &Mesh, face: &Face) -> f64 {
+    let [a, b] = mesh.face_vertices(face).map(|v| mesh.vertices[v]);
+    let plus = face.plus.expect("an interior face").cell;
+    [face.minus.cell, plus].map(|cell| mesh.cell_area(cell)).iter().sum::<f64>() / (b - a).norm()
+}
+
 /// Row by row `φ− − φ+` at the points of the patch, and their weights over `h_S²`.
 fn jumps(space: &Space, face: &Face) -> (DMatrix<f64>, DVector<f64>) {
     let (mesh, q) = (&*space.mesh, space.degree);
     let sides = [face.minus.cell, face.plus.expect("an interior face").cell];
-    let [a, b] = mesh.face_vertices(face).map(|v| mesh.vertices[v]);
-    let h = sides.iter().map(|&cell| mesh.cell_area(cell)).sum::<f64>() / (b - a).norm();
+    let h = width(mesh, face);
     let (mut rows, mut weights) = (Vec::new(), Vec::new());
     for (side, &cell) in sides.iter().enumerate() {
         let map = mesh.map(cell);

@@ -3,6 +3,7 @@
 use super::bilinear::Stencil;
 use super::linear::Weights;
 use crate::element::tables::{MAX_STRIDE, stride};
+use crate::mesh::Point;
 use crate::space::Space;
 use crate::space::field::Site;
 
@@ -28,6 +29,12 @@ impl Basis {
             dx[k] = m.m11 * a + m.m12 * b;
             dy[k] = m.m21 * a + m.m22 * b;
         }
+    }
+
+    /// Value and gradient of function `i`.
+    pub fn at(&self, i: usize) -> (f64, Point) {
+        let [value, dx, dy] = self.rows.each_ref().map(|row| row[i]);
+        (value, Point::new(dx, dy))
     }
 }
 

@@ -9,6 +9,7 @@ pub use super::description::{Degrees, Description};
 pub use super::fields::{Residuals, State};
 use super::floating::Floating;
 use super::formulas::check_formulas;
+use super::immersed::Embedding;
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, outer_force};
 use super::parameters::{ElasticForce, Parameters};
@@ -109,7 +110,8 @@ impl Incompressible {
             Arc::new(match old.bodies() {
                 None => Momentum::new(&self.loops, velocity, pressure, conditions, &terms, old.slip)?,
                 Some(bodies) => {
-                    let (spaces, bodies) = ((velocity, pressure), (bodies.immersion.clone(), bodies.rigidity.clone()));
+                    let bodies = Embedding::Penalty(bodies.immersion.clone(), bodies.rigidity.clone());
+                    let spaces = (velocity, pressure);
                     Momentum::with_bodies(&self.loops, spaces, conditions, &terms, old.slip, bodies)?
                 }
             })

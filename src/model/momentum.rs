@@ -10,21 +10,23 @@ use std::sync::Arc;
 use super::boundary::{Conditions, VelocityCondition};
 use super::closed::ClosedParts;
 use super::frames::{Frames, WallPoints};
-use super::immersed::{FlowWithBodies, Ground, Immersed, Rigidity};
+use super::immersed::nitsche::{Forms, Nitsche};
+use super::immersed::{Embedding, FlowWithBodies, Ground, Immersed};
 use super::terms::FlowTerms;
 use super::walls::Walls;
 use crate::body::guide::Rule;
+use crate::cut::Cover;
 use crate::form::{CellPoint, Faces, Integrator, mass, stokes};
-use crate::model::immersed::penalty::Immersion;
 use crate::shape::{Pose, Wrench};
 use crate::solve::sparse::{Factored, Matrix};
 use crate::solve::{SolveError, norm};
 use crate::space::Space;
 use error::blame_penalty;
 use factors::{System, factorise};
-use matrix::{Stiffness, cell_means};
+use matrix::cell_means;
 
 pub use error::MomentumError;
+pub(super) use matrix::Stiffness;
 pub use outer::{body_force, outer_force};
 
 /// How `v·n = 0` is imposed.
@@ -110,7 +112,7 @@ impl Momentum {
         conditions: &[Conditions],
         terms: &FlowTerms,
         slip: SlipTreatment,
-        bodies: (Immersion, Rigidity),
+        bodies: Embedding,
     ) -> Result<Self, MomentumError> {
         Self::build(loops, spaces, conditions, terms, slip, Some(bodies))
     }
@@ -121,7 +123,7 @@ impl Momentum {
         conditions: &[Conditions],
         terms: &FlowTerms,
         slip: SlipTreatment,
-        bodies: Option<(Immersion, Rigidity)>,
+        bodies: Option<Embedding>,
     ) -> Result<Self, MomentumError> {
         let frames = Frames::new(velocity, conditions, slip.points());
         if terms.friction() == 0.0 {
@@ -149,7 +151,14 @@ impl Momentum {
                 let system = factorise(&frames, &stiffness, &gradient, (&means, unit), &closed);
                 system.map_err(|error| blame_penalty(slip, error))?
             }
-            Some((immersion, rigidity)) => {
+            Some(Embedding::Nitsche(placement)) => {
+                let (stiffness, divergence) = made_of.blocks(loops, (velocity, pressure));
+                let whole = [stiffness, divergence, cell_means(loops, pressure)];
+                let ground = Ground { velocity, pressure, frames: &frames, closed: &closed };
+                let forms = Forms { loops, velocity: &made_of };
+                System::Nitsche(Box::new(Nitsche::new(ground, forms, whole, open_faces(loops, conditions), placement)?))
+            }
+            Some(Embedding::Penalty(immersion, rigidity)) => {
                 let blocks = made_of.blocks(loops, (velocity, pressure));
                 let means = if closed.count() > 0 { cell_means(loops, pressure) } else { Vec::new() };
                 let ground = Ground { velocity, pressure, frames: &frames, closed: &closed };
@@ -198,11 +207,20 @@ impl Momentum {
         self.closed.count() > 0
     }
 
-    /// The rigid bodies in the flow.
+    /// The rigid bodies in the flow, where they are there by penalty.
     pub fn bodies(&self) -> Option<&Immersed> {
         match &self.system {
-            System::Open(_) | System::Closed(_) => None,
+            System::Open(_) | System::Closed(_) | System::Nitsche(_) => None,
             System::Immersed(bodies) => Some(bodies),
+        }
+    }
+
+    /// How bodies lie in the flow.
+    pub fn cover(&self) -> Option<&Arc<Cover>> {
+        match &self.system {
+            System::Open(_) | System::Closed(_) => None,
+            System::Immersed(bodies) => Some(&bodies.immersion.cover),
+            System::Nitsche(bodies) => Some(bodies.cover()),
         }
     }
 
@@ -224,6 +242,7 @@ impl Momentum {
         match &mut self.system {
             System::Open(_) | System::Closed(_) => panic!("there are no bodies to move"),
             System::Immersed(bodies) => bodies.move_to(ground, loops, poses),
+            System::Nitsche(bodies) => bodies.move_to(ground, Forms { loops, velocity: &self.made_of }, poses),
         }
     }
 
@@ -242,7 +261,11 @@ impl Momentum {
         loads: &[Wrench],
         rules: &[Rule],
     ) -> Result<FlowWithBodies, MomentumError> {
-        let System::Immersed(bodies) = &self.system else { panic!("there are no bodies to carry") };
+        let bodies = match &self.system {
+            System::Nitsche(bodies) => return bodies.solve(self.ground(), (f, prescribed), loads, rules),
+            System::Immersed(bodies) => bodies,
+            System::Open(_) | System::Closed(_) => panic!("there are no bodies to carry"),
+        };
         let count = bodies.immersion.parts.len();
         assert!(loads.len() == count && rules.len() == count, "every body has a load and a rule");
         self.check_flux(&self.divergence.times(prescribed), prescribed)?;
@@ -319,12 +342,17 @@ impl Momentum {
             let carried = self.carry(f, prescribed, &vec![Wrench::ZERO; count], &vec![Rule::Free; count])?;
             return Ok((carried.v, carried.pi));
         }
+        if let System::Nitsche(bodies) = &self.system {
+            let rules = bodies.rules_of_change();
+            let carried = self.carry(f, prescribed, &vec![Wrench::ZERO; rules.len()], &rules)?;
+            return Ok((carried.v, carried.pi));
+        }
         let mut force = f.to_vec();
         self.stiffness.times_add(-1.0, prescribed, &mut force);
         let mut right = self.frames.restrict(&force);
         let volume: Vec<f64> = self.divergence.times(prescribed).iter().map(|v| -v).collect();
         let (free, pressure) = match &self.system {
-            System::Immersed(_) => unreachable!("bodies have been dealt with"),
+            System::Immersed(_) | System::Nitsche(_) => unreachable!("bodies have been dealt with"),
             System::Open(factored) => {
                 right.extend(volume.iter().map(|v| self.unit * v));
                 let mut x = factored.solve(&right).map_err(|error| blame_penalty(self.slip, error))?;
@@ -379,6 +407,13 @@ impl Momentum {
         };
         Ok([size(&self.residual_masses.0, &momentum)?, size(&self.residual_masses.1, &volume)?])
     }
+}
+
+/// The boundary faces on which a condition fixes the pressure.
+fn open_faces(loops: &Integrator, conditions: &[Conditions]) -> Vec<usize> {
+    let faces = loops.mesh.faces.iter().enumerate();
+    let open = faces.filter(|(_, face)| face.tag.is_some_and(|tag| conditions[tag].velocity.fixes_pressure()));
+    open.map(|(index, _)| index).collect()
 }
 
 /// The boundary faces whose velocity condition is of a kind.

@@ -47,7 +47,7 @@ impl BodiesAtTime {
     pub fn read(folder: &Path, at: Option<f64>) -> Result<Option<Self>, ResultsError> {
         let Some(solids) = solids(folder)? else { return Ok(None) };
         let (mut rows, mut whole): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
-        each_row(&folder.join("bodies.csv"), 1, 9, |row| {
+        each_row(&folder.join("bodies.csv"), 1, &[9, 12], |row| {
             if at.is_none_or(|t| row.0 == t) {
                 if rows.first().is_some_and(|first| first.0 != row.0) {
                     rows.clear();
@@ -82,6 +82,7 @@ impl BodiesAtTime {
             time: self.time,
             poses: &self.poses,
             twists: &self.twists,
+            flow: &[],
             loads: &self.loads,
             contacts: &self.contacts,
         }
@@ -106,7 +107,7 @@ pub fn tracks(folder: &Path, names: &[String], most: usize) -> Result<(Vec<Track
     let all: Vec<String> = if names.is_empty() { moving.collect() } else { names.to_vec() };
     let mut tracks: Vec<Track> =
         all.iter().take(most).map(|name| Track { name: name.clone(), rows: Vec::new() }).collect();
-    each_row(&folder.join("bodies.csv"), 1, 9, |(time, names, n)| {
+    each_row(&folder.join("bodies.csv"), 1, &[9, 12], |(time, names, n)| {
         if let Some(track) = tracks.iter_mut().find(|track| track.name == names[0]) {
             let pose = Pose { position: Point::new(n[0], n[1]), angle: n[2] };
             let twist = Twist { velocity: Point::new(n[3], n[4]), spin: n[5] };
@@ -130,11 +131,11 @@ fn solids(folder: &Path) -> Result<Option<Solids>, ResultsError> {
 }
 
 /// Visits the rows of a table with a time, texts and numbers; one that was cut off ends it.
-fn each_row(path: &Path, texts: usize, numbers: usize, mut visit: impl FnMut(Row)) -> Result<(), ResultsError> {
+fn each_row(path: &Path, texts: usize, numbers: &[usize], mut visit: impl FnMut(Row)) -> Result<(), ResultsError> {
     let mut reader = csv::Reader::from_path(path).map_err(|e| broken(path, e.to_string()))?;
     let columns = reader.headers().map_err(|e| broken(path, e.to_string()))?.len();
-    if columns != 1 + texts + numbers {
-        return Err(broken(path, format!("it has {columns} columns, must have {}", 1 + texts + numbers)));
+    if !numbers.iter().any(|numbers| columns == 1 + texts + numbers) {
+        return Err(broken(path, format!("it has {columns} columns, must have {}", 1 + texts + numbers[0])));
     }
     for (k, row) in reader.records().map_while(Result::ok).enumerate() {
         let all = row.iter().skip(1 + texts).map(|text| text.parse().ok()).collect::<Option<Vec<f64>>>();
@@ -158,7 +159,7 @@ fn contacts(folder: &Path, solids: &Solids, time: f64) -> Result<Vec<Contact>, R
         let number: usize = name.strip_prefix("wall-")?.parse().ok()?;
         (1..=solids.walls.len()).contains(&number).then(|| Partner::Wall(number - 1))
     };
-    each_row(&path, 2, 6, |(t, names, n)| {
+    each_row(&path, 2, &[6], |(t, names, n)| {
         if t != time {
             return;
         }

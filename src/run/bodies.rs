@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::body::Hold;
 use crate::contact::Law;
 use crate::model::TermStatus;
+use crate::model::immersed::flow::Method;
 use crate::scene::Bodies;
 
 /// The bodies of a scene and how they meet.
@@ -63,11 +64,15 @@ impl fmt::Display for BodiesReport {
 
 /// The rigid bodies of a flow and their contact, among the terms that are told.
 pub(super) fn body_terms(bodies: Option<&Bodies>) -> Vec<TermStatus> {
-    let (name, formula) = ("bodies", "(2/ε) Σ (D(v)|D(w))_B");
+    let (name, penalty) = ("bodies", "(2/ε) Σ (D(v)|D(w))_B");
     let Some(bodies) = bodies else {
-        return vec![TermStatus { name, formula, on: false, reason: "no [[body]]".to_owned() }];
+        return vec![TermStatus { name, formula: penalty, on: false, reason: "no [[body]]".to_owned() }];
     };
-    let reason = format!("{} of them, epsilon = {:e}", bodies.bodies.len(), bodies.rigid.epsilon);
+    let (formula, how) = match bodies.rigid.method {
+        Method::Penalty { epsilon } => (penalty, format!("epsilon = {epsilon:e}")),
+        Method::Nitsche => ("v = u_i on ∂B_i", "by Nitsche's method".to_owned()),
+    };
+    let reason = format!("{} of them, {how}", bodies.bodies.len());
     vec![TermStatus { name, formula, on: true, reason }, contact_term(bodies)]
 }
 

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::maps::Draft;
+use super::moment::with_moment;
 use super::stepper::{Ground, Plan, Purpose, Wanted};
 use super::view::View;
-use super::writer::with_moment;
 use super::{AnyScene, RunError, setup};
 use crate::mesh::Mesh;
 use crate::output::bodies::Solids;

@@ -9,6 +9,7 @@ use crate::measure::OutputField;
 use crate::measure::fields::{Fields, Part, STREAM_FUNCTION};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Face, Mesh, Point};
+use crate::model::immersed::flow::Method;
 use crate::output::bodies::{Moment, overlay};
 use crate::output::plot::PlotError;
 use crate::output::plot::map::{Layer, Look, Map, Palette, Picture, Window};
@@ -56,8 +57,8 @@ impl Caption {
     /// Those of a flow without a tissue.
     pub fn of_flow(scene: &StokesScene) -> Self {
         let mut parameters = format!("C_F\u{a0}=\u{a0}{}", short(scene.fluid.friction, 4));
-        if let Some(bodies) = &scene.bodies {
-            parameters += &format!(", ε\u{a0}=\u{a0}{}", short(bodies.rigid.epsilon, 4));
+        if let Some(Method::Penalty { epsilon }) = scene.bodies.as_ref().map(|bodies| bodies.rigid.method) {
+            parameters += &format!(", ε\u{a0}=\u{a0}{}", short(epsilon, 4));
         }
         Self { parameters, steady: false }
     }

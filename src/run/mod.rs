@@ -22,6 +22,7 @@ pub mod last_state;
 pub mod maps;
 pub mod measures;
 pub mod memory;
+pub mod moment;
 pub mod report;
 mod resolution;
 pub mod setup;

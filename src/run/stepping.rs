@@ -1,5 +1,6 @@
 //! The one loop of a run: from its start or its checkpoint to its end, with all that it writes on the way.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -334,12 +335,14 @@ impl Course<'_> {
         }
         self.keep();
         let (mut taken, mut residuals, mut notes) = (Taken::default(), None, Vec::new());
+        let mut wrenches = BTreeMap::new();
         let failed = ending.is_failure();
         stepper.look(&mut |view| {
             residuals = view.tissue.and_then(|now| now.model.residuals(now.state, view.t).ok());
             if let (Some(ground), Some(fields)) = (ground, view.fields) {
                 notes = strain::notes(ground, fields, residuals.as_ref().map(Residuals::total))?;
             }
+            wrenches = view.bodies.map_or_else(BTreeMap::new, |bodies| bodies.wrenches_by_name());
             taken = match self.gauges.all(view) {
                 Ok(all) if !failed => all,
                 Ok(_) => self.gauges.finite(view),
@@ -361,7 +364,8 @@ impl Course<'_> {
         let mut phases = phases_of(stepper);
         [&self.phases, &self.gauges.phases].into_iter().for_each(|other| phases.add(other));
         taken.values.retain(|_, value| value.is_finite() || self.plan.tissue.is_some());
-        let found = Found { ending, time: self.t, residuals, measures: taken.values, errors: record.errors.clone() };
+        let (measures, errors) = (taken.values, record.errors.clone());
+        let found = Found { ending, time: self.t, residuals, measures, errors, wrenches };
         let mut summary = Summary::new(self.plan, ground, self.totals, found, &phases, begin);
         summary.said = record.said.clone();
         Ok(summary)

@@ -114,7 +114,7 @@ impl MeshFacts {
 }
 
 /// What is told of rigid bodies that move.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BodyFacts {
     /// Number of bodies.
     pub bodies: usize,
@@ -123,6 +123,9 @@ pub struct BodyFacts {
     /// Largest overlap of bodies with each other or with walls after any step, 0 without one; of pairs whose motion is
     /// given, too.
     pub largest_overlap: f64,
+    /// Forces and torques of a Stokes flow on the bodies at the end, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub wrenches: BTreeMap<String, [f64; 3]>,
 }
 
 /// What a run has come to.
@@ -133,6 +136,8 @@ pub(super) struct Found {
     pub residuals: Option<Residuals>,
     pub measures: BTreeMap<&'static str, f64>,
     pub errors: Option<History>,
+    /// Of a Stokes flow on its bodies, by name.
+    pub wrenches: BTreeMap<String, [f64; 3]>,
 }
 
 /// Everything in `summary.json`.
@@ -230,7 +235,7 @@ impl Summary {
         let inner: f64 = ITERATION.iter().filter_map(|name| seconds.get(name)).sum();
         // every iteration computes the force once, those of rejected steps as well
         let here = phases.calls("force");
-        let Found { ending, time, residuals, measures, errors } = found;
+        let Found { ending, time, residuals, measures, errors, wrenches } = found;
         let mut summary = Self {
             title: plan.title.map(str::to_owned),
             status: ending.status(),
@@ -248,6 +253,7 @@ impl Summary {
                 bodies: plan.bodies.len(),
                 walls: plan.walls.len(),
                 largest_overlap: totals.overlap,
+                wrenches,
             }),
             counts: totals.counts,
             factorisations: factorisations - begin.counts[0],
@@ -331,7 +337,7 @@ impl std::fmt::Display for Summary {
             writeln!(out, "t = {} after {steps} steps ({rejected} rejected): {end}", self.time)?;
             let mean = self.counts.nonlinear_iterations as f64 / steps.max(1) as f64;
             let each = self.seconds_per_iteration.map_or_else(String::new, |s| format!(", {} each", duration(s)));
-            let (bodies, of) = match self.bodies {
+            let (bodies, of) = match &self.bodies {
                 Some(BodyFacts { bodies: 1, .. }) => ("1 body, ".to_owned(), " of contact"),
                 Some(BodyFacts { bodies, .. }) => (format!("{bodies} bodies, "), " of contact"),
                 None => (String::new(), ""),
@@ -356,7 +362,8 @@ impl std::fmt::Display for Summary {
                 None => writeln!(out)?,
             }
         }
-        if let Some(overlap) = self.bodies.map(|facts| facts.largest_overlap).filter(|overlap| *overlap > 0.0) {
+        if let Some(overlap) = self.bodies.as_ref().map(|facts| facts.largest_overlap).filter(|overlap| *overlap > 0.0)
+        {
             writeln!(out, "largest overlap {overlap:.3e}, over all steps")?;
         }
         let memory = self.peak_memory_mib.map_or_else(|| "unknown".into(), |m| format!("{m:.0} MiB"));

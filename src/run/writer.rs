@@ -8,16 +8,16 @@ use super::defects::{self, DefectTables};
 use super::folder::Resumed;
 use super::maps::{self, Draft};
 use super::measures::{Readings, columns};
+use super::moment::{first_view, with_moment};
 use super::stepper::{Ground, Plan, Stepper, Stride};
 use super::view::View;
 use super::{RunError, Totals};
 use crate::element::basis;
 use crate::element::tables::Tables;
-use crate::measure::bodies::loads;
 use crate::measure::fields::{Fields, POLARITY, PRESSURE, Tool, VELOCITY};
 use crate::measure::{Census, Defects, OutputField, Section};
 use crate::output::OutputError;
-use crate::output::bodies::{BodyFiles, BodyOutputs, Look, Moment, Solids, picture, view};
+use crate::output::bodies::{BodyFiles, BodyOutputs, Look, Moment, Solids, picture};
 use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
 use crate::output::plot::map::{Picture, Window};
@@ -80,7 +80,9 @@ impl<'p> Writer<'p> {
     ) -> Result<Self, RunError> {
         let last_time = resumed.map(|resumed| resumed.last_time());
         let is_map = |what: &What| matches!(what, What::Maps(_));
-        let asked = plan.outputs.iter().fold(BodyOutputs::default(), |asked, output| match output.what {
+        let flow = ground.is_some() && plan.tissue.is_none();
+        let asked = BodyOutputs { flow, ..BodyOutputs::default() };
+        let asked = plan.outputs.iter().fold(asked, |asked, output| match output.what {
             What::Bodies { contacts } => BodyOutputs { bodies: true, contacts: asked.contacts || contacts, ..asked },
             ref what => BodyOutputs { pictures: asked.pictures || is_map(what), ..asked },
         });
@@ -394,27 +396,6 @@ impl<'p> Writer<'p> {
         let window = own.map_err(failed)?.or(self.window);
         picture(moment, &Look { window, ..Look::default() }).map_err(failed)
     }
-}
-
-/// The bodies of a view, as files and pictures know them.
-pub(super) fn with_moment<T, E>(
-    cast: &Solids,
-    view: &View,
-    then: impl FnOnce(&Moment) -> Result<T, E>,
-) -> Result<T, E> {
-    let (poses, twists, contacts) =
-        view.bodies.map_or((&[][..], &[][..], &[][..]), |b| (b.poses, b.twists, b.contacts));
-    let loads = loads(poses, contacts);
-    then(&Moment { solids: cast, time: view.t, poses, twists, loads: &loads, contacts })
-}
-
-/// The window of the bodies where the scene puts them; that of the first picture of a resumed run is the same.
-fn first_view(plan: &Plan, cast: &Solids) -> Result<Window, RunError> {
-    let poses: Vec<_> = plan.bodies.iter().map(|body| body.start).collect();
-    let twists: Vec<_> = plan.bodies.iter().map(|body| body.start_twist).collect();
-    let loads = loads(&poses, &[]);
-    let moment = Moment { solids: cast, time: 0.0, poses: &poses, twists: &twists, loads: &loads, contacts: &[] };
-    view(&moment).map_err(|error| maps::failed("bodies", error))
 }
 
 fn make_folder(path: &Path) -> Result<(), OutputError> {

@@ -47,31 +47,88 @@ pub const LEAF: usize = 80;
 /// Sets above this weight are cut in parallel.
 const PARALLEL: u64 = 2000;
 
-/// The elimination tree of `groups`. `adjacency[g]` lists the groups that couple to group `g` (symmetric, without `g`
-/// itself), `late` the groups that are eliminated after their neighbours (two of them may couple only if they share a
-/// neighbour), `last` unknowns that are eliminated at the very end wherever else they are listed, and sets of at most
-/// `leaf` unknowns are not cut any further.
+/// Groups that were cut in two again and again, so that others may couple later on.
+#[derive(Debug, Clone)]
+pub struct Dissection {
+    /// Groups of every node, in the order of their elimination.
+    members: Vec<Vec<u32>>,
+    /// Parent of every node, which has the larger number; the root is its own.
+    parents: Vec<usize>,
+    node_of: Vec<usize>,
+}
+
+impl Dissection {
+    /// Cuts `groups`. `adjacency[g]` lists the groups that couple to group `g` (symmetric, without `g` itself); sets of
+    /// at most `leaf` unknowns are not cut any further.
+    ///
+    /// # Panics
+    /// For a neighbour that does not exist.
+    pub fn new(groups: &[Group], adjacency: &[Vec<u32>], leaf: usize) -> Self {
+        let mut flat = Self { members: Vec::new(), parents: Vec::new(), node_of: vec![0; groups.len()] };
+        flat.flatten(divide(whole(groups, adjacency), leaf as u64));
+        for (node, members) in flat.members.iter().enumerate() {
+            members.iter().for_each(|&g| flat.node_of[g as usize] = node);
+        }
+        flat
+    }
+
+    /// Lets two groups couple that did not: unless one is eliminated after the other anyway, the first is eliminated
+    /// later, with the groups that part them. What couples already still may.
+    pub fn couple(&mut self, first: usize, second: usize) {
+        let (old, other) = (self.node_of[first], self.node_of[second]);
+        let common = self.common_ancestor(old, other);
+        if common != old && common != other {
+            self.members[old].retain(|&g| g as usize != first);
+            self.members[common].push(first as u32);
+            self.node_of[first] = common;
+        }
+    }
+
+    /// The elimination tree. `late` are groups that are eliminated after their neighbours (two of them may couple only
+    /// if they share a neighbour), `last` unknowns that are eliminated at the very end wherever else they are listed.
+    pub fn tree(&self, groups: &[Group], late: &[LateGroup], last: &[u32]) -> Tree {
+        let root = self.members.len() - 1;
+        let gather = |members: &Vec<u32>| -> Vec<u32> {
+            members.iter().flat_map(|&g| &groups[g as usize].unknowns).copied().filter(|u| !last.contains(u)).collect()
+        };
+        let mut pivots: Vec<Vec<u32>> = self.members.iter().map(gather).collect();
+        for group in late {
+            let nodes = group.neighbours.iter().map(|&g| self.node_of[g as usize]);
+            let node = nodes.reduce(|a, b| self.common_ancestor(a, b)).unwrap_or(root);
+            pivots[node].extend(group.unknowns.iter().filter(|u| !last.contains(u)));
+        }
+        pivots[root].extend(last);
+        prune(pivots, &self.parents)
+    }
+
+    fn flatten(&mut self, branch: Branch) -> usize {
+        let children: Vec<usize> = branch.children.into_iter().map(|child| self.flatten(child)).collect();
+        let node = self.members.len();
+        self.members.push(branch.groups);
+        self.parents.push(node);
+        children.into_iter().for_each(|child| self.parents[child] = node);
+        node
+    }
+
+    /// In postorder an ancestor has the larger number, so the smaller one of two nodes may climb.
+    fn common_ancestor(&self, mut a: usize, mut b: usize) -> usize {
+        while a != b {
+            if a < b {
+                a = self.parents[a];
+            } else {
+                b = self.parents[b];
+            }
+        }
+        a
+    }
+}
+
+/// The elimination tree of groups that couple as `adjacency` tells, in one go; see [`Dissection`].
 ///
 /// # Panics
 /// For a neighbour that does not exist.
 pub fn dissect(groups: &[Group], adjacency: &[Vec<u32>], late: &[LateGroup], last: &[u32], leaf: usize) -> Tree {
-    let mut tree = Flat::default();
-    let root = tree.flatten(divide(whole(groups, adjacency), leaf as u64));
-    let mut node_of = vec![0; groups.len()];
-    for (node, members) in tree.members.iter().enumerate() {
-        members.iter().for_each(|&g| node_of[g as usize] = node);
-    }
-    let gather = |members: &Vec<u32>| -> Vec<u32> {
-        members.iter().flat_map(|&g| &groups[g as usize].unknowns).copied().filter(|u| !last.contains(u)).collect()
-    };
-    let mut pivots: Vec<Vec<u32>> = tree.members.iter().map(gather).collect();
-    for group in late {
-        let nodes = group.neighbours.iter().map(|&g| node_of[g as usize]);
-        let node = nodes.reduce(|a, b| tree.common_ancestor(a, b)).unwrap_or(root);
-        pivots[node].extend(group.unknowns.iter().filter(|u| !last.contains(u)));
-    }
-    pivots[root].extend(last);
-    prune(pivots, &tree.parents)
+    Dissection::new(groups, adjacency, leaf).tree(groups, late, last)
 }
 
 /// The graph of all groups.
@@ -140,37 +197,6 @@ fn principal_axis(graph: &Graph) -> [f64; 2] {
     });
     let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
     [angle.cos(), angle.sin()]
-}
-
-/// The grown tree in postorder.
-#[derive(Default)]
-struct Flat {
-    members: Vec<Vec<u32>>,
-    /// Parent of every node; the root is its own.
-    parents: Vec<usize>,
-}
-
-impl Flat {
-    fn flatten(&mut self, branch: Branch) -> usize {
-        let children: Vec<usize> = branch.children.into_iter().map(|child| self.flatten(child)).collect();
-        let node = self.members.len();
-        self.members.push(branch.groups);
-        self.parents.push(node);
-        children.into_iter().for_each(|child| self.parents[child] = node);
-        node
-    }
-
-    /// In postorder an ancestor has the larger number, so the smaller one of two nodes may climb.
-    fn common_ancestor(&self, mut a: usize, mut b: usize) -> usize {
-        while a != b {
-            if a < b {
-                a = self.parents[a];
-            } else {
-                b = self.parents[b];
-            }
-        }
-        a
-    }
 }
 
 /// Drops nodes without pivots, whose children go to the next ancestor; the root stays.

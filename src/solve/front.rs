@@ -18,6 +18,7 @@ const STEP: usize = 128;
 const LOST: f64 = 1e-13;
 
 /// The part of a front that stays: with `p` pivots and `b` boundary unknowns, `P F11 = L U`, `F21 U⁻¹` and `L⁻¹ P F12`.
+#[derive(Default)]
 pub(super) struct Factors {
     /// `L` without its diagonal of ones, and `U`; `p × p`, column-major.
     pub lu: Vec<f64>,

@@ -73,22 +73,62 @@ impl Multifrontal {
         fill: impl Fn(usize, &mut Element) + Sync,
         changed: &[usize],
     ) -> Result<f64, SolveError> {
+        let mut touched = vec![false; self.symbolic.visits.len()];
+        changed.iter().for_each(|&e| touched[e] = true);
+        let fronts = &self.symbolic.fronts;
+        let mut old = vec![true; fronts.len()];
+        for (node, front) in fronts.iter().enumerate() {
+            old[node] = front.children.iter().all(|&c| old[c]) && !front.elements.iter().any(|&e| touched[e as usize]);
+        }
+        self.renew_all_but(&old, fill)
+    }
+
+    /// As [`Multifrontal::refactor_changed`] for a matrix that couples other unknowns in places: fronts with the same
+    /// unknowns, elements and fronts below keep their factors. Elements of one number must be the same, but for those
+    /// `changed`.
+    ///
+    /// # Errors
+    /// A pivot is zero to rounding or not finite.
+    ///
+    /// # Panics
+    /// When the factors were not made by [`Multifrontal::keeping`].
+    pub fn restructure(
+        &mut self,
+        symbolic: Arc<Symbolic>,
+        fill: impl Fn(usize, &mut Element) + Sync,
+        changed: &[usize],
+    ) -> Result<f64, SolveError> {
+        let mut touched = vec![false; symbolic.visits.len()];
+        changed.iter().for_each(|&e| touched[e] = true);
+        let same = symbolic.fronts_as_in(&self.symbolic, &touched);
+        let mut kept = self.kept.take().expect("the factors were made by `keeping`");
+        let mut factors = std::mem::take(&mut self.factors);
+        for (front, same) in symbolic.fronts.iter().zip(&same) {
+            let (p, b) = (front.pivots(), front.boundary.len());
+            self.factors.push(same.map_or_else(|| Factors::new(p, b), |k| std::mem::take(&mut factors[k])));
+        }
+        let schur = symbolic.fronts.iter().zip(&same).map(|(front, same)| match same {
+            Some(k) => std::mem::take(&mut kept[*k]),
+            None => vec![0.0; front.boundary.len().pow(2)],
+        });
+        (self.kept, self.symbolic) = (Some(schur.collect()), symbolic);
+        let old: Vec<bool> = same.iter().map(Option::is_some).collect();
+        self.renew_all_but(&old, fill)
+    }
+
+    /// Factorises the fronts that are not `old`, all above one of them among these.
+    fn renew_all_but(&mut self, old: &[bool], fill: impl Fn(usize, &mut Element) + Sync) -> Result<f64, SolveError> {
         super::sparse::count(1, 0);
         let symbolic = &*self.symbolic;
         let kept = self.kept.as_mut().expect("the factors were made by `keeping`");
-        let mut touched = vec![false; symbolic.visits.len()];
-        changed.iter().for_each(|&e| touched[e] = true);
-        let (mut old, mut left, mut work) = (vec![true; symbolic.fronts.len()], vec![0; touched.len()], 0.0);
-        for (node, front) in symbolic.fronts.iter().enumerate() {
-            old[node] = front.children.iter().all(|&c| old[c]) && !front.elements.iter().any(|&e| touched[e as usize]);
-            if !old[node] {
-                front.elements.iter().for_each(|&e| left[e as usize] += 1);
-                work += front.flops();
-            }
+        let (mut left, mut work) = (vec![0; symbolic.visits.len()], 0.0);
+        for front in symbolic.fronts.iter().zip(old).filter(|(_, old)| !**old).map(|(front, _)| front) {
+            front.elements.iter().for_each(|&e| left[e as usize] += 1);
+            work += front.flops();
         }
         let parked = left.into_iter().map(|left| Mutex::new(Parked { left, element: None })).collect();
         let assembly = Assembly { symbolic, fill, parked };
-        assembly.renew(symbolic.fronts.len() - 1, &mut self.factors, kept, &old)?;
+        assembly.renew(symbolic.fronts.len() - 1, &mut self.factors, kept, old)?;
         Ok(work / symbolic.flops().max(1.0))
     }
 

@@ -125,6 +125,34 @@ impl Symbolic {
         self.fronts.last().map_or(0.0, |root| root.work)
     }
 
+    /// The fronts of another structure that hold the same factors as ours: the same unknowns, elements that are not
+    /// `touched`, and such fronts below.
+    pub(super) fn fronts_as_in(&self, other: &Symbolic, touched: &[bool]) -> Vec<Option<usize>> {
+        let mut by_pivot = vec![None; other.place.len().max(self.place.len())];
+        for (k, front) in other.fronts.iter().enumerate().filter(|(_, front)| front.pivots() > 0) {
+            by_pivot[other.order[front.start] as usize] = Some(k);
+        }
+        let mut same: Vec<Option<usize>> = Vec::with_capacity(self.fronts.len());
+        for front in &self.fronts {
+            let first = self.order.get(front.start).filter(|_| front.pivots() > 0);
+            let found = first.and_then(|&unknown| by_pivot[unknown as usize]).filter(|&k| {
+                let theirs = &other.fronts[k];
+                let boundaries = || {
+                    let ours = front.boundary.iter().map(|&place| self.order[place as usize]);
+                    ours.eq(theirs.boundary.iter().map(|&place| other.order[place as usize]))
+                };
+                self.order[front.start..front.end] == other.order[theirs.start..theirs.end]
+                    && front.elements == theirs.elements
+                    && !front.elements.iter().any(|&e| touched[e as usize])
+                    && front.children.len() == theirs.children.len()
+                    && front.children.iter().zip(&theirs.children).all(|(&ours, &theirs)| same[ours] == Some(theirs))
+                    && boundaries()
+            });
+            same.push(found);
+        }
+        same
+    }
+
     /// Numbers that contributions and fronts hold at most besides the factors, with so many threads.
     pub fn stack_entries(&self, threads: usize) -> usize {
         self.stack_below(self.fronts.len() - 1, threads)

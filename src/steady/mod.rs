@@ -8,6 +8,7 @@
 //!
 //! use monolayer::expression::Expression;
 //! use monolayer::mesh::generate::MeshScene;
+//! use monolayer::model::fields::VELOCITY;
 //! use monolayer::model::{Conditions, Description, Incompressible, Parameters, start};
 //! use monolayer::steady::{Found, SearchSettings, SteadySettings, find};
 //! use monolayer::time::{MarchSettings, Phases};

@@ -151,7 +151,7 @@ fn friction_of_a_body_is_its_own() {
     let mesh = square(10);
     let speed = |fluid: f64, own: f64| {
         let body = Body { friction: own, ..disc(0.15, MIDDLE) };
-        let settings = Settings { epsilon: 1e-8, order: 1 };
+        let settings = Settings { order: 1, ..Settings::default() };
         let slip = SlipTreatment::Rotated;
         let flow =
             Flow::new(&mesh, (2, 1), &walls(["1", "0"]), (fluid, slip), vec![body], (settings, 0.0)).expect("a flow");

@@ -7,3 +7,4 @@ mod common;
 #[path = "../listed/mod.rs"]
 mod listed;
 mod shapes;
+mod surface;

@@ -48,7 +48,7 @@ impl Left {
 
     /// The largest overlap of all steps.
     pub fn overlap(&self) -> f64 {
-        self.summary.bodies.expect("the scene has bodies").largest_overlap
+        self.summary.bodies.as_ref().expect("the scene has bodies").largest_overlap
     }
 
     /// Largest value of a column of `history.csv`.

@@ -152,7 +152,7 @@ fn gradients_of_a_linear_flow_are_exact() {
             let straight = mesh.curved.iter().all(Option::is_none);
             let off = found.values.iter().map(|value| (value - wanted).abs()).fold(0.0, f64::max);
             // on cells that are bent more than the velocity is, a linear flow is not in its space
-            assert!(off < if straight { 1e-12 } else { 0.05 }, "{field:?}: {off:e}");
+            assert!(off < if straight { 1e-12 } else { 0.2 }, "{field:?}: {off:e}");
         });
     }
 }

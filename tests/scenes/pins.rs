@@ -18,7 +18,9 @@ fn strings<'a>(table: &'a Table, key: &str) -> Vec<&'a str> {
 /// What the scene of an entry measures at the end of its short run.
 fn measured(entry: &Table, folder: &Path) -> Value {
     let file = root().join(entry["file"].as_str().unwrap());
-    let names: Vec<String> = strings(entry, "measures").iter().map(|name| format!("\"{name}\"")).collect();
+    // one on a boundary tag is a table
+    let quoted = |name: &&str| if name.starts_with('{') { (*name).to_owned() } else { format!("\"{name}\"") };
+    let names: Vec<String> = strings(entry, "measures").iter().map(quoted).collect();
     let output = format!("output=[{{ measures = [{}] }}]", names.join(", "));
     let mut arguments = vec!["run", file.to_str().unwrap(), "-q", "--out", "run", "--set", &output];
     strings(entry, "set").iter().for_each(|set| arguments.extend(["--set", set]));

@@ -154,7 +154,7 @@ impl Fields for FlowFields<'_> {
 
     fn flowing(&self) -> Integrator {
         let loops = &self.flow.loops;
-        let outside = self.flow.momentum.bodies().map(|bodies| loops.outside(&bodies.immersion.cover));
+        let outside = self.flow.momentum.cover().map(|cover| loops.outside(cover));
         outside.unwrap_or_else(|| loops.clone())
     }
 

@@ -27,6 +27,12 @@ const HELD: [Column; 3] = [
     Column::new("holding_torque", "torque that holds the first body", DIMENSIONLESS, "torque"),
 ];
 
+const FLOWN: [Column; 3] = [
+    Column::new("wrench_x1", "force of the flow along x₁ on the first body", DIMENSIONLESS, "f₁"),
+    Column::new("wrench_x2", "force of the flow along x₂ on the first body", DIMENSIONLESS, "f₂"),
+    Column::new("wrench_torque", "torque of the flow on the first body", DIMENSIONLESS, "torque"),
+];
+
 /// A measure of bodies.
 const fn of(
     name: &'static str,
@@ -61,6 +67,9 @@ pub const HOLDING: Measure = of(
     Which::InAFlow,
     holding,
 );
+/// Force and torque of a Stokes flow on the first body; `bodies.csv` has those on all.
+pub const WRENCH: Measure =
+    of("wrench", "force and torque of the flow on the first body", &FLOWN, Which::InAStokesFlow, wrench);
 
 fn kinetic_energy(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
     let masses: Vec<f64> = at.bodies.iter().map(Body::mass).collect();
@@ -103,5 +112,10 @@ fn holding(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
     if let Some(held) = (at.holding)()? {
         taken.put(&HELD, [held.force.x, held.force.y, held.torque]);
     }
+    Ok(())
+}
+
+fn wrench(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
+    at.flow.first().iter().for_each(|flow| taken.put(&FLOWN, [flow.force.x, flow.force.y, flow.torque]));
     Ok(())
 }

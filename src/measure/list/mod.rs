@@ -25,7 +25,7 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub use asked::{Asked, OnTag};
-pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE};
+pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE, WRENCH};
 pub use column::{Column, DIMENSIONLESS};
 pub use subject::{
     Bodies, Boundary, Domain, Flow, Gauge, OfBodies, OfBoundary, OfFlow, OfMarch, OfState, Prepared, Spot, Subject,
@@ -68,6 +68,7 @@ pub const ALL: &[&Measure] = &[
     &WALL_FORCE,
     &BODY,
     &HOLDING,
+    &WRENCH,
 ];
 
 /// What can be measured: one or more numbers. Two measures of one name are the same.
@@ -131,6 +132,8 @@ pub enum Which {
     Any,
     /// Those in a flow, at rest too.
     InAFlow,
+    /// Those in a Stokes flow, at rest too.
+    InAStokesFlow,
     /// In a tissue, those of which at least one moves; else any.
     Moving,
 }
@@ -172,6 +175,7 @@ impl Measure {
             Of::Compressible(_) => "compressible tissue",
             Of::Bodies(Which::Any, _) => "bodies",
             Of::Bodies(Which::InAFlow, _) => "bodies in a flow",
+            Of::Bodies(Which::InAStokesFlow, _) => "bodies in a Stokes flow",
             Of::Bodies(Which::Moving, _) => "bodies that move",
         }
     }
@@ -184,6 +188,7 @@ impl Measure {
             Of::Tissue(..) => TISSUE,
             Of::Compressible(_) => "compressible",
             Of::Bodies(Which::InAFlow, _) => IN_A_FLOW,
+            Of::Bodies(Which::InAStokesFlow, _) => "stokes",
             Of::Bodies(Which::Any | Which::Moving, _) => WITH_BODIES,
         }
     }

@@ -132,8 +132,18 @@ pub struct Bodies<'a> {
     pub twists: &'a [Twist],
     /// Pairs that are close or touch.
     pub contacts: &'a [Contact],
+    /// Forces and torques of a Stokes flow, one for each body; none of other flows.
+    pub flow: &'a [Wrench],
     /// What holds the first body in a flow, where there is one.
     pub holding: &'a dyn Fn() -> Result<Option<Wrench>, MeasureError>,
+}
+
+impl Bodies<'_> {
+    /// Force and torque of a Stokes flow on every body.
+    pub fn wrenches_by_name(&self) -> BTreeMap<String, [f64; 3]> {
+        let one = |(body, flow): (&Body, &Wrench)| (body.name.clone(), [flow.force.x, flow.force.y, flow.torque]);
+        self.bodies.iter().zip(self.flow).map(one).collect()
+    }
 }
 
 /// What was measured.

@@ -34,8 +34,9 @@
 
 use std::sync::Arc;
 
+use super::nitsche::Placement;
 use super::penalty::Immersion;
-use super::{FlowWithBodies, Rigidity};
+use super::{Embedding, FlowWithBodies, Rigidity};
 use crate::body::Body;
 use crate::body::guide::{Guide, Rule};
 use crate::body::motion::Motion;
@@ -48,22 +49,37 @@ use crate::mesh::Mesh;
 use crate::model::momentum::{Momentum, MomentumError, SlipTreatment};
 use crate::model::terms::FlowTerms;
 use crate::model::{Conditions, Fluid};
-use crate::shape::{Pose, Twist, Wrench};
+use crate::shape::{Pose, Shape, Twist, Wrench};
 use crate::space::{Continuity, Space};
+
+/// What a body is to the flow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// A fluid that is 1/ε times as viscous [L1.13].
+    Penalty {
+        /// ε, relative to the viscosity of the fluid.
+        epsilon: f64,
+    },
+    /// A boundary of the fluid, see [`nitsche`](super::nitsche).
+    Nitsche,
+}
 
 /// How bodies are put into a flow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// ε of the penalty, relative to the viscosity of the fluid.
-    pub epsilon: f64,
+    /// What they are to the flow.
+    pub method: Method,
     /// Order of the motion in time, 1 or 2.
     pub order: usize,
 }
 
+/// ε that is small enough for any use.
+pub const EPSILON: f64 = 1e-8;
+
 impl Default for Settings {
-    /// ε = 1e-8, and the second order.
+    /// By penalty with ε = 1e-8, and the second order.
     fn default() -> Self {
-        Self { epsilon: 1e-8, order: 2 }
+        Self { method: Method::Penalty { epsilon: EPSILON }, order: 2 }
     }
 }
 
@@ -82,6 +98,7 @@ pub struct Flow {
     pub motion: Motion,
     /// Time.
     pub t: f64,
+    method: Method,
 }
 
 impl Flow {
@@ -101,14 +118,24 @@ impl Flow {
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, pressure, 1));
         let guide = Guide::new(bodies)?;
         let poses = guide.starts(t)?;
-        let (loops, immersion) = immerse(mesh, &velocity, &guide.bodies, &poses)?;
-        let rigidity =
-            Rigidity { epsilon: settings.epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
+        let loops = Integrator::new(mesh);
+        let cover = Arc::new(Cover::new(mesh, None, &placed(&guide.bodies, &poses)));
+        let bodies = match settings.method {
+            Method::Penalty { epsilon } => {
+                let names: Vec<String> = guide.bodies.iter().map(|body| body.name.clone()).collect();
+                let immersion = Immersion::new(&loops, &velocity, cover, &names, &poses)?;
+                let friction = guide.bodies.iter().map(|body| body.friction).collect();
+                Embedding::Penalty(immersion, Rigidity { epsilon, friction })
+            }
+            Method::Nitsche => {
+                Embedding::Nitsche(Placement { cover, bodies: guide.bodies.clone(), poses: poses.clone() })
+            }
+        };
         let spaces = (&velocity, &pressure);
         let terms = FlowTerms::of(&Fluid { friction });
-        let momentum = Momentum::with_bodies(&loops, spaces, conditions, &terms, slip, (immersion, rigidity))?;
+        let momentum = Momentum::with_bodies(&loops, spaces, conditions, &terms, slip, bodies)?;
         let motion = Motion::new(poses, settings.order);
-        Ok(Self { loops, momentum, conditions: conditions.to_vec(), guide, motion, t })
+        Ok(Self { loops, momentum, conditions: conditions.to_vec(), guide, motion, t, method: settings.method })
     }
 
     /// The flow now, under an outer force and the bodies' own forces, and how the bodies move in it.
@@ -116,7 +143,10 @@ impl Flow {
     /// # Errors
     /// As [`Momentum::carry`]; formulas that are not finite.
     pub fn solve(&self, force: &Linear<Vector>) -> Result<FlowWithBodies, MomentumError> {
-        let f = self.loops.vector(force, &self.momentum.velocity);
+        let f = match (self.method, self.momentum.cover()) {
+            (Method::Nitsche, Some(cover)) => self.loops.outside(cover).vector(force, &self.momentum.velocity),
+            (_, _) => self.loops.vector(force, &self.momentum.velocity),
+        };
         let prescribed = self.momentum.frames.prescribed(&self.conditions, self.t)?;
         let (loads, rules) = (self.loads()?, self.rules()?);
         self.momentum.carry(&f, &prescribed, &loads, &rules)
@@ -173,20 +203,7 @@ impl Flow {
     }
 }
 
-/// The loops on a mesh, and bodies in a velocity space on it.
-///
-/// # Errors
-/// A body of which no part lies inside the mesh, or that covers the whole domain.
-pub fn immerse(
-    mesh: &Arc<Mesh>,
-    velocity: &Arc<Space>,
-    bodies: &[Body],
-    poses: &[Pose],
-) -> Result<(Integrator, Immersion), MomentumError> {
-    let loops = Integrator::new(mesh);
-    let placed: Vec<_> = bodies.iter().zip(poses).map(|(body, pose)| (body.shape.clone(), *pose)).collect();
-    let cover = Arc::new(Cover::new(mesh, None, &placed));
-    let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
-    let immersion = Immersion::new(&loops, velocity, cover, &names, poses)?;
-    Ok((loops, immersion))
+/// Shapes with their places.
+fn placed(bodies: &[Body], poses: &[Pose]) -> Vec<(Shape, Pose)> {
+    bodies.iter().zip(poses).map(|(body, pose)| (body.shape.clone(), *pose)).collect()
 }

@@ -18,6 +18,7 @@ mod border;
 mod constraints;
 pub mod flow;
 pub(crate) mod kernel;
+pub mod nitsche;
 pub(crate) mod penalty;
 
 use std::collections::BTreeSet;
@@ -34,9 +35,9 @@ use super::frames::Frames;
 use super::lagged::{Layout, Structure};
 use crate::body::guide::Rule;
 use crate::form::Integrator;
+use crate::mesh::Point;
 use crate::model::momentum::MomentumError;
-use crate::shape::Wrench;
-use crate::shape::{Pose, Twist};
+use crate::shape::{Pose, Twist, Wrench, rigid_motion};
 use crate::solve::blocks::{self, Neighbours};
 use crate::solve::multifrontal::Multifrontal;
 use crate::solve::symbolic::Element;
@@ -54,6 +55,15 @@ pub struct Rigidity {
     pub friction: Vec<f64>,
 }
 
+/// How bodies are put into a flow.
+#[derive(Debug, Clone)]
+pub enum Embedding {
+    /// As a fluid that is very viscous.
+    Penalty(Immersion, Rigidity),
+    /// As a boundary of the fluid.
+    Nitsche(nitsche::Placement),
+}
+
 /// A flow that carries bodies.
 #[derive(Debug, Clone)]
 pub struct FlowWithBodies {
@@ -65,6 +75,9 @@ pub struct FlowWithBodies {
     pub twists: Vec<Twist>,
     /// The forces and torques about the centre that hold the bodies to their rules; zero of a free body.
     pub holding: Vec<Wrench>,
+    /// The forces and torques about the centre of the fluid on every body; by penalty also those that a force on the fluid
+    /// exerts inside of it.
+    pub wrenches: Vec<Wrench>,
 }
 
 /// The two spaces of the balance and the unknowns of its velocity.
@@ -277,9 +290,36 @@ impl Immersed {
         }
         let v = frames.expand(&total, prescribed);
         let pi = x[free..free + ground.pressure.dof_count()].to_vec();
-        let twists = self.immersion.means.iter().map(|means| means.twist(&v)).collect();
+        let twists: Vec<Twist> = self.immersion.means.iter().map(|means| means.twist(&v)).collect();
         let holding = constraints.holding(&y[self.kernel.fields.len()..]);
-        Ok(FlowWithBodies { v, pi, twists, holding })
+        let wrenches = self.wrenches(&v, loads, &holding);
+        Ok(FlowWithBodies { v, pi, twists, holding, wrenches })
+    }
+
+    /// What balances loads, holding forces and the bodies' friction.
+    fn wrenches(&self, v: &[f64], loads: &[Wrench], holding: &[Wrench]) -> Vec<Wrench> {
+        let space = &*self.immersion.velocity;
+        let wrench = |body: usize| {
+            let mut sums = [
+                -loads[body].force.x - holding[body].force.x,
+                -loads[body].force.y - holding[body].force.y,
+                -loads[body].torque - holding[body].torque,
+            ];
+            let centre = self.immersion.poses[body].position;
+            let c = self.rigidity.friction[body];
+            for (&cell, part) in self.immersion.parts[body].iter().filter(|_| c != 0.0) {
+                let m = space.cell_dof_count();
+                let dof = |k: usize| (space.dof(cell, k / space.n, k % space.n), space.node(cell, k % space.n));
+                let local: Vec<f64> = (0..m).map(|k| v[dof(k).0]).collect();
+                for (k, row) in part.mass.chunks_exact(m).enumerate() {
+                    let (drag, x) = (c * dot(row, &local), self.immersion.positions()[dof(k).1]);
+                    let motion = |i: usize| rigid_motion(i, centre, x)[k / space.n];
+                    sums.iter_mut().enumerate().for_each(|(i, sum)| *sum += drag * motion(i));
+                }
+            }
+            Wrench { force: Point::new(sums[0], sums[1]), torque: sums[2] }
+        };
+        (0..loads.len()).map(wrench).collect()
     }
 
     /// Adds to the blocks of the balance, cell after cell, the bodies' own friction in place of the fluid's and a

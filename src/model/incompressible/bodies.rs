@@ -8,7 +8,7 @@ use crate::form::Integrator;
 use crate::mesh::Mesh;
 use crate::model::fields::{POLARITY, VELOCITY};
 use crate::model::floating::{Floating, immerse};
-use crate::model::immersed::{FlowWithBodies, Rigidity};
+use crate::model::immersed::{Embedding, FlowWithBodies, Rigidity};
 use crate::model::momentum::{Momentum, MomentumError};
 use crate::model::polarity::Polarity;
 use crate::model::terms::FlowTerms;
@@ -35,7 +35,7 @@ impl Incompressible {
         let immersion = immerse(&loops, &velocity, &guide.bodies, poses)?;
         let floating = Arc::new(Floating::new(&loops, guide, &immersion));
         let rigidity = Rigidity { epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
-        let (spaces, bodies) = ((&velocity, &pressure), (immersion, rigidity));
+        let (spaces, bodies) = ((&velocity, &pressure), Embedding::Penalty(immersion, rigidity));
         let momentum = Momentum::with_bodies(&loops, spaces, conditions, &FlowTerms::of(parameters), *slip, bodies)?;
         Self::assemble(loops, Some(floating), Arc::new(momentum), &space, (parameters, conditions, sources))
     }

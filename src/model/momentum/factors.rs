@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use crate::model::closed::ClosedParts;
 use crate::model::frames::Frames;
 use crate::model::immersed::Immersed;
+use crate::model::immersed::nitsche::Nitsche;
 use crate::solve::SolveError;
 use crate::solve::bordered::Bordered;
 use crate::solve::sparse::{Factored, Matrix};
@@ -15,8 +16,10 @@ pub(super) enum System {
     Open(Factored),
     /// The pressure has zero mean in each closed part: one pressure unknown and the multiplier of each border the rest.
     Closed(Bordered),
-    /// Rigid bodies, with a system of their own.
+    /// Rigid bodies by penalty, with a system of their own.
     Immersed(Box<Immersed>),
+    /// Rigid bodies by Nitsche's method.
+    Nitsche(Box<Nitsche>),
 }
 
 /// `[TᵀAT  sTᵀBᵀ; sBT  0]` with the unit s of pressure, bordered by the zero mean of the pressure in every part where

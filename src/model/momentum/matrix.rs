@@ -8,7 +8,8 @@ use crate::space::Space;
 
 /// What the flow's matrix depends on besides spaces and conditions.
 #[derive(Debug, Clone)]
-pub(super) struct Stiffness {
+pub struct Stiffness {
+    /// Those that are linear in the flow.
     pub terms: FlowTerms,
     pub walls: Walls,
 }
@@ -25,6 +26,18 @@ impl Stiffness {
         let mut stiffness = vec![0.0; loops.mesh.cells.len() * velocity.cell_dof_count().pow(2)];
         loops.add_own_rows(&self.form(velocity), (velocity, velocity), &mut stiffness);
         (stiffness, loops.cell_blocks(&stokes::divergence(velocity, pressure), pressure, velocity))
+    }
+
+    /// The same of some cells alone, in their order.
+    pub fn blocks_of(
+        &self,
+        loops: &Integrator,
+        (velocity, pressure): (&Space, &Space),
+        cells: &[usize],
+    ) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let stiffness = loops.own_rows_of(&self.form(velocity), (velocity, velocity), cells);
+        let divergence = loops.blocks_of(&stokes::divergence(velocity, pressure), (pressure, velocity), cells);
+        stiffness.into_iter().zip(divergence).collect()
     }
 }
 

@@ -10,6 +10,8 @@ use crate::output::timed::TimedTable;
 
 /// Columns of `bodies.csv` after `time`.
 const BODY_COLUMNS: [&str; 10] = ["body", "x", "y", "theta", "vx", "vy", "spin", "fx", "fy", "torque"];
+/// More of them in a Stokes flow.
+const FLOW_COLUMNS: [&str; 3] = ["flow_fx", "flow_fy", "flow_torque"];
 /// Columns of `contacts.csv` after `time`.
 const CONTACT_COLUMNS: [&str; 8] = ["body", "partner", "gap", "force", "gamma", "x", "y", "friction"];
 
@@ -22,6 +24,8 @@ pub struct BodyOutputs {
     pub contacts: bool,
     /// `frames.csv` and `frames-NAME.txt`.
     pub pictures: bool,
+    /// What a flow does to bodies, in `bodies.csv`.
+    pub flow: bool,
 }
 
 /// Writes what a run asks for: `bodies.json` where there are bodies, the rest as [`BodyOutputs`].
@@ -65,9 +69,10 @@ impl BodyFiles {
             (true, Some(t)) => TimedTable::resume(&out.join(name), columns, t).map(Some),
             (true, None) => TimedTable::create(&out.join(name), columns).map(Some),
         };
+        let more: &[&str] = if asked.flow { &FLOW_COLUMNS } else { &[] };
         Ok(Self {
             series: if asked.bodies { Some([index("bodies.pvd")?, index("contacts.pvd")?]) } else { None },
-            bodies: table(asked.bodies, "bodies.csv", &BODY_COLUMNS)?,
+            bodies: table(asked.bodies, "bodies.csv", &[&BODY_COLUMNS, more].concat())?,
             contacts: table(asked.contacts, "contacts.csv", &CONTACT_COLUMNS)?,
             frames: match (asked.pictures, resume) {
                 (false, _) => None,
@@ -158,7 +163,10 @@ impl BodyFiles {
             let rows = moment.solids.bodies.iter().enumerate().map(|(k, member)| {
                 let (pose, twist, load) = (&moment.poses[k], &moment.twists[k], &moment.loads[k]);
                 let (x, v, f) = (pose.position, twist.velocity, load.force);
-                let numbers = vec![x.x, x.y, pose.angle, v.x, v.y, twist.spin, f.x, f.y, load.torque];
+                let mut numbers = vec![x.x, x.y, pose.angle, v.x, v.y, twist.spin, f.x, f.y, load.torque];
+                if let Some(flow) = moment.flow.get(k) {
+                    numbers.extend([flow.force.x, flow.force.y, flow.torque]);
+                }
                 (vec![member.name.as_str()], numbers)
             });
             table.append(moment.time, rows)?;

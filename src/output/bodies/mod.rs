@@ -18,7 +18,7 @@ use crate::body::{Body, Hold};
 use crate::contact::{Contact, Partner, Wall};
 use crate::measure::bodies::Load;
 use crate::mesh::Point;
-use crate::shape::{Pose, Shape, Twist};
+use crate::shape::{Pose, Shape, Twist, Wrench};
 
 /// Name of the file in which a run keeps its [`Solids`].
 pub const SOLIDS_FILE: &str = "bodies.json";
@@ -90,6 +90,8 @@ pub struct Moment<'a> {
     pub poses: &'a [Pose],
     /// How the bodies move.
     pub twists: &'a [Twist],
+    /// Of a Stokes flow; none of other flows.
+    pub flow: &'a [Wrench],
     /// Of all contacts together; see [`crate::measure::bodies::loads`].
     pub loads: &'a [Load],
     /// Pairs that are close or touch.
@@ -126,6 +128,9 @@ impl Moment<'_> {
                 ("the contact torque", load.torque),
             ];
             refuse(format!("body `{}`", member.name), &numbers)?;
+            let flow =
+                self.flow.get(k).map(|flow| [("the force of the flow", flow.force.sum()), ("its torque", flow.torque)]);
+            refuse(format!("body `{}`", member.name), flow.as_ref().map_or(&[], |numbers| &numbers[..]))?;
         }
         for contact in self.contacts {
             let which =

@@ -401,7 +401,7 @@ impl Stepper for Swarm<'_> {
     fn look(&mut self, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
         let (bodies, poses, twists, contacts) =
             (&self.scene.bodies.bodies[..], &self.poses, &self.twists, &self.contacts);
-        let bodies = BodiesNow { bodies, poses, twists, contacts, holding: &|| Ok(None) };
+        let bodies = BodiesNow { bodies, poses, twists, contacts, flow: &[], holding: &|| Ok(None) };
         then(&View { t: self.t, fields: None, bodies: Some(bodies), tissue: None, flow: None })
     }
 }

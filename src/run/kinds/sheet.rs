@@ -85,7 +85,7 @@ pub(in crate::run) fn show_bodies_at_rest(
     let twists = vec![Twist::ZERO; floating.bodies().len()];
     let holding = || Ok(model.holding(state, t)?.first().copied());
     let (bodies, poses) = (floating.bodies(), model.poses());
-    then(Some(Bodies { bodies, poses, twists: &twists, contacts: &[], holding: &holding }))
+    then(Some(Bodies { bodies, poses, twists: &twists, contacts: &[], flow: &[], holding: &holding }))
 }
 
 impl Setup {

@@ -15,6 +15,7 @@ use crate::mesh::generate::MeshScene;
 use crate::mesh::{Mesh, Point};
 use crate::model::ModelKind;
 use crate::model::fields::{DENSITY, DIFFUSION, LAPLACIAN, POLARITY, PRESSURE, VELOCITY};
+use crate::model::immersed::flow::Method;
 use crate::model::incompressible::{Description, Incompressible};
 use crate::model::momentum::MomentumError;
 use crate::run::kinds;
@@ -50,7 +51,11 @@ pub fn wake(scene: &Scene) -> Option<(Point, f64)> {
 pub fn around(mesh: &Arc<Mesh>, description: &Description, bodies: &Bodies) -> Result<Incompressible, MomentumError> {
     let guide = Arc::new(Guide::new(bodies.bodies.clone())?);
     let poses = guide.starts(0.0)?;
-    Incompressible::around(mesh, description, &guide, &poses, bodies.rigid.epsilon)
+    let epsilon = match bodies.rigid.method {
+        Method::Penalty { epsilon } => epsilon,
+        Method::Nitsche => unreachable!("refused with the scene"),
+    };
+    Incompressible::around(mesh, description, &guide, &poses, epsilon)
 }
 
 /// Refuses what would read the inside of bodies as tissue, or what does not exist with bodies that move.
@@ -350,7 +355,8 @@ impl Stepper for MovingTissue {
             // a flow that was solved for can be solved for again
             let holding = || Ok(model.holding(state, t).ok().and_then(|held| held.first().copied()));
             let (bodies, contacts) = (floating.bodies(), &contacts[..]);
-            let bodies = BodiesNow { bodies, poses: &poses, twists: &twists, contacts, holding: &holding };
+            let (poses, twists) = (&poses[..], &twists[..]);
+            let bodies = BodiesNow { bodies, poses, twists, contacts, flow: &[], holding: &holding };
             let counted = OfMarch { limited: march.limited(), mass_counted: march.mass_counted() };
             let tissue = TissueNow { model: march.model, state, rate_of_p: march.rate_of_p(), march: counted };
             let fields = TissueFields { model: march.model, state, t };

@@ -11,6 +11,7 @@ use crate::body::Body;
 use crate::contact::{Law, Method, Partner, Settings, Wall};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
+use crate::model::immersed::flow;
 use crate::names;
 
 /// The bodies of a scene and what they meet.
@@ -25,16 +26,7 @@ pub struct Bodies {
     /// `None` where nothing can touch.
     pub contact: Option<ContactSettings>,
     /// How a flow carries them; without a meaning for particles.
-    pub rigid: Rigid,
-}
-
-/// How a flow carries bodies.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rigid {
-    /// `ε` of the penalty [L1.13].
-    pub epsilon: f64,
-    /// Order of the motion, 1 or 2.
-    pub order: usize,
+    pub rigid: flow::Settings,
 }
 
 /// How contact is resolved.

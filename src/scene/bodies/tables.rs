@@ -33,9 +33,12 @@ impl BodyTables {
 #[serde(default, deny_unknown_fields)]
 #[schemars(transform = schema::in_order::<Self>)]
 pub struct RigidTable {
-    /// `ε` of the penalty `(2/ε) ∫_B D(v):D(w)`: a body is 1/ε times as viscous as what is around it.
-    #[schemars(transform = RigidTable::EPSILON.said())]
-    pub epsilon: f64,
+    /// What a body is to the flow.
+    pub method: MethodName,
+    /// Penalty: `ε` of `(2/ε) ∫_B D(v):D(w)`; a body is 1/ε times as viscous as what is around it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = RigidTable::EPSILON.said(), extend("x-default" = "1e-8"))]
+    pub epsilon: Option<f64>,
     /// Order of the motion in time.
     #[schemars(transform = RigidTable::ORDER.said())]
     pub order: usize,
@@ -48,9 +51,19 @@ impl RigidTable {
 
 impl Default for RigidTable {
     fn default() -> Self {
-        let Settings { epsilon, order } = Settings::default();
-        Self { epsilon, order }
+        Self { method: MethodName::Penalty, epsilon: None, order: Settings::default().order }
     }
+}
+
+/// `rigid.method`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodName {
+    /// A fluid that is very viscous.
+    Penalty,
+    /// A boundary of the fluid, in the cells that it cuts.
+    #[schemars(extend("x-kinds" = "stokes"))]
+    Nitsche,
 }
 
 /// `[[body]]`
@@ -335,11 +348,13 @@ pub struct ContactTable {
     #[schemars(transform = Range::NOT_NEGATIVE.said(), extend("x-unit" = "length"))]
     pub margin: f64,
     /// Coefficient `μ` of Coulomb's friction, `|λ_t| ≤ μ λ`; with `law = "inelastic"`.
-    #[schemars(transform = ContactTable::FRICTION.said(), extend("x-kinds" = "particles"))]
-    pub friction: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = ContactTable::FRICTION.said(), extend("default" = 0, "x-kinds" = "particles"))]
+    pub friction: Option<f64>,
     /// Restitution `e`: what touches at the speed `u` parts at `e u`; with `law = "inelastic"` and inertia.
-    #[schemars(transform = ContactTable::RESTITUTION.said(), extend("x-kinds" = "particles"))]
-    pub restitution: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(transform = ContactTable::RESTITUTION.said(), extend("default" = 0, "x-kinds" = "particles"))]
+    pub restitution: Option<f64>,
     /// Of gaps and complementarity.
     #[schemars(transform = ContactTable::TOLERANCE.said())]
     pub tolerance: f64,
@@ -356,7 +371,7 @@ impl ContactTable {
 impl Default for ContactTable {
     fn default() -> Self {
         let (law, solver) = (LawName::Inelastic, Method::Newton);
-        Self { law, gamma_min: None, margin: 0.0, friction: 0.0, restitution: 0.0, tolerance: 1e-12, solver }
+        Self { law, gamma_min: None, margin: 0.0, friction: None, restitution: None, tolerance: 1e-12, solver }
     }
 }
 

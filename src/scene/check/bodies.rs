@@ -7,9 +7,10 @@ use crate::contact::{Partner, Wall};
 use crate::expression::{Expression, Formula, VectorFormula};
 use crate::mesh::Point;
 use crate::model::ModelError;
+use crate::model::immersed::flow::{EPSILON, Method, Settings};
+use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
-use crate::scene::bodies::tables::{BodyTable, BodyTables, MOST, MotionTable, RigidTable, zero};
-use crate::scene::bodies::{Bodies, Rigid};
+use crate::scene::bodies::tables::{BodyTable, BodyTables, MOST, MethodName, MotionTable, RigidTable, zero};
 use crate::scene::error::SceneError;
 use crate::schema::Range;
 use crate::shape::{Pose, Rules, Shape, ShapeError, Twist};
@@ -88,21 +89,50 @@ impl Checker<'_> {
         Err(self.error(key, "(given)", "there is no body that it could act on", hint))
     }
 
-    fn rigid(&self, tables: &mut BodyTables, around: Around) -> Result<Rigid, SceneError> {
+    fn rigid(&self, tables: &mut BodyTables, around: Around) -> Result<Settings, SceneError> {
         match around {
-            Around::Nothing { .. } => Ok(Rigid { epsilon: 1.0, order: 1 }),
+            Around::Nothing { .. } => Ok(Settings::default()),
             Around::Flow => {
                 let table = tables.rigid.get_or_insert_default();
-                let (epsilon, order) = (table.epsilon, table.order);
+                let hint = "2 matches bdf2, 1 is explicit Euler";
+                let order = table.order;
+                self.require(RigidTable::ORDER.has_count(order), "rigid.order", order, "must be 1 or 2", hint)?;
+                Ok(Settings { method: self.method(table)?, order })
+            }
+        }
+    }
+
+    fn method(&self, table: &mut RigidTable) -> Result<Method, SceneError> {
+        match (table.method, table.epsilon) {
+            (MethodName::Penalty, given) => {
+                let epsilon = *table.epsilon.insert(given.unwrap_or(EPSILON));
                 let rule = "must lie between 0 and 1, both excluded";
                 let hint = "1/ε is how much more viscous a body is than what surrounds it; 1e-8 is usual";
                 let holds = RigidTable::EPSILON.has(epsilon);
                 self.require(holds, "rigid.epsilon", shown(epsilon), rule, hint)?;
-                let hint = "2 matches bdf2, 1 is explicit Euler";
-                self.require(RigidTable::ORDER.has_count(order), "rigid.order", order, "must be 1 or 2", hint)?;
-                Ok(Rigid { epsilon, order })
+                Ok(Method::Penalty { epsilon })
+            }
+            (MethodName::Nitsche, None) => Ok(Method::Nitsche),
+            (MethodName::Nitsche, Some(epsilon)) => {
+                let rule = "only the penalty has it, and `rigid.method` is \"nitsche\"";
+                Err(self.error("rigid.epsilon", shown(epsilon), rule, "remove it, or set `rigid.method = \"penalty\"`"))
             }
         }
+    }
+
+    /// A tissue has its bodies by penalty.
+    pub(super) fn penalty_alone(&self, bodies: Option<&Bodies>) -> Result<(), SceneError> {
+        let holds = bodies.is_none_or(|bodies| bodies.rigid.method != Method::Nitsche);
+        let rule = "this method is there for Stokes flows alone";
+        let hint = "set \"penalty\", or a scene of the kind \"stokes\"";
+        self.require(holds, "rigid.method", "\"nitsche\"", rule, hint)
+    }
+
+    /// Pieces of a body's boundary may be lost in cells that are bent.
+    pub(super) fn straight_cells(&self, bodies: Option<&Bodies>, curved: Option<usize>) -> Result<(), SceneError> {
+        let nitsche = bodies.is_some_and(|bodies| bodies.rigid.method == Method::Nitsche);
+        let (degree, rule) = (curved.unwrap_or(1), "cells must be straight where `rigid.method` is \"nitsche\"");
+        self.require(!nitsche || degree == 1, "mesh.curved", degree, rule, "set it to 1, or take the penalty")
     }
 
     fn body(&self, key: &str, table: &mut BodyTable, around: Around, symbols: Symbols) -> Result<Body, SceneError> {

@@ -160,6 +160,8 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let (kind, some) = (&kinds::stokes::KIND, bodies.is_some());
     let scope = Scope { tissue: None, kind, bodies: some, boundary: Some(&boundary) };
     let outputs = checker.outputs(&file.output, scope)?;
+    checker.no_force_on_tags(bodies.as_ref(), &outputs)?;
+    checker.straight_cells(bodies.as_ref(), file.mesh.get("curved"))?;
     let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());
@@ -235,7 +237,11 @@ impl Checker<'_> {
             contact: file.contact.take(),
         };
         let bodies = match kind {
-            ModelKind::Incompressible => self.bodies(&mut tables, Around::Flow, symbols)?,
+            ModelKind::Incompressible => {
+                let bodies = self.bodies(&mut tables, Around::Flow, symbols)?;
+                self.penalty_alone(bodies.as_ref())?;
+                bodies
+            }
             ModelKind::Compressible => {
                 self.no_bodies(&tables)?;
                 None

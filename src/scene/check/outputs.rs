@@ -8,15 +8,16 @@ use crate::measure::list::{self, Asked, Of, OnTag, Premise, Which};
 use crate::measure::{Measure, OutputField};
 use crate::mesh::Point;
 use crate::mesh::generate::{GENERATORS, MeshScene};
+use crate::model::immersed::flow::Method;
 use crate::model::{Conditions, ModelKind, Parameters};
 use crate::names;
-use crate::scene::Initial;
 use crate::scene::error::SceneError;
 use crate::scene::kinds::{self, SceneKind};
 use crate::scene::maps::{MapRequest, MapTable};
 use crate::scene::output::{
     Cut, CutTable, EveryTable, LEAST_ON_A_CIRCLE, MOST_POINTS, Output, OutputTable, SectionTable, What,
 };
+use crate::scene::{Bodies, Initial};
 use crate::schema::Range;
 use crate::scheme::Schedule;
 
@@ -62,6 +63,21 @@ impl Checker<'_> {
             for asked in goes_around {
                 let (key, shown) = (format!("output.{at}.measures"), asked.to_string());
                 self.require(closed, &key, shown, &rule, "take one of these shapes, or remove it")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Forces on boundary tags come from a balance that bodies by Nitsche's method do not tell of yet.
+    pub(super) fn no_force_on_tags(&self, bodies: Option<&Bodies>, outputs: &[Output]) -> Result<(), SceneError> {
+        if bodies.is_none_or(|bodies| bodies.rigid.method != Method::Nitsche) {
+            return Ok(());
+        }
+        for (at, output) in outputs.iter().enumerate() {
+            let rule = "with `rigid.method = \"nitsche\"` there are no forces on boundary tags";
+            let hint = "remove it, or set `rigid.method = \"penalty\"`; `wrench` is the force on the first body";
+            for asked in output.what.measures().iter().filter(|asked| asked.on.is_some()) {
+                self.require(false, &format!("output.{at}.measures"), asked, rule, hint)?;
             }
         }
         Ok(())
@@ -171,9 +187,15 @@ impl Checker<'_> {
             (Of::Bodies(which, _), _) => {
                 let hint = "add a [[body]], or remove it";
                 self.require(scope.bodies, key, shown(), "the scene has no rigid body", hint)?;
-                let flow = scope.kind.flows() || which != Which::InAFlow;
-                let rule = "particles are in no flow that they would be held in";
-                self.require(flow, key, shown(), rule, "remove it")
+                let in_flow = scope.kind.flows();
+                let (holds, rule) = match which {
+                    Which::Any | Which::Moving => (true, ""),
+                    Which::InAFlow => (in_flow, "particles are in no flow that they would be held in"),
+                    Which::InAStokesFlow => {
+                        (in_flow && scope.tissue.is_none(), "only a Stokes flow tells what it does to bodies")
+                    }
+                };
+                self.require(holds, key, shown(), rule, "remove it")
             }
             (Of::Flow(_) | Of::Boundary { .. } | Of::Tissue(..), Some(_)) => Ok(()),
             (Of::Compressible(_), Some(p)) => {

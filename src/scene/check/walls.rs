@@ -106,22 +106,28 @@ impl Checker<'_> {
         let holds = ContactTable::TOLERANCE.has(tolerance);
         let hint = "1e-12 is the usual value";
         self.require(holds, "contact.tolerance", shown(tolerance), "must lie between 1e-14 and 1e-3", hint)?;
-        let (friction, restitution) = (table.friction, table.restitution);
-        self.dry("contact.friction", friction, (law, around, true))?;
-        self.dry("contact.restitution", restitution, (law, around, around == Around::Nothing { inertia: true }))?;
-        let holds = ContactTable::FRICTION.has(friction);
-        let hint = "0.3 is that of many solids";
+        let (friction, restitution) = (table.friction.unwrap_or(0.0), table.restitution.unwrap_or(0.0));
+        let (holds, hint) = (ContactTable::FRICTION.has(friction), "0.3 is that of many solids");
         self.require(holds, "contact.friction", shown(friction), "must lie between 0 and 1e3", hint)?;
-        let holds = ContactTable::RESTITUTION.has(restitution);
-        let hint = "0 is inelastic, 1 loses no energy";
+        let (holds, hint) = (ContactTable::RESTITUTION.has(restitution), "0 is inelastic, 1 loses no energy");
         self.require(holds, "contact.restitution", shown(restitution), "must lie between 0 and 1", hint)?;
+        self.has_dry_contact("contact.friction", friction, (law, around, true))?;
+        let inertia = around == Around::Nothing { inertia: true };
+        self.has_dry_contact("contact.restitution", restitution, (law, around, inertia))?;
         Ok(Some(ContactSettings { law, margin, friction, restitution, tolerance, solver: table.solver }))
     }
 
     /// Refuses what only dry bodies have.
-    fn dry(&self, key: &str, value: f64, (law, around, can): (Law, Around, bool)) -> Result<(), SceneError> {
-        let value = (value != 0.0).then(|| shown(value));
-        let Some(value) = value else { return Ok(()) };
+    fn has_dry_contact(
+        &self,
+        key: &str,
+        value: f64,
+        (law, around, can): (Law, Around, bool),
+    ) -> Result<(), SceneError> {
+        if value == 0.0 {
+            return Ok(());
+        }
+        let value = shown(value);
         let rule = "bodies in a flow are kept apart by its film";
         self.require(around != Around::Flow, key, &value, rule, "remove it; model.kind = \"particles\" has it")?;
         let rule = "bodies that stick neither rub nor bounce";

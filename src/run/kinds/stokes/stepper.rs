@@ -66,14 +66,13 @@ impl FlowStepper {
         let origin = || scene.source().origin().to_owned();
         let model = |error: MomentumError| RunError::Model { origin: origin(), error: Box::new(error) };
         let contact = |error| RunError::Contact { origin: origin(), error: Box::new(error) };
-        let (mut bodies, rigid) = match &scene.bodies {
+        let (mut bodies, settings) = match &scene.bodies {
             Some(given) => (given.bodies.clone(), given.rigid),
-            None => (Vec::new(), crate::scene::bodies::Rigid { epsilon: 0.5, order: 1 }),
+            None => (Vec::new(), flow::Settings::default()),
         };
         if let Some(resumed) = &resumed {
             bodies.iter_mut().zip(&resumed.motion.poses).for_each(|(body, pose)| body.start = *pose);
         }
-        let settings = flow::Settings { epsilon: rigid.epsilon, order: rigid.order };
         let degrees = (scene.degrees[0], scene.degrees[1]);
         let conditions = scene.conditions(mesh);
         let t = resumed.as_ref().map_or(0.0, |resumed| resumed.t);
@@ -203,7 +202,8 @@ impl Stepper for FlowStepper {
         let Checkpoint { t, motion, twists, contacts, .. } = &self.good;
         let holding = || Ok(self.carried.holding.first().copied());
         let (bodies, poses) = (&*self.flow.guide.bodies, &motion.poses[..]);
-        let bodies = Bodies { bodies, poses, twists, contacts, holding: &holding };
+        let flow = &self.carried.wrenches;
+        let bodies = Bodies { bodies, poses, twists, contacts, flow, holding: &holding };
         let bodies = (!bodies.bodies.is_empty()).then_some(bodies);
         let Self { flow, carried, fluid, sources, .. } = &*self;
         let flow = Some(FlowNow { flow, carried, fluid, sources });
