@@ -261,7 +261,7 @@ impl BoundaryScene {
         parameters: &[(&str, f64)],
         exact: Option<&Exact>,
     ) -> Result<Conditions, ModelError> {
-        let velocity = velocity_condition(&self.velocity, parameters, exact)?;
+        let velocity = self.velocity.of_velocity(parameters, exact)?;
         let polarity = polarity_condition(&self.polarity, parameters, exact)?;
         let density = match (kind, &self.density) {
             (ModelKind::Incompressible, None) => None,
@@ -278,47 +278,7 @@ impl BoundaryScene {
     /// The table with every default filled in.
     #[must_use]
     pub fn resolved(&self) -> Self {
-        let mut full = self.clone();
-        if full.velocity.name == "traction" && full.velocity.values.is_none() {
-            full.velocity.values = Some(Values::Pair([0, 0].map(Formula::Integer)));
-        }
-        full
-    }
-}
-
-fn velocity_condition(
-    given: &NamedCondition,
-    parameters: &[(&str, f64)],
-    exact: Option<&Exact>,
-) -> Result<VelocityCondition, ModelError> {
-    let wrong = |rule: String| ModelError::new("velocity", given, rule, VELOCITY_HINT);
-    match (given.name.as_str(), &given.values) {
-        ("slip", None) => Ok(VelocityCondition::Slip),
-        ("no-tangential", None) => Ok(VelocityCondition::NoTangential),
-        ("traction", None) => Ok(VelocityCondition::Traction([0.0, 0.0].map(Expression::constant))),
-        ("traction", Some(Values::Pair(values))) => {
-            Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?))
-        }
-        ("dirichlet", Some(Values::Pair(values))) => {
-            Ok(VelocityCondition::Dirichlet(vector("velocity.dirichlet", values, parameters)?))
-        }
-        ("dirichlet", None) => match exact {
-            Some(exact) => Ok(VelocityCondition::Dirichlet(exact.velocity().clone())),
-            None => Err(wrong(
-                "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
-            )),
-        },
-        ("friction", Some(Values::One(beta))) => wall_friction(beta, parameters).map(VelocityCondition::Friction),
-        ("friction", None) => Err(wrong("`friction` needs a number or a formula, as in { friction = 3 }".to_owned())),
-        ("friction", Some(Values::Pair(_))) => Err(wrong("`friction` takes one number or formula".to_owned())),
-        ("traction" | "dirichlet", Some(Values::One(_))) => {
-            Err(wrong(format!("`{}` takes two components", given.name)))
-        }
-        ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", given.name))),
-        (other, _) => Err(wrong(format!(
-            "no such velocity condition{}",
-            names::did_you_mean(other, &VELOCITY.map(|one| one.name))
-        ))),
+        Self { velocity: self.velocity.resolved(), ..self.clone() }
     }
 }
 
@@ -390,6 +350,59 @@ fn vector(key: &str, values: &VectorFormula, parameters: &[(&str, f64)]) -> Resu
 }
 
 impl NamedCondition {
+    /// As a condition of the velocity, with `parameters` bound in the formulas; a `dirichlet` without values takes
+    /// those of the exact fields.
+    ///
+    /// # Errors
+    /// An unknown condition, values where none belong or none where they are needed, a bad formula.
+    pub fn of_velocity(
+        &self,
+        parameters: &[(&str, f64)],
+        exact: Option<&Exact>,
+    ) -> Result<VelocityCondition, ModelError> {
+        let wrong = |rule: String| ModelError::new("velocity", self, rule, VELOCITY_HINT);
+        match (self.name.as_str(), &self.values) {
+            ("slip", None) => Ok(VelocityCondition::Slip),
+            ("no-tangential", None) => Ok(VelocityCondition::NoTangential),
+            ("traction", None) => Ok(VelocityCondition::Traction([0.0, 0.0].map(Expression::constant))),
+            ("traction", Some(Values::Pair(values))) => {
+                Ok(VelocityCondition::Traction(vector("velocity.traction", values, parameters)?))
+            }
+            ("dirichlet", Some(Values::Pair(values))) => {
+                Ok(VelocityCondition::Dirichlet(vector("velocity.dirichlet", values, parameters)?))
+            }
+            ("dirichlet", None) => match exact {
+                Some(exact) => Ok(VelocityCondition::Dirichlet(exact.velocity().clone())),
+                None => Err(wrong(
+                    "`dirichlet` needs its two components, because there is no [exact] to take them from".to_owned(),
+                )),
+            },
+            ("friction", Some(Values::One(beta))) => wall_friction(beta, parameters).map(VelocityCondition::Friction),
+            ("friction", None) => {
+                Err(wrong("`friction` needs a number or a formula, as in { friction = 3 }".to_owned()))
+            }
+            ("friction", Some(Values::Pair(_))) => Err(wrong("`friction` takes one number or formula".to_owned())),
+            ("traction" | "dirichlet", Some(Values::One(_))) => {
+                Err(wrong(format!("`{}` takes two components", self.name)))
+            }
+            ("slip" | "no-tangential", Some(_)) => Err(wrong(format!("`{}` takes no values", self.name))),
+            (other, _) => Err(wrong(format!(
+                "no such velocity condition{}",
+                names::did_you_mean(other, &VELOCITY.map(|one| one.name))
+            ))),
+        }
+    }
+
+    /// The condition of the velocity with its default filled in.
+    #[must_use]
+    pub fn resolved(&self) -> Self {
+        let mut full = self.clone();
+        if full.name == "traction" && full.values.is_none() {
+            full.values = Some(Values::Pair([0, 0].map(Formula::Integer)));
+        }
+        full
+    }
+
     /// Whether it is a condition of the velocity under which tissue can turn in a round domain.
     pub fn lets_turn(&self) -> bool {
         matches!(self.name.as_str(), "slip" | "friction")

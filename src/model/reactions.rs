@@ -1,13 +1,13 @@
 //! The forces of a flow on its boundary, as what the boundary does to keep the balance of momentum.
 //!
 //! Let `R(w)` be the weak balance of momentum without what is given on the boundary: of smooth fields
-//! `R(w) = ∫_Γ (n·σ)·w`, n outwards, and of discrete ones `R(w) = 0` where nothing is prescribed of w and no traction is
-//! given. So −R of a function that is 1 on a tag is the force on it, whatever the function is elsewhere, and −R of a
-//! rotation the torque. Being tested with functions of the discrete space, it converges with twice the order of
+//! `R(w) = ∫_Γ (n·σ)·w`, n outwards, and of discrete ones `R(w) = 0` where nothing is prescribed of w and no traction
+//! is given. So −R of a function that is 1 on a tag is the force on it, whatever the function is elsewhere, and −R of
+//! a rotation the torque. Being tested with functions of the discrete space, it converges with twice the order of
 //! `∫ n·σ_h` (Babuška and Miller 1984; Giles, Larson, Levenstam and Süli 1997).
 //!
-//! R is known node by node. Where two tags meet, the node's part is shared: each takes `∫ (n·σ_h)·φ` over its own faces,
-//! and half of what these leave of R. So the forces on all tags add up to what acts inside, to rounding.
+//! R is known node by node. Where two tags meet, the node's part is shared: each takes `∫ (n·σ_h)·φ` over its own
+//! faces, and half of what these leave of R. So the forces on all tags add up to what acts inside, to rounding.
 
 use std::collections::BTreeMap;
 

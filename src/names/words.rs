@@ -218,6 +218,8 @@ pub(super) const WORDS: &[Row] = &[
     ("molecular_field", "rho concentration", "density"),
     ("molecular_field", "psi streamlines stream", "stream_function"),
     ("molecular_field", "h l molecular", "molecular_field"),
+    ("molecular_field", "omega curl vort rotation rot", "vorticity"),
+    ("molecular_field", "div expansion dilation dilatation growth", "divergence"),
     ("overshoot free_energy", "energy f", "free_energy"),
     ("overshoot free_energy", "budget power dissipation", "energy_budget"),
     ("overshoot free_energy", "symmetry", "asymmetry"),

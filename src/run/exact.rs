@@ -30,8 +30,8 @@ impl Claim<'_> {
     /// the start, the middle and the end of the run.
     ///
     /// # Errors
-    /// A field or a derivative that is not finite; a velocity that is not solenoidal in a flow of constant density, that
-    /// runs through a slip boundary or along one that forbids it; a density below zero.
+    /// A field or a derivative that is not finite; a velocity that is not solenoidal in a flow of constant density,
+    /// that runs through a slip boundary or along one that forbids it; a density below zero.
     pub fn check(&self, mesh: &Mesh) -> Result<(), RunError> {
         let exact = self.exact;
         let boundary: Vec<(Point, Point, &str)> =

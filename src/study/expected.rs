@@ -32,8 +32,8 @@ pub struct Promise {
 }
 
 impl Promise {
-    /// Of a scene on its mesh: the orders of its degrees, and one less for gradients. On circles no field has more than 2
-    /// on straight cells, and m+2 on cells of degree m.
+    /// Of a scene on its mesh: the orders of its degrees, and one less for gradients. On circles no field has more
+    /// than 2 on straight cells, and m+2 on cells of degree m.
     pub fn of(compared: &Compared, mesh: &Mesh) -> Self {
         let bent = mesh.curved.iter().flatten().map(|nodes| nodes.degree).min();
         let most = if mesh.curves.is_empty() { usize::MAX } else { bent.map_or(2, |m| m + 2) };

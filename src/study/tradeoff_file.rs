@@ -243,13 +243,18 @@ impl TradeoffStudy {
     }
 }
 
-/// Numbers of a summary that can be compared, and the measures that they belong to.
+/// Numbers of a summary that can be compared, and the measures that they belong to; those on boundary tags are not
+/// asked for by a column alone.
 fn columns() -> Vec<(&'static str, Option<&'static Measure>)> {
     let measured = |measure: &&'static Measure| {
         let measure = *measure;
         measure.column_names().map(move |name| (name, Some(measure)))
     };
-    ALL.iter().flat_map(measured).chain(["growth", "frequency"].map(|name| (name, None))).collect()
+    ALL.iter()
+        .filter(|measure| !measure.is_on_a_tag())
+        .flat_map(measured)
+        .chain(["growth", "frequency"].map(|name| (name, None)))
+        .collect()
 }
 
 /// `velocity` for the norm L2(L2), `velocity Linf(Linf)` for another, and so on.

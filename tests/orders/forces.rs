@@ -2,13 +2,17 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use monolayer::element::quadrature;
 use monolayer::mesh::Point;
+use monolayer::model::{Exact, Incompressible, Numbers, Reactions, State};
 use monolayer::output::progress::Verbosity;
+use monolayer::run::setup::describe;
 use monolayer::run::{AnyScene, Options, kinds};
-use monolayer::scene::{SceneSource, StokesScene};
+use monolayer::scene::{Scene, SceneSource, StokesScene};
+use monolayer::space::project;
 
 use super::slope;
 
@@ -127,7 +131,8 @@ velocity = { dirichlet = ["0", "0"] }
 step = 1.0
 end = 1.0
 "#;
-    let asked = r#"{ force_on = "walls" }, { force_on = "inlet" }, { force_on = "outlet" }, { torque_on = "walls", around = [0.5, 1.0] }"#;
+    let forces = ["walls", "inlet", "outlet"].map(|tag| format!("{{ force_on = \"{tag}\" }}")).join(", ");
+    let asked = &format!("{forces}, {{ torque_on = \"walls\", around = [0.5, 1.0] }}");
     let found = measured(text, asked);
     // shear of 4 on both walls; Π falls from 8 to 0; of the torque on walls what their drag makes about (½, 1), and Π
     let known = [
@@ -144,37 +149,73 @@ end = 1.0
     }
 }
 
+/// Sides of the unit square.
+const SIDES: [(&str, Side); 4] = [
+    ("left", |s| (Point::new(0.0, s), Point::new(-1.0, 0.0))),
+    ("right", |s| (Point::new(1.0, s), Point::new(1.0, 0.0))),
+    ("bottom", |s| (Point::new(s, 0.0), Point::new(0.0, -1.0))),
+    ("top", |s| (Point::new(s, 1.0), Point::new(0.0, 1.0))),
+];
+
+/// Place and normal at a share of the way along a side.
+type Side = fn(f64) -> (Point, Point);
+
+/// `−∫ n·σ` of exact fields over the sides.
+fn exact_forces<'a>(exact: &Exact, numbers: impl Into<Numbers<'a>> + Copy, t: f64) -> [Point; 4] {
+    let rule = quadrature::interval(20);
+    SIDES.map(|(_, at)| {
+        let points = rule.points.iter().zip(&rule.weights);
+        points.map(|(&s, w)| -*w * exact.traction(numbers, at(s).0, t, at(s).1)).sum()
+    })
+}
+
+/// Compares orders and last errors on the sides, from squares of 8, 16 and 32 cells a side.
+fn converge(name: &str, level: impl Fn(usize) -> [f64; 4], least: f64, last: f64) {
+    let levels = [8, 16, 32].map(|n| (1.0 / n as f64, level(n)));
+    for (k, (tag, _)) in SIDES.iter().enumerate() {
+        let errors: Vec<(f64, f64)> = levels.iter().map(|(h, errors)| (*h, errors[k])).collect();
+        let (order, shown) = (slope(&errors), errors.iter().map(|(_, e)| format!("{e:.1e}")).collect::<Vec<_>>());
+        println!("{name}, {tag:<6} {}  order {order:.2}", shown.join(" "));
+        assert!(order > least && errors[2].1 < last, "{name}, {tag}: order {order:.2}, error {:.2e}", errors[2].1);
+    }
+}
+
 /// On tags that meet others, the sides of a square, the parts of their corners are shared.
 #[test]
 fn forces_on_sides_that_meet_converge() {
     let text = include_str!("../../studies/mms/stokes-square.toml");
     let scene = StokesScene::parse(text, Path::new("test.toml")).unwrap();
-    let (exact, t) = (scene.sources.exact.as_ref().unwrap(), 1.0);
-    let sides: [(&str, Side); 4] = [
-        ("left", |s| (Point::new(0.0, s), -Point::x())),
-        ("right", |s| (Point::new(1.0, s), Point::x())),
-        ("bottom", |s| (Point::new(s, 0.0), -Point::y())),
-        ("top", |s| (Point::new(s, 1.0), Point::y())),
-    ];
-    let rule = quadrature::interval(20);
-    let known = sides.map(|(_, at)| -> Point {
-        let points = rule.points.iter().zip(&rule.weights);
-        points.map(|(&s, w)| -*w * exact.traction(&scene.fluid, at(s).0, t, at(s).1)).sum()
-    });
-    let asked = sides.map(|(tag, _)| format!("{{ force_on = \"{tag}\" }}")).join(", ");
+    let known = exact_forces(scene.sources.exact.as_ref().unwrap(), &scene.fluid, 1.0);
+    let asked = SIDES.map(|(tag, _)| format!("{{ force_on = \"{tag}\" }}")).join(", ");
     let level = |n: usize| {
         let found = measured(&text.replace("\nn = 8 ", &format!("\nn = {n} ")), &asked);
         let on = |tag: &str| Point::new(found[&format!("force_x1:{tag}")], found[&format!("force_x2:{tag}")]);
-        sides.iter().zip(known).map(|((tag, _), known)| (on(tag) - known).norm()).collect::<Vec<f64>>()
+        [0, 1, 2, 3].map(|k| (on(SIDES[k].0) - known[k]).norm())
     };
-    let levels = [8, 16, 32].map(|n| (1.0 / n as f64, level(n)));
-    for (k, (tag, _)) in sides.iter().enumerate() {
-        let errors: Vec<(f64, f64)> = levels.iter().map(|(h, errors)| (*h, errors[k])).collect();
-        let order = slope(&errors);
-        println!("{tag:<6} {:.1e} {:.1e} {:.1e}  order {order:.2}", errors[0].1, errors[1].1, errors[2].1);
-        assert!(order > 2.8 && errors[2].1 < 1e-3, "{tag}: order {order:.2}, error {:.2e}", errors[2].1);
-    }
+    converge("Stokes", level, 2.9, 2.2e-4);
 }
 
-/// Place and normal at a share of the way along a side of the unit square.
-type Side = fn(f64) -> (Point, Point);
+/// The same of a tissue, whose stress is of all its terms, with either elastic force.
+#[test]
+fn forces_of_a_tissue_converge() {
+    let text = include_str!("../../studies/mms/square.toml");
+    let t = 0.7;
+    for kind in ["stress", "energy-consistent"] {
+        let level = |n: usize| {
+            let mut source = SceneSource::parse(text, Path::new("test.toml")).unwrap();
+            let sets = [("mesh.n", n.to_string()), ("model.elastic_force", kind.to_owned())];
+            sets.iter().for_each(|(key, value)| source.set(key, value).unwrap());
+            source.set("boundary.right.velocity", "traction").unwrap();
+            let scene = Scene::check(source).unwrap();
+            let mesh = Arc::new(scene.mesh.build().unwrap());
+            let model = Incompressible::new(&mesh, &describe(&scene, &mesh)).unwrap();
+            let exact = scene.sources.exact.as_ref().unwrap();
+            let p = project::interpolate_vector(&model.polarity.space, |x| exact.at(x, t).polarity);
+            let (v, pi) = model.flow(&p, t).unwrap();
+            let found = Reactions::of_incompressible(&model, &State::incompressible(v, pi, p), t).unwrap();
+            let known = exact_forces(exact, &scene.parameters, t);
+            [0, 1, 2, 3].map(|k| (found.force(mesh.tag(SIDES[k].0).unwrap()) - known[k]).norm())
+        };
+        converge(kind, level, 1.9, 1e-2);
+    }
+}

@@ -21,8 +21,9 @@ use crate::mesh::Point;
 pub use series::{Matrix, Series};
 use series::{value, values, vector};
 
-/// An exact solution, each field a formula of `x`, `y`, `t`: `v`, `Π`, `p` of the incompressible sheet, `v`, `ρ`, `p` of
-/// the compressible one, or `v`, `Π` of a Stokes flow. Whether `div v = 0` in the former and `ρ ≥ 0` in the latter is the caller's to check.
+/// An exact solution, each field a formula of `x`, `y`, `t`: `v`, `Π`, `p` of the incompressible sheet, `v`, `ρ`, `p`
+/// of the compressible one, or `v`, `Π` of a Stokes flow. Whether `div v = 0` where there is a `Π`, and `ρ ≥ 0`, is
+/// the caller's to check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exact {
     velocity: [Expression; 2],

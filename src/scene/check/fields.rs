@@ -134,8 +134,8 @@ impl Checker<'_> {
         };
         let exact = file.exact.as_ref().map(of).transpose()?;
         let bodies = !(file.body.is_empty() && file.bodies.is_empty());
-        let rule = "exact fields are those of a flow without bodies: at the edge of a rigid one they would have a kink, \
-                    and no force that makes them a solution";
+        let rule = "exact fields are those of a flow without bodies: at the edge of a rigid one they would have a \
+                    kink, and no force that makes them a solution";
         let hint = "remove the bodies, or take a mesh with holes in their places";
         self.require(exact.is_none() || !bodies, "exact", "(given)", rule, hint)?;
         Ok(Sources { force, ..exact_sources(exact) })

@@ -9,7 +9,6 @@ use super::bodies::Around;
 use super::outputs::Scope;
 use super::{Checker, shown};
 use crate::expression::Expression;
-use crate::model::boundary::BoundaryScene;
 use crate::model::{Conditions, Fluid, ModelError, ModelKind, Sources};
 use crate::scene::SceneSource;
 use crate::scene::bodies::tables::BodyTables;
@@ -208,14 +207,14 @@ impl Checker<'_> {
     ) -> Result<BTreeMap<String, Conditions>, SceneError> {
         let mut checked = BTreeMap::new();
         for (tag, table) in &mut file.boundary {
-            let neumann = crate::model::boundary::NamedCondition { name: "neumann".to_owned(), values: None };
-            let full = BoundaryScene { velocity: table.velocity.clone(), polarity: neumann, density: None };
-            let conditions = full
-                .check(ModelKind::Incompressible, symbols, sources.exact.as_deref())
-                .map_err(|error: ModelError| self.model(&format!("boundary.{}", quoted(tag)), error))?
-                .given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
+            let velocity = table
+                .velocity
+                .of_velocity(symbols, sources.exact.as_deref())
+                .map_err(|error: ModelError| self.model(&format!("boundary.{}", quoted(tag)), error))?;
+            let conditions =
+                Conditions::new(velocity).given_at(&|key| self.given(&format!("boundary.{}.{key}", quoted(tag))));
             self.no_traction_beside_exact(tag, &table.velocity, &conditions, sources)?;
-            table.velocity = full.resolved().velocity;
+            table.velocity = table.velocity.resolved();
             checked.insert(tag.clone(), conditions);
         }
         self.determined(&checked, file.model.friction)?;

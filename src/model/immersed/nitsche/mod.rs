@@ -15,28 +15,27 @@
 //! held is given, and so exact; a pinned one has its spin alone. A part of the fluid that no condition fixes the pressure
 //! of has zero mean of it, unless a body that may move feels it.
 
+mod assembly;
 mod domain;
 mod elements;
 mod structure;
 mod twists;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{FlowWithBodies, Ground};
 use crate::body::Body;
 use crate::body::guide::Rule;
-use crate::cut::{Class, Cover};
-use crate::form::{Integrator, ghost, mass, nitsche};
+use crate::cut::Cover;
+use crate::form::Integrator;
 use crate::mesh::Point;
-use crate::model::immersed::penalty::BodyError;
 use crate::model::momentum::{MomentumError, Stiffness};
 use crate::shape::{Pose, Twist, Wrench, rigid_motion};
 use crate::solve::multifrontal::Multifrontal;
 use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, norm};
-use crate::space::Space;
+use assembly::{Prepared, prepare};
 use domain::Domain;
-use elements::{Blocks, CutCell, Elements, GHOST, GhostFace, place_flow};
+use elements::{Blocks, Elements};
 use structure::Skeleton;
 use twists::Twists;
 
@@ -44,9 +43,6 @@ use twists::Twists;
 pub fn gamma(degree: usize) -> f64 {
     25.0 * (degree * degree) as f64
 }
-
-/// Dense blocks of a cell: of the stiffness, of the divergence, and means of the pressure's functions.
-type FlowBlocks = (Vec<f64>, Vec<f64>, Vec<f64>);
 
 /// Bodies at their places.
 #[derive(Debug, Clone)]
@@ -112,8 +108,8 @@ impl Nitsche {
         let blocks = Blocks { whole: Arc::new(whole), ..Blocks::default() };
         let skeleton = Skeleton::new(ground);
         let friction: Vec<[f64; 3]> = friction.collect();
-        let parts = prepare(ground, forms, cover, &bodies, (&poses, &open), blocks)?;
-        let Prepared { domain, twists, blocks, used } = parts;
+        let prepared = prepare(ground, forms, cover, &bodies, (&poses, &open), blocks)?;
+        let Prepared { domain, twists, blocks, used } = prepared;
         let elements =
             Elements { ground, domain: &domain, twists: &twists, blocks: &blocks, friction: &friction, used: &used };
         let scales = elements.scales();
@@ -302,107 +298,3 @@ impl Nitsche {
 }
 
 const HINT: &str = "check that the boundary conditions or a friction hold the flow";
-
-/// All but the factors.
-struct Prepared {
-    domain: Domain,
-    twists: Twists,
-    blocks: Blocks,
-    used: Vec<bool>,
-}
-
-/// Integrates over what the bodies leave of the cells that they cut; `blocks` has those of whole cells.
-fn prepare(
-    ground: Ground,
-    forms: Forms,
-    cover: Arc<Cover>,
-    bodies: &[Body],
-    (poses, open): (&[Pose], &[usize]),
-    mut blocks: Blocks,
-) -> Result<Prepared, MomentumError> {
-    let mut domain = Domain::new(cover, poses, (forms.loops, ground.pressure), open);
-    check_bodies(&domain, bodies)?;
-    let twists = Twists::new(bodies, poses);
-    domain.settle_means(&twists);
-    blocks.cut = cut_cells(ground, forms, &domain, &blocks);
-    for &face in &domain.ghosts {
-        blocks.ghosts.entry(face).or_insert_with(|| Arc::new(ghost_face(ground, face)));
-    }
-    let mut used = vec![false; ground.frames.free + ground.pressure.dof_count() + twists.count()];
-    used[ground.frames.free + ground.pressure.dof_count()..].fill(true);
-    let (velocity, pressure) = (ground.velocity, ground.pressure);
-    for cell in (0..domain.active.len()).filter(|&cell| domain.active[cell]) {
-        for k in 0..velocity.cell_dof_count() {
-            let dof = velocity.dof(cell, k / velocity.n, k % velocity.n);
-            ground.frames.of(dof).for_each(|(unknown, _)| used[unknown] = true);
-        }
-        (0..pressure.n).for_each(|k| used[ground.frames.free + pressure.dof(cell, 0, k)] = true);
-    }
-    Ok(Prepared { domain, twists, blocks, used })
-}
-
-/// Every body must touch fluid.
-fn check_bodies(domain: &Domain, bodies: &[Body]) -> Result<(), BodyError> {
-    let mut wet = vec![false; bodies.len()];
-    for cell in domain.surface.cells() {
-        domain.surface.bodies_of_cell(cell).into_iter().for_each(|body| wet[body] = true);
-    }
-    let Some(dry) = wet.iter().position(|wet| !wet) else { return Ok(()) };
-    let body = bodies[dry].name.clone();
-    Err(if domain.active.contains(&true) { BodyError::Outside { body } } else { BodyError::Everything { body } })
-}
-
-/// The matrices of the active cells that bodies cut or touch.
-fn cut_cells(
-    ground: Ground,
-    Forms { loops, velocity: form }: Forms,
-    domain: &Domain,
-    blocks: &Blocks,
-) -> BTreeMap<usize, Arc<CutCell>> {
-    let Ground { velocity, pressure, .. } = ground;
-    let (nv, np) = (velocity.cell_dof_count(), pressure.n);
-    let outside = loops.outside(&domain.cover);
-    let is_cut = |cell: &usize| domain.active[*cell] && matches!(domain.cover.cell(*cell), Class::Cut(_));
-    let cut: Vec<usize> = domain.cover.touched().iter().copied().filter(is_cut).collect();
-    let parts = form.blocks_of(&outside, (velocity, pressure), &cut);
-    let masses = outside.blocks_of(&mass::mass(pressure), (pressure, pressure), &cut);
-    let mut flows: BTreeMap<usize, FlowBlocks> = cut
-        .iter()
-        .zip(parts)
-        .zip(masses)
-        .map(|((&cell, (a, b)), mass)| (cell, (a, b, mass.chunks_exact(np).map(|row| row.iter().sum()).collect())))
-        .collect();
-    // whole cells along whose faces a boundary runs
-    for cell in domain.surface.cells().filter(|cell| !flows.contains_key(cell)).collect::<Vec<_>>() {
-        let of = |all: &[f64], size: usize| all[cell * size..(cell + 1) * size].to_vec();
-        let [stiffness, divergence, means] = &*blocks.whole;
-        flows.insert(cell, (of(stiffness, nv * nv), of(divergence, nv * np), of(means, np)));
-    }
-    let whole = |(cell, (stiffness, divergence, means)): (usize, FlowBlocks)| {
-        let bodies = domain.surface.bodies_of_cell(cell);
-        let first = nv + np;
-        let size = first + 3 * bodies.len();
-        let mut matrix = vec![0.0; size * size];
-        place_flow(&stiffness, &divergence, (nv, np), size, &mut matrix);
-        for (k, &body) in bodies.iter().enumerate() {
-            let centre = domain.poses[body].position;
-            let gamma = gamma(velocity.degree);
-            let block = nitsche::block(loops, (velocity, pressure), &domain.surface, (cell, body), centre, gamma);
-            let place = |i: usize| if i < first { i } else { i + 3 * k };
-            for (i, row) in block.chunks_exact(first + 3).enumerate() {
-                row.iter().enumerate().for_each(|(j, value)| matrix[place(i) * size + place(j)] += value);
-            }
-        }
-        (cell, Arc::new(CutCell { bodies, matrix, means }))
-    };
-    flows.into_iter().map(whole).collect()
-}
-
-fn ghost_face(ground: Ground, face: usize) -> GhostFace {
-    let of = |space: &Space, weight: f64| -> Vec<f64> {
-        let matrix = ghost::matrix(space, &space.mesh.faces[face]);
-        matrix.iter().map(|value| weight * value).collect()
-    };
-    let h = ghost::width(&ground.velocity.mesh, &ground.velocity.mesh.faces[face]);
-    GhostFace { velocity: of(ground.velocity, GHOST), pressure: of(ground.pressure, -GHOST * h * h) }
-}
