@@ -189,6 +189,8 @@ pub(super) fn parameter(boundary: &[Piece], x: Point) -> f64 {
     let nearest = |piece: &Piece| {
         let (from, to) = piece.range();
         let t = match *piece {
+            // a side without length has one parameter alone
+            Piece::Segment { from, to } if from == to => 0.0,
             Piece::Segment { from, to } => (x - from).dot(&(to - from)) / (to - from).norm_squared(),
             Piece::Arc { centre, axes: [a, b], .. } => {
                 let y = x - centre;

@@ -128,13 +128,6 @@ impl Checker<'_> {
         self.require(holds, "rigid.method", "\"nitsche\"", rule, hint)
     }
 
-    /// Pieces of a body's boundary may be lost in cells that are bent.
-    pub(super) fn straight_cells(&self, bodies: Option<&Bodies>, curved: Option<usize>) -> Result<(), SceneError> {
-        let nitsche = bodies.is_some_and(|bodies| bodies.rigid.method == Method::Nitsche);
-        let (degree, rule) = (curved.unwrap_or(1), "cells must be straight where `rigid.method` is \"nitsche\"");
-        self.require(!nitsche || degree == 1, "mesh.curved", degree, rule, "set it to 1, or take the penalty")
-    }
-
     fn body(&self, key: &str, table: &mut BodyTable, around: Around, symbols: Symbols) -> Result<Body, SceneError> {
         let at = |name: &str| format!("{key}.{name}");
         let name = table.name.clone().unwrap_or_default();

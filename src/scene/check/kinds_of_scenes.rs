@@ -160,7 +160,6 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     let scope = Scope { tissue: None, kind, bodies: some, boundary: Some(&boundary) };
     let outputs = checker.outputs(&file.output, scope)?;
     checker.no_force_on_tags(bodies.as_ref(), &outputs)?;
-    checker.straight_cells(bodies.as_ref(), file.mesh.get("curved"))?;
     let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());

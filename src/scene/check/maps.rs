@@ -135,8 +135,8 @@ impl MapOptions {
         Ok(())
     }
 
-    /// Whether a tissue with these settings of the elastic strain has the fields that the map shows; those that are in a
-    /// scene are refused with its outputs.
+    /// Whether a tissue with these settings of the elastic strain has the fields that the map shows; those that are in
+    /// a scene are refused with its outputs.
     ///
     /// # Errors
     /// The first rule that is broken.
