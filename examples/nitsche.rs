@@ -1,8 +1,9 @@
 //! Errors and costs of both methods for rigid bodies in a Stokes flow, on meshes that the bodies cut:
 //! `cargo run --release --example nitsche -- channel|settling|plates|moves`.
 //!
-//! `channel`: force, torque and slip of a fixed disc in Poiseuille flow. `settling`: velocities around a disc that falls
-//! in a box, on Cartesian and on distorted meshes. `plates`: drag of a thin plate. `moves`: what a moved body costs.
+//! `channel`: force, torque and slip of a fixed disc in Poiseuille flow. `settling`: velocities around a disc that
+//! falls in a box, on Cartesian and on distorted meshes. `plates`: drag of a thin plate. `moves`: what a moved body
+//! costs.
 
 use std::f64::consts::PI;
 use std::sync::Arc;

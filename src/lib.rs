@@ -47,23 +47,23 @@
 //!
 //! # From fields to equations
 //!
-//! A form such as `(∇φ|∇χ)` is a value of [`form`]: it is added, scaled and tested alone, and [`form::Integrator`] makes
-//! matrices and vectors of it. [`solve`] factorises them, and looks at every solution. [`cut`] and [`shape`] say what of
-//! a cell lies in a rigid body.
+//! A form such as `(∇φ|∇χ)` is a value of [`form`]: it is added, scaled and tested alone, and [`form::Integrator`]
+//! makes matrices and vectors of it. [`solve`] factorises them, and looks at every solution. [`cut`] and [`shape`] say
+//! what of a cell lies in a rigid body.
 //!
 //! # What is solved
 //!
-//! [`model::Parameters`] are the numbers of the model, [`model::Conditions`] hold on a tag, [`model::Sources`] enter from
-//! outside; a [`model::Description`] gathers them with the degrees of the fields. From it comes an
-//! [`model::Incompressible`] or a [`model::Compressible`] sheet, both of which are a [`time::Sheet`]. Each term of their
-//! equations stands once, in [`model::terms`]. [`body`] has rigid bodies, which a fluid carries by [`model::immersed`]
-//! and which [`contact`] keeps apart.
+//! [`model::Parameters`] are the numbers of the model, [`model::Conditions`] hold on a tag, [`model::Sources`] enter
+//! from outside; a [`model::Description`] gathers them with the degrees of the fields. From it comes an
+//! [`model::Incompressible`] or a [`model::Compressible`] sheet, both of which are a [`time::Sheet`]. Each term of
+//! their equations stands once, in [`model::terms`]. [`body`] has rigid bodies, which a fluid carries by
+//! [`model::immersed`] and which [`contact`] keeps apart.
 //!
 //! # To another time, or to rest
 //!
-//! [`time::March`] takes steps by BDF with the weights of [`scheme`], each solved by Newton's method or by a fixed point
-//! ([`time::CouplingSettings`]); [`time::moving`] moves bodies with the tissue. [`steady::find`](steady::find()) looks
-//! for a state at rest, and [`steady::spectrum`] for what grows about it.
+//! [`time::March`] takes steps by BDF with the weights of [`scheme`], each solved by Newton's method or by a fixed
+//! point ([`time::CouplingSettings`]); [`time::moving`] moves bodies with the tissue. [`steady::find`](steady::find())
+//! looks for a state at rest, and [`steady::spectrum`] for what grows about it.
 //!
 //! # What comes out
 //!
@@ -71,9 +71,9 @@
 //!
 //! # Files
 //!
-//! All of this can be said in a file: a [`scene`] is checked as a whole, with a sentence for what is wrong; [`run`] takes
-//! it to a folder of results, [`results`] reads that again, a [`study`] does many runs, and `report` makes a page of
-//! them. The program of the same name does nothing else.
+//! All of this can be said in a file: a [`scene`] is checked as a whole, with a sentence for what is wrong; [`run`]
+//! takes it to a folder of results, [`results`] reads that again, a [`study`] does many runs, and `report` makes a page
+//! of them. The program of the same name does nothing else.
 //!
 //! # Features
 //!

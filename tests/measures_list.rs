@@ -12,7 +12,7 @@ use monolayer::output::progress::Verbosity;
 use monolayer::run::AnyScene;
 use monolayer::run::kinds;
 use monolayer::run::{Ending, Options};
-use monolayer::scene::SceneSource;
+use monolayer::scene::{SceneSource, StokesScene, measured};
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
@@ -288,4 +288,40 @@ end = 0.1
 "#;
     let (_, values) = taken(&measuring(flow, &[&MEAN_SPEED]).unwrap());
     assert!((values["mean_speed"] - 2.0 / 3.0).abs() < 1e-9, "{values:?}");
+}
+
+/// A measure on a boundary tag says what it needs, and the resolved scene has it as it was written.
+#[test]
+fn measures_on_boundary_tags() {
+    let scene = |measures: &str| -> Result<StokesScene, String> {
+        let text = format!("{STOKES}\n[[output]]\nmeasures = [{measures}]\n");
+        StokesScene::parse(&text, Path::new("test.toml")).map_err(|error| error.to_string())
+    };
+    for (measures, count) in [
+        (r#""mean_speed", { force_on = "top" }, { torque_on = "top", around = [0.5, 1] }"#, 3),
+        (r#"{ force_on = "top" }, { force_on = "left" }"#, 2),
+    ] {
+        let one = scene(measures).unwrap();
+        let again = StokesScene::parse(&one.resolved_toml(), Path::new("test.toml")).unwrap();
+        assert_eq!(one.outputs, again.outputs);
+        assert_eq!(measured(&one.outputs).len(), count);
+    }
+    let wrong = |measures: &str, words: &[&str]| {
+        let error = scene(measures).unwrap_err();
+        for word in ["test.toml", "output.0.measures"].iter().chain(words) {
+            assert!(error.contains(word), "{measures}: {error} has no {word}");
+        }
+    };
+    wrong(r#""force_on""#, &["needs the tag of a boundary", "{ force_on = \"TAG\" }"]);
+    wrong(r#"{ force_on = "topp" }"#, &["no boundary tag `topp`", "did you mean `top`?", "hint: "]);
+    wrong(r#"{ torque_on = "top" }"#, &["needs the point", "around = [x, y]"]);
+    wrong(r#"{ force_on = "top", around = [0, 0] }"#, &["about no point"]);
+    wrong(r#"{ force_at = "top" }"#, &["force_at", "force_on"]);
+    wrong(r#"{ around = [0, 0] }"#, &["names no measure"]);
+    wrong(r#"{ torque_on = "top", around = [0, inf] }"#, &["must be finite"]);
+    let twice = r#"{ torque_on = "top", around = [0, 0] }, { torque_on = "top", around = [1, 0] }"#;
+    wrong(twice, &["torque:top", "hint: "]);
+    // the same twice is one
+    let same = scene(r#"{ force_on = "top" }, { force_on = "top" }"#).unwrap();
+    assert_eq!(measured(&same.outputs).len(), 1);
 }

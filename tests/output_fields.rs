@@ -219,7 +219,8 @@ fn files_and_cuts_hold_the_fields_of_the_last_state() {
         let line = "{ name = \"line\", from = [0.13, 0.11], to = [0.57, 0.23], points = 7 }";
         let usual = line.replace("line", "usual");
         let outputs = format!(
-            "\n[[output]]\nfields = [{all}]\n[[output]]\ncuts = [{line}]\ncolumns = [{all}]\n[[output]]\ncuts = [{usual}]\n"
+            "\n[[output]]\nfields = [{all}]\n[[output]]\ncuts = [{line}]\ncolumns = [{all}]\n\
+             [[output]]\ncuts = [{usual}]\n"
         );
         let scene = read(&format!("{text}{outputs}")).unwrap();
         let out = tempfile::tempdir().unwrap();

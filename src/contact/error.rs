@@ -39,8 +39,8 @@ pub enum ContactError {
     )]
     Unrepaired { first: String, second: String, miss: f64, dt: f64 },
     #[error(
-        "the friction between \"{first}\" and {second} does not settle in a step of {dt:.2e}: their sliding still changes \
-         by {miss:.1e}; hint: take a smaller step, or a smaller `contact.friction`"
+        "the friction between \"{first}\" and {second} does not settle in a step of {dt:.2e}: their sliding still \
+         changes by {miss:.1e}; hint: take a smaller step, or a smaller `contact.friction`"
     )]
     Unsettled { first: String, second: String, miss: f64, dt: f64 },
     #[error("`{key}` = {value}: {rule}; hint: {hint}")]

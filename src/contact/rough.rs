@@ -21,14 +21,14 @@ use crate::mesh::Point;
 use crate::shape::{Pose, Twist, perpendicular};
 use crate::solve::anderson::Anderson;
 
-/// From the round [`STRICT`] on friction has settled where sliding changes by less than this share of the motion without
-/// contact.
+/// From the round [`STRICT`] on friction has settled where sliding changes by less than this share of the motion
+/// without contact.
 const SETTLED: f64 = 1e-5;
 const STRICT: usize = 20;
 /// Restitution below this counts as none.
 const LEAST: f64 = 1e-2;
-/// Rounds of the fixed point alone, differences that Anderson's method looks back on, rounds after which it begins anew,
-/// because other contacts slide by then, and the round from which steps are half of the fixed point's.
+/// Rounds of the fixed point alone, differences that Anderson's method looks back on, rounds after which it begins
+/// anew, because other contacts slide by then, and the round from which steps are half of the fixed point's.
 const PLAIN: usize = 4;
 const DEPTH: usize = 10;
 const RESTART: usize = 30;
@@ -156,8 +156,8 @@ impl Step<'_> {
         worst
     }
 
-    /// What `Δt s` may miss: what a gap may, and after some rounds a small share of what forces alone would move the pair
-    /// by.
+    /// What `Δt s` may miss: what a gap may, and after some rounds a small share of what forces alone would move the
+    /// pair by.
     fn unsettling(&self, near: &Near, round: usize) -> f64 {
         if round < STRICT {
             return 4.0 * near.row.slack;

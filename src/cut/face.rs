@@ -31,8 +31,8 @@ pub(super) fn covered(shape: &Shape, [a, b]: [Point; 2]) -> Option<[f64; 2]> {
     (to - from > NOTHING).then(|| [snap(from), snap(to)])
 }
 
-/// Within a radius of a core: in a disc about a corner, or between the sides that are moved out by the radius. The parts
-/// make one interval, for the whole is convex.
+/// Within a radius of a core: in a disc about a corner, or between the sides that are moved out by the radius. The
+/// parts make one interval, for the whole is convex.
 fn around(core: &Core, radius: f64, [a, b]: [Point; 2]) -> Option<[f64; 2]> {
     let discs = core.corners().iter().map(|corner| in_disc((a - corner) / radius, (b - a) / radius));
     let moved = |side: Side| [side.from + radius * side.normal, side.to + radius * side.normal];

@@ -16,8 +16,8 @@ use crate::shape::outline::Piece;
 
 /// Cells of which a smaller share lies outside of all bodies have no fluid.
 pub const ACTIVE: f64 = 1e-12;
-/// How far outside of its body the cell of a portion is looked for, in sizes of cells: first beyond rounding, then as far
-/// as cells without fluid reach.
+/// How far outside of its body the cell of a portion is looked for, in sizes of cells: first beyond rounding, then as
+/// far as cells without fluid reach.
 const REACH: [f64; 5] = [1e-10, 1e-8, 1e-6, 1e-4, 1e-2];
 /// Of reference points.
 const ROUNDING: f64 = 1e-12;
@@ -167,8 +167,8 @@ impl Cover {
         self.share_outside(cell) > ACTIVE
     }
 
-    /// The boundaries of the bodies, cell by cell. Parts that lie outside of the mesh, in another body, or where no cell
-    /// has fluid are left out.
+    /// The boundaries of the bodies, cell by cell. Parts that lie outside of the mesh, in another body, or where no
+    /// cell has fluid are left out.
     pub fn surface(&self) -> Surface {
         let mut portions: BTreeMap<usize, Vec<Portion>> = BTreeMap::new();
         for (body, placed) in self.bodies().enumerate() {

@@ -1,5 +1,5 @@
-//! Nitsche's method on the boundary of a rigid body that cuts cells: no slip between the fluid and the body, whose motion
-//! is an unknown (Hansbo & Hansbo 2002; Burman & Hansbo 2012).
+//! Nitsche's method on the boundary of a rigid body that cuts cells: no slip between the fluid and the body, whose
+//! motion is an unknown (Hansbo & Hansbo 2002; Burman & Hansbo 2012).
 
 use super::integrate::Integrator;
 use super::kernel::Basis;
@@ -13,9 +13,9 @@ use crate::space::Space;
 /// ```text
 /// −∫_∂B (2D(v)n − Πn)·(w−ω) − ∫_∂B (2D(w)n − ξn)·(v−u) + (γ/h) ∫_∂B (v−u)·(w−ω),   h = (2|K|)^½
 /// ```
-/// over what of the boundary of body `body` lies in a cell K: n out of the fluid, `u = V + Ω (x−x_B)^⊥` the motion of the
-/// body and ω that of the test. Unknowns are the cell's velocities (component after component), its pressures, and `V₁`,
-/// `V₂`, Ω.
+/// over what of the boundary of body `body` lies in a cell K: n out of the fluid, `u = V + Ω (x−x_B)^⊥` the motion of
+/// the body and ω that of the test. Unknowns are the cell's velocities (component after component), its pressures, and
+/// `V₁`, `V₂`, Ω.
 pub fn block(
     loops: &Integrator,
     (velocity, pressure): (&Space, &Space),

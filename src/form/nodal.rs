@@ -12,7 +12,8 @@ use crate::space::{Continuity, Field, Space};
 
 impl Integrator {
     /// The discontinuous field of this degree that has the values of `of` at the nodes of every cell, each seen from
-    /// inside of its cell. Exact where these are polynomials of the degree in the coordinates of the reference triangle.
+    /// inside of its cell. Exact where these are polynomials of the degree in the coordinates of the reference
+    /// triangle.
     ///
     /// # Panics
     /// For a degree outside 1 to [`MAX_DEGREE`](crate::element::MAX_DEGREE), and for other than 1 to 3 components.

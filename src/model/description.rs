@@ -20,7 +20,8 @@ pub struct Degrees {
 }
 
 impl Degrees {
-    /// The usual degrees of order k: velocity k+1, pressure or density k, and polarity k+2, in a compressible sheet k+1.
+    /// The usual degrees of order k: velocity k+1, pressure or density k, and polarity k+2, in a compressible sheet
+    /// k+1.
     pub fn of(kind: ModelKind, k: usize) -> Self {
         let polarity = match kind {
             ModelKind::Incompressible => k + 2,

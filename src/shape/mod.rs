@@ -27,7 +27,8 @@ pub use form::{Checked, Described, Form, LENGTHS, Rules};
 pub use outline::Placed;
 pub use pose::{Pose, Twist, Wrench, perpendicular, rigid_motion, turned};
 
-/// Makes of the list of shapes: the shape of a body, the table of a shape in scenes, and the rows that tests go through.
+/// Makes of the list of shapes: the shape of a body, the table of a shape in scenes, and the rows that tests go
+/// through.
 macro_rules! shapes {
     ($($(#[doc = $about:literal])+ $name:literal => $file:ident::$shape:ident, $table:ident;)+) => {
         $(pub use $file::{$shape, $table};)+
@@ -88,7 +89,8 @@ macro_rules! shapes {
                 }
             }
 
-            /// The shape about its centre of area; and where that is in the coordinates of the table, where it has some.
+            /// The shape about its centre of area; and where that is in the coordinates of the table, where it has
+            /// some.
             ///
             /// # Errors
             /// Those of the rules, for the first key with a wrong value.

@@ -104,14 +104,14 @@ fn a_closed_tissue_without_activity_never_gains_energy() {
     }
 }
 
-/// With the energy-consistent force the lines of all terms that give or take energy close the law, those of other models
-/// among them.
+/// With the energy-consistent force the lines of all terms that give or take energy close the law, those of other
+/// models among them.
 #[test]
 fn the_law_has_a_line_for_every_power() {
     let plain = Parameters { elastic_force: ElasticForce::Energy, ..PARAMETERS };
-    let keys = ["self_advection", "flow_alignment"];
+    let keys = [("self_advection", 0.8), ("flow_alignment", 80.0)];
     for given in [None, Some(keys[0]), Some(keys[1])] {
-        let factors = given.map_or(plain.factors, |key| plain.factors.with(key, 0.8));
+        let factors = given.map_or(plain.factors, |(key, factor)| plain.factors.with(key, factor));
         let mesh = square(3);
         let parameters = Parameters { factors, ..plain };
         let model = Incompressible::new(&mesh, &Description::new(&mesh, parameters, |_| Conditions::slip())).unwrap();
@@ -128,10 +128,10 @@ fn the_law_has_a_line_for_every_power() {
         let largest = budget.lines.iter().fold(budget.relaxation, |m, line| m.max(line.abs()));
         println!("{budget:?}");
         assert!(budget.defect().abs() < 1e-11 * largest, "the law leaves {:e} of {largest:e}", budget.defect());
-        for key in keys {
+        for (key, factor) in keys {
             let line = budget.line(&format!("budget_{key}"));
-            let has = given == Some(key);
-            assert!(if has { line.abs() > 1e-6 * largest } else { line == 0.0 }, "{key} has {line:e}");
+            let has = given == Some((key, factor));
+            assert!(if has { line.abs() > 1e-3 * largest } else { line == 0.0 }, "{key} has {line:e}");
         }
     }
 }

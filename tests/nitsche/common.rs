@@ -108,8 +108,8 @@ pub fn slip(flow: &Flow, carried: &FlowWithBodies) -> f64 {
     largest
 }
 
-/// `‖v − w‖` and `‖∇(v − w)‖` over the fluid of a flow, w a field on another mesh. In cells that a body cuts the middles of
-/// small triangles are looked at, for w means nothing inside of the body.
+/// `‖v − w‖` and `‖∇(v − w)‖` over the fluid of a flow, w a field on another mesh. In cells that a body cuts the
+/// middles of small triangles are looked at, for w means nothing inside of the body.
 pub fn distance(flow: &Flow, carried: &FlowWithBodies, (w, locator): (&Field, &Locator)) -> [f64; 2] {
     const PARTS: usize = 12;
     let (v, cover) = (velocity(flow, carried), flow.momentum.cover().expect("there are bodies"));

@@ -36,7 +36,8 @@ fn self_advection_has_the_order_of_an_upwind_method_in_both_sheets() {
             let level = |n: usize| {
                 let mut sets = sets(n, factor, "newton");
                 if text == SQUEEZED {
-                    // a density of degree 1 would bound the order of what it carries along, and so would its time scheme
+                    // a density of degree 1 would bound the order of what it carries along, and so would its time
+                    // scheme
                     sets.extend([("space.degree.density", "2".to_owned()), ("time.step", "0.0125".to_owned())]);
                 }
                 run(text, &sets)

@@ -10,7 +10,8 @@ const TITLE: &str = "elastic strain";
 pub const ELASTIC_STRAIN: OutputField = OutputField {
     name: "elastic_strain",
     symbol: Symbol::same("ε"),
-    help: "elastic strain carried by the flow [12.3], needs `[strain]`; in VTU files in the order 11, 22, 33, 12, 23, 13",
+    help: "elastic strain carried by the flow [12.3], needs `[strain]`; in VTU files in the order 11, 22, 33, 12, 23, \
+           13",
     unit: DIMENSIONLESS,
     value: Value::Tensor,
     columns: &["strain_11", "strain_12", "strain_22"],

@@ -82,8 +82,8 @@ pub struct OutputField {
     pub rules: &'static [Rule],
     /// What has to be made once for the domain.
     pub tool: Option<Tool>,
-    /// Finds it in a state: a field in any space whose degree is not above the highest of the model's; `None` where there
-    /// is none.
+    /// Finds it in a state: a field in any space whose degree is not above the highest of the model's; `None` where
+    /// there is none.
     pub find: for<'a> fn(&At<'a>) -> Result<Option<Field>, MeasureError>,
 }
 

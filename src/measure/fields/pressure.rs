@@ -1,4 +1,5 @@
-//! The pressure: an unknown of a flow free of divergence, in a compressible sheet what follows from density and polarity.
+//! The pressure: an unknown of a flow free of divergence, in a compressible sheet what follows from density and
+//! polarity.
 
 use super::{OutputField, Part, Symbol, Value};
 use crate::measure::list::DIMENSIONLESS;

@@ -52,8 +52,8 @@ pub struct At<'a> {
 }
 
 impl At<'_> {
-    /// A scalar that follows from `∇v`, `G_ij = ∂_j v_i`, at each point, cell by cell: with the degree of `∇v` on straight
-    /// cells, where it is exact if it is linear. `None` without a velocity.
+    /// A scalar that follows from `∇v`, `G_ij = ∂_j v_i`, at each point, cell by cell: with the degree of `∇v` on
+    /// straight cells, where it is exact if it is linear. `None` without a velocity.
     ///
     /// # Errors
     /// A velocity that cannot be solved for.

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt;
+use std::sync::LazyLock;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::ser::SerializeMap;
@@ -133,13 +134,11 @@ impl<'de> de::Visitor<'de> for AskedVisitor {
             match Measure::named(&key).filter(|measure| measure.is_on_a_tag()) {
                 Some(measure) if found.is_none() => found = Some((measure, map.next_value::<String>()?)),
                 None if key == "around" => around = Some(map.next_value::<[f64; 2]>()?),
-                Some(_) | None => {
-                    let known: Vec<&str> = on_tags().map(|measure| measure.name).collect();
-                    let rule = format!("a measure on a boundary tag is one of {}", known.join(", "));
-                    return Err(de::Error::custom(format!(
-                        "unknown field `{key}`: {rule}, beside `around` of a torque"
-                    )));
+                Some(measure) => {
+                    let rule = "is a second measure: write it in a table of its own";
+                    return Err(de::Error::custom(format!("`{}` {rule}", measure.name)));
                 }
+                None => return Err(de::Error::unknown_field(&key, &KEYS)),
             }
         }
         let Some((measure, tag)) = found else {
@@ -158,6 +157,9 @@ impl<'de> de::Visitor<'de> for AskedVisitor {
 fn on_tags() -> impl Iterator<Item = &'static Measure> {
     ALL.iter().copied().filter(|measure| measure.is_on_a_tag())
 }
+
+/// The keys of a measure on a tag.
+static KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| on_tags().map(|measure| measure.name).chain(["around"]).collect());
 
 /// How a measure on a tag is written.
 fn example(measure: &Measure) -> String {

@@ -11,7 +11,8 @@ const WALL_FRICTION: Column =
     Column::new("budget_wall_friction", "energy law: friction with walls", DIMENSIONLESS, "friction with walls");
 const DEFECT: Column = Column::new("budget_defect", "energy law: what its terms leave", DIMENSIONLESS, "defect");
 
-/// The rate, the lines of terms on the left side, the friction with walls, the relaxation, the lines of terms on the right side, and the defect.
+/// The rate, the lines of terms on the left side, the friction with walls, the relaxation, the lines of terms on the
+/// right side, and the defect.
 const COLUMNS: [Column; COUNT + 4] = {
     let mut columns = [DEFECT; COUNT + 4];
     columns[0] = RATE;

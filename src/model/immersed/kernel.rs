@@ -5,7 +5,8 @@
 //! fields that are rigid on it. A body without such cells has no patch; one whose cells meet in a vertex alone has
 //! several, which that vertex joins like a hinge. Where patches share nodes the motions agree there; where conditions
 //! prescribe a velocity, they follow it. With these fields as unknowns in exchange for as many nodal ones (the
-//! exchanged dofs), 1/ε multiplies what is small of order ε alone, and rounding of 1/ε never meets the balance of forces.
+//! exchanged dofs), 1/ε multiplies what is small of order ε alone, and rounding of 1/ε never meets the balance of
+//! forces.
 
 use std::collections::{BTreeMap, BTreeSet};
 

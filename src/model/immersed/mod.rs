@@ -75,8 +75,8 @@ pub struct FlowWithBodies {
     pub twists: Vec<Twist>,
     /// The forces and torques about the centre that hold the bodies to their rules; zero of a free body.
     pub holding: Vec<Wrench>,
-    /// The forces and torques about the centre of the fluid on every body; by penalty also those that a force on the fluid
-    /// exerts inside of it.
+    /// The forces and torques about the centre of the fluid on every body; by penalty also those that a force on the
+    /// fluid exerts inside of it.
     pub wrenches: Vec<Wrench>,
 }
 

@@ -12,8 +12,8 @@ use crate::space::Field;
 pub struct Power {
     /// Where it is written.
     pub line: Line,
-    /// The power at a state: the formula with `w = v` in the momentum balance, and with `q = L_h/(Pe ρ)` in the equation
-    /// of the polarity.
+    /// The power at a state: the formula with `w = v` in the momentum balance, and with `q = L_h/(Pe ρ)` in the
+    /// equation of the polarity.
     pub of: for<'a> fn(&At<'a>, &Loops) -> f64,
 }
 

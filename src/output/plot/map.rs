@@ -79,8 +79,8 @@ impl Window {
         }
     }
 
-    /// From the lower left to the upper right corner of axes that are drawn with scales of their own, so that the sides may
-    /// differ by any factor; see [`Map::height`].
+    /// From the lower left to the upper right corner of axes that are drawn with scales of their own, so that the sides
+    /// may differ by any factor; see [`Map::height`].
     ///
     /// # Errors
     /// [`PlotError::Window`] for corners that are not finite or not in this order.

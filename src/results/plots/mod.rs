@@ -1,7 +1,7 @@
 //! The plots of results, each said once: its name, what it shows, what a folder must have for it, and how it is drawn.
 //!
-//! A new one is a constant in a file of its own and its name in [`ALL`]. From the list follow what `monolayer plot` takes
-//! and tells, the pictures of runs and reports, and a table in `docs/report.md` that a test compares.
+//! A new one is a constant in a file of its own and its name in [`ALL`]. From the list follow what `monolayer plot`
+//! takes and tells, the pictures of runs and reports, and a table in `docs/report.md` that a test compares.
 
 mod asymmetry;
 mod bodies;

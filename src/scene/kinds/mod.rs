@@ -28,8 +28,8 @@ pub struct SceneKind {
     pub shown: &'static str,
     /// The keys that its scenes may have.
     pub keys: Keys,
-    /// The fields of its model; of a tissue some depend on its parameters. From them follow those that its runs can write,
-    /// cut and draw.
+    /// The fields of its model; of a tissue some depend on its parameters. From them follow those that its runs can
+    /// write, cut and draw.
     pub fields: &'static [FieldId],
     /// [`SceneSource::set`] for its scenes.
     pub set: fn(&mut SceneSource, &str, &str) -> Result<(), SceneError>,

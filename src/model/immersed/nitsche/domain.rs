@@ -15,8 +15,8 @@ use crate::space::Space;
 
 /// In no part.
 const NONE: u32 = u32::MAX;
-/// Openings of the boundary in which a body stands, in sizes of cells, that are none: what does not touch a wall by more
-/// moves as if it did not touch it.
+/// Openings of the boundary in which a body stands, in sizes of cells, that are none: what does not touch a wall by
+/// more moves as if it did not touch it.
 const CLOSED: f64 = 0.1;
 /// Singular values below this, relative to the largest one, are zero.
 const RANK: f64 = 1e-9;
@@ -97,8 +97,8 @@ impl Domain {
         self.parts.means = kernel(fluxes);
     }
 
-    /// A pool from which nothing can leave must lose nothing to what is given: nodal velocities at the boundary, and the
-    /// motions of bodies.
+    /// A pool from which nothing can leave must lose nothing to what is given: nodal velocities at the boundary, and
+    /// the motions of bodies.
     ///
     /// # Errors
     /// [`MomentumError::Flux`]

@@ -1,6 +1,6 @@
-//! Rigid bodies on cells that they cut, by Nitsche's method: the flow is that of the fluid alone, and every body adds its
-//! motion as an unknown (Hansbo & Hansbo 2002; Burman & Hansbo 2012, 2014; Massing, Larson, Logg & Rognes 2014; Guzmán &
-//! Olshanskii 2018).
+//! Rigid bodies on cells that they cut, by Nitsche's method: the flow is that of the fluid alone, and every body adds
+//! its motion as an unknown (Hansbo & Hansbo 2002; Burman & Hansbo 2012, 2014; Massing, Larson, Logg & Rognes 2014;
+//! Guzmán & Olshanskii 2018).
 //!
 //! With `u_i = V_i + ω_i (x−x_i)^⊥`, `w_i` likewise of the test, n out of the fluid and q the degree of v,
 //!
@@ -11,9 +11,9 @@
 //!   = (f|w)_{Ω∖B} + Σ_i (F_i·W_i + τ_i ζ_i),      γ_N = 25 q²,  γ_v = γ_Π = 0.1
 //! ```
 //! Functions live on the cells with fluid; S are the faces between two of them one of which at least is cut, and g_S is
-//! the ghost penalty of [`form::ghost`](crate::form::ghost) with whole polynomials. The motion of a body that is fixed or
-//! held is given, and so exact; a pinned one has its spin alone. A part of the fluid that no condition fixes the pressure
-//! of has zero mean of it, unless a body that may move feels it.
+//! the ghost penalty of [`form::ghost`](crate::form::ghost) with whole polynomials. The motion of a body that is fixed
+//! or held is given, and so exact; a pinned one has its spin alone. A part of the fluid that no condition fixes the
+//! pressure of has zero mean of it, unless a body that may move feels it.
 
 mod assembly;
 mod domain;
