@@ -109,7 +109,7 @@ fn a_closed_tissue_without_activity_never_gains_energy() {
 #[test]
 fn the_law_has_a_line_for_every_power() {
     let plain = Parameters { elastic_force: ElasticForce::Energy, ..PARAMETERS };
-    let keys = [("self_advection", 0.8), ("flow_alignment", 80.0)];
+    let keys = [("self_advection", 0.8), ("flow_alignment", 800.0)];
     for given in [None, Some(keys[0]), Some(keys[1])] {
         let factors = given.map_or(plain.factors, |(key, factor)| plain.factors.with(key, factor));
         let mesh = square(3);
