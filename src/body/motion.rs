@@ -44,6 +44,14 @@ impl Motion {
         }
     }
 
+    /// How the predicted twists follow from a change of those that the bodies have: `∂W/∂V`.
+    pub fn slope(&self, dt: f64) -> f64 {
+        match &self.last {
+            Some((before, ..)) if self.order == 2 && dt > 0.0 => (1.0 + dt / before) / (weights(dt, *before)[0] * dt),
+            Some(_) | None => 1.0,
+        }
+    }
+
     /// Moves by `by` (predicted, corrected or given) from a time at which the bodies had the twists `now`.
     pub fn advance(&mut self, dt: f64, now: &[Twist], by: &[Twist]) {
         for (pose, w) in self.poses.iter_mut().zip(by) {

@@ -1,6 +1,6 @@
 //! What to say of bodies that cannot move.
 
-use super::solver::Freedom;
+use super::mover::Freedom;
 use super::step::Step;
 use super::{ContactError, Partner};
 

@@ -43,6 +43,8 @@ pub enum ContactError {
          changes by {miss:.1e}; hint: take a smaller step, or a smaller `contact.friction`"
     )]
     Unsettled { first: String, second: String, miss: f64, dt: f64 },
+    #[error("the flow does not tell how contact moves the bodies: {reason}")]
+    Flow { reason: String },
     #[error("`{key}` = {value}: {rule}; hint: {hint}")]
     Setting { key: &'static str, value: f64, rule: &'static str, hint: &'static str },
 }
@@ -53,7 +55,7 @@ impl ContactError {
         match self {
             Self::TooFar { .. } | Self::Unrepaired { .. } | Self::Unsettled { .. } => true,
             Self::Step { .. } | Self::NotFinite { .. } | Self::Inertia { .. } | Self::Coincident { .. } => false,
-            Self::Overlap { .. } | Self::Caught { .. } | Self::Setting { .. } => false,
+            Self::Overlap { .. } | Self::Caught { .. } | Self::Setting { .. } | Self::Flow { .. } => false,
         }
     }
 }

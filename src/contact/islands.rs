@@ -1,8 +1,8 @@
 //! Islands of bodies that contact pushes in a step, and the energy that it gives them.
 
+use super::mover::Freedom;
 use super::pairs::Pair;
 use super::projection::Projection;
-use super::solver::{Freedom, Metric};
 use super::step::Step;
 use super::{ContactError, Partner};
 use crate::shape::Twist;
@@ -95,10 +95,9 @@ impl Step<'_> {
 
     /// The bodies of islands whose kinetic energy contact raises, without a moving obstacle that works on them.
     fn raised(&self) -> Vec<usize> {
-        match self.metric_of {
-            // without inertia there is none
-            Metric::Resistance => return Vec::new(),
-            Metric::Mass => {}
+        // without inertia there is none
+        if !self.metric_of.has_inertia() {
+            return Vec::new();
         }
         let pushed = |place: usize| self.solution.multipliers[place] != 0.0;
         let islands = self.islands(pushed);

@@ -1,8 +1,9 @@
 //! Pairs that would pass through each other within a step, and pairs that overlap because nothing parts them.
 
 use super::gap::Touch;
+use super::mover::Freedom;
 use super::pairs::{Pair, Pairs};
-use super::solver::{Freedom, Projected, partner_name, rounding};
+use super::solver::{Projected, partner_name, rounding};
 use super::step::Step;
 use super::{Contact, ContactError, Partner, Wall};
 use crate::shape::Twist;

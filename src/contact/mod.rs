@@ -37,8 +37,12 @@ mod bonds;
 mod caught;
 mod error;
 pub mod gap;
+mod gradients;
+pub mod in_flow;
 mod islands;
 mod leaps;
+pub mod mobility;
+mod mover;
 mod newton;
 mod outcome;
 pub mod pairs;
@@ -54,8 +58,9 @@ mod walls;
 
 pub use bonds::{Bond, Bonds, Key};
 pub use error::ContactError;
+pub use mover::{Freedom, Mover};
 pub use projection::Method;
-pub use solver::{Effort, Freedom, MOST_FRICTION, Metric, Mover, Projected, Settings, Solver};
+pub use solver::{Effort, MOST_FRICTION, Metric, Projected, Settings, Solver};
 pub use walls::Walls;
 
 use crate::mesh::Point;

@@ -5,7 +5,7 @@ use super::gap::Touch;
 use super::pairs::Pair;
 use super::repair::{Push, Repaired};
 use super::rough::tangential;
-use super::solver::{Metric, Projected};
+use super::solver::{Projected, Shown};
 use super::step::{Near, Step};
 use super::{Contact, Law, Partner};
 use crate::shape::{Pose, Twist};
@@ -24,19 +24,24 @@ impl Step<'_> {
 
     /// The step with its contacts. Without inertia the repair is a motion like any other, and has its forces; with
     /// inertia it enters no velocity.
-    pub(super) fn projected(&mut self, mut twists: Vec<Twist>, repaired: Repaired, given: &[Pair]) -> Projected {
+    pub(super) fn projected(
+        &mut self,
+        mut twists: Vec<Twist>,
+        repaired: Repaired,
+        given: &[Pair],
+        shown: Shown,
+    ) -> Projected {
         self.effort.iterations += repaired.iterations;
         self.effort.factorisations += repaired.factorisations;
         self.effort.rounds += repaired.rounds;
         let mut pushes = Vec::new();
-        match self.metric_of {
-            Metric::Mass => self.keep_angular_momentum(&repaired, &mut twists),
-            Metric::Resistance => {
-                if !repaired.pushes.is_empty() {
-                    twists = self.twists_to(&repaired.poses);
-                }
-                pushes.clone_from(&repaired.pushes);
+        if self.metric_of.has_inertia() {
+            self.keep_angular_momentum(&repaired, &mut twists);
+        } else {
+            if !repaired.pushes.is_empty() {
+                twists = self.twists_to(&repaired.poses);
             }
+            pushes.clone_from(&repaired.pushes);
         }
         let mut out =
             Projected { poses: repaired.poses, gap: f64::INFINITY, effort: self.effort, ..Projected::default() };
@@ -52,7 +57,7 @@ impl Step<'_> {
             self.add_force(push.multiplier, (push.pair, &push.touch), &|k| poses[k], &mut out);
         }
         self.add_pushes(&pushes);
-        self.add_contacts(&pushes, &mut out);
+        self.add_contacts(&pushes, shown, &mut out);
         self.add_overlaps(given, &mut out);
         out
     }
@@ -94,8 +99,8 @@ impl Step<'_> {
         }
     }
 
-    /// Adds the contacts with their gaps after the step.
-    fn add_contacts(&self, pushes: &[Push], out: &mut Projected) {
+    /// Adds the contacts with their gaps.
+    fn add_contacts(&self, pushes: &[Push], shown: Shown, out: &mut Projected) {
         let mut found: Vec<Touch> = Vec::new();
         let mut of = None;
         for (near, mu) in self.near.iter().zip(&self.solution.multipliers) {
@@ -107,9 +112,12 @@ impl Step<'_> {
             }
             let after = found.iter().find(|touch| touch.slot == near.touch.slot);
             let gap = after.map_or(near.row.value(&self.solution.velocity) + self.solver.settings.margin, |t| t.gap);
-            let shown = after.unwrap_or(&near.touch);
-            let (Pair { body, partner }, gamma) = (near.pair, self.gamma(near, *mu));
-            let (point, normal) = (shown.point(), shown.normal);
+            let (touch, gap, gamma) = match shown {
+                Shown::After => (after.unwrap_or(&near.touch), gap, self.gamma(near, *mu)),
+                Shown::Before => (&near.touch, near.touch.gap, self.dt * near.resistance * self.unit * near.row.bound),
+            };
+            let Pair { body, partner } = near.pair;
+            let (point, normal) = (touch.point(), touch.normal);
             out.gap = out.gap.min(gap);
             let friction = near.slide.as_ref().map_or(0.0, |slide| slide.multiplier * self.unit);
             out.contacts.push(Contact { body, partner, gap, force: mu * self.unit, friction, gamma, point, normal });

@@ -8,10 +8,12 @@
 //! `Σ μ n×(V_j − V_i)`, the centres of each pair give back along their contact, `t = n^⊥`, which takes energy away.
 
 use super::gap::Touch;
+use super::mobility::Failed;
+use super::mover::Freedom;
 use super::outcome::holds;
 use super::pairs::Pair;
 use super::projection::{Problem, Projection, Row};
-use super::solver::{Freedom, partner_name};
+use super::solver::partner_name;
 use super::step::{Near, Step};
 use super::{ContactError, Partner};
 use crate::mesh::Point;
@@ -51,7 +53,7 @@ struct Round {
 
 impl Step<'_> {
     /// The least displacement from the ends of straight steps after which no gap is missed.
-    pub(super) fn repair(&self, pairs: &[Pair], twists: &[Twist]) -> Result<Repaired, ContactError> {
+    pub(super) fn repair(&mut self, pairs: &[Pair], twists: &[Twist]) -> Result<Repaired, ContactError> {
         let ends: Vec<Pose> =
             self.movers.iter().zip(twists).map(|(mover, twist)| mover.after(twist, self.dt)).collect();
         let mut out = Repaired { poses: ends.clone(), ..Repaired::default() };
@@ -69,8 +71,15 @@ impl Step<'_> {
             let warm: Vec<f64> = touches.iter().map(known).collect();
             let tolerance = self.solver.settings.tolerance;
             let problem = Problem { metric: self.metric.clone(), target: vec![0.0; delta.len()], rows, tolerance };
-            let solved = problem.solve(self.solver.settings.method, &warm);
-            let solved = solved.map_err(|unsolved| self.overlapped(touches[unsolved.row].0, miss))?;
+            let method = self.solver.settings.method;
+            let solved = match &mut self.flow {
+                None => problem.solve(method, &warm).map_err(Failed::Rows),
+                Some(flow) => flow.displace(problem, method, &warm),
+            };
+            let solved = solved.map_err(|failed| match failed {
+                Failed::Rows(unsolved) => self.overlapped(touches[unsolved.row].0, miss),
+                Failed::Flow(reason) => ContactError::Flow { reason },
+            })?;
             let Projection { velocity, multipliers, iterations, factorisations } = solved;
             delta = velocity;
             out.poses = self.displaced(&ends, &delta);

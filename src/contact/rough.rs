@@ -12,9 +12,9 @@
 //! (Kane 1984); then e is lowered for them in this step.
 
 use super::gap::{Touch, along};
+use super::mover::Freedom;
 use super::pairs::Pair;
 use super::projection::Row;
-use super::solver::{Freedom, Metric};
 use super::step::{Near, Step};
 use super::{ContactError, Partner};
 use crate::mesh::Point;
@@ -88,7 +88,7 @@ impl Near {
 impl Step<'_> {
     /// Whether contact can turn a body.
     pub(super) fn turns(&self, body: usize) -> bool {
-        self.solver.settings.friction > 0.0 || !self.movers[body].shape.is_round()
+        self.solver.settings.friction > 0.0 || self.flow.is_some() || !self.movers[body].shape.is_round()
     }
 
     /// The bodies of a touch, with `∂(Δ u_t)/∂(x, y, θ)` of each, both about the point midway.
@@ -233,10 +233,7 @@ impl Step<'_> {
 
     /// Restitution of every body at the beginning of a step.
     pub(super) fn restitutions(&self) -> Vec<f64> {
-        let value = match self.metric_of {
-            Metric::Mass => self.solver.settings.restitution,
-            Metric::Resistance => 0.0,
-        };
+        let value = if self.metric_of.has_inertia() { self.solver.settings.restitution } else { 0.0 };
         vec![value; self.movers.len()]
     }
 

@@ -5,16 +5,18 @@
 //! `G·W ≥ −max(D−η, 0)/Δt`, for which rest is admissible, and the poses are [repaired](super::repair).
 
 use super::bonds::Bond;
-use super::gap::{Touch, along};
+use super::gap::Touch;
+use super::mobility::{Failed, InFlow};
+use super::mover::{Freedom, Mover, range};
 use super::outcome::holds;
 use super::pairs::{self, Pair, Pairs};
 use super::projection::{Problem, Projection, Row};
 use super::rough::Slide;
-use super::solver::{Effort, Freedom, Metric, Mover, Projected, Solver, partner_name, range, rounding};
+use super::solver::{Effort, Metric, Projected, Shown, Solver, partner_name, rounding};
 use super::walls::{equivalent_radius, resistance};
 use super::{ContactError, Partner};
 use crate::mesh::Point;
-use crate::shape::{Pose, Twist, perpendicular, turned};
+use crate::shape::{Pose, Twist};
 use crate::solve::anderson::Anderson;
 
 /// Rounds of one step, and searches for pairs.
@@ -42,7 +44,9 @@ pub(super) struct Step<'a> {
     pub(super) solver: &'a Solver,
     pub(super) movers: &'a [Mover<'a>],
     pub(super) dt: f64,
-    pub(super) metric_of: Metric,
+    pub(super) metric_of: Metric<'a>,
+    /// The flow around the bodies, where contact acts on it.
+    pub(super) flow: Option<InFlow<'a>>,
     /// Force per multiplier.
     pub(super) unit: f64,
     /// First unknown of each body.
@@ -64,7 +68,11 @@ pub(super) struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    pub(super) fn new(solver: &'a Solver, movers: &'a [Mover<'a>], dt: f64, metric: Metric) -> Self {
+    pub(super) fn new(solver: &'a Solver, movers: &'a [Mover<'a>], dt: f64, metric: Metric<'a>) -> Self {
+        let flow = match metric {
+            Metric::Mass | Metric::Resistance => None,
+            Metric::Mobility(metric) => Some(InFlow::new(movers, metric)),
+        };
         let (mut unknowns, mut metric_values, mut target) = (Vec::new(), Vec::new(), Vec::new());
         for mover in movers {
             unknowns.push(target.len());
@@ -74,7 +82,7 @@ impl<'a> Step<'a> {
                     metric_values.extend([mass, mass]);
                     target.extend([velocity.x, velocity.y]);
                     // without friction contact does not turn what is round
-                    if solver.settings.friction > 0.0 || !mover.shape.is_round() {
+                    if solver.settings.friction > 0.0 || flow.is_some() || !mover.shape.is_round() {
                         metric_values.push(inertia);
                         target.push(spin);
                     }
@@ -95,7 +103,7 @@ impl<'a> Step<'a> {
         let reach = reach.collect();
         let unit = match metric {
             Metric::Mass => 1.0,
-            Metric::Resistance => dt,
+            Metric::Resistance | Metric::Mobility(_) => dt,
         };
         let (near, solution, effort) = (Vec::new(), Projection::default(), Effort::default());
         let (metric, metric_of) = (metric_values, metric);
@@ -105,6 +113,7 @@ impl<'a> Step<'a> {
             movers,
             dt,
             metric_of,
+            flow,
             unit,
             unknowns,
             metric,
@@ -125,7 +134,7 @@ impl<'a> Step<'a> {
     }
 
     /// Searches, projects, and searches farther when a body became faster than was thought.
-    pub(super) fn solve(&mut self) -> Result<Projected, ContactError> {
+    pub(super) fn solve(&mut self, shown: Shown) -> Result<Projected, ContactError> {
         for _ in 0..SEARCHES {
             let pairs = self.search()?;
             self.refuse_leaps(&pairs)?;
@@ -140,7 +149,7 @@ impl<'a> Step<'a> {
                 Err(error) => return Err(self.failure.take().unwrap_or(error)),
             };
             if repaired.pushes.is_empty() || self.are_within_reach(&self.twists_to(&repaired.poses)) {
-                return Ok(self.projected(twists, repaired, &pairs.given));
+                return Ok(self.projected(twists, repaired, &pairs.given, shown));
             }
         }
         let fastest = (0..self.movers.len()).fold(0, |a, b| if self.reach[b] > self.reach[a] { b } else { a });
@@ -225,70 +234,6 @@ impl<'a> Step<'a> {
         self.rebound(pair, touch, struck).unwrap_or(gap) + self.dt * given
     }
 
-    /// The bodies of a touch, with `∂D/∂(x, y, θ)` of each.
-    pub(super) fn gradients(
-        Pair { body, partner }: Pair,
-        touch: &Touch,
-        pose: &dyn Fn(usize) -> Pose,
-    ) -> impl Iterator<Item = (usize, [f64; 3])> {
-        let first = (body, touch.gradient_first(pose(body).position));
-        let second = match partner {
-            Partner::Body(other) => Some((other, touch.gradient_second(pose(other).position))),
-            Partner::Wall(_) => None,
-        };
-        std::iter::once(first).chain(second)
-    }
-
-    /// The rate of what has these gradients, by the bodies whose motion is given.
-    pub(super) fn given_of(&self, gradients: impl Iterator<Item = (usize, [f64; 3])>) -> f64 {
-        let rate = |(body, gradient): (usize, [f64; 3])| match self.movers[body].freedom {
-            Freedom::Given { .. } => along(gradient, &self.movers[body].whole(&Twist::ZERO, self.dt)),
-            Freedom::Free { .. } | Freedom::Pinned { .. } => 0.0,
-        };
-        gradients.map(rate).sum()
-    }
-
-    /// `G` of a touch with respect to what is free, with the bodies where `pose` puts them.
-    pub(super) fn entries(&self, pair: Pair, touch: &Touch, pose: &dyn Fn(usize) -> Pose) -> Vec<(usize, f64)> {
-        let normal = |(body, [x, y, spin]): (usize, [f64; 3])| {
-            // the normals of what is round go through its centre
-            (body, [x, y, if self.movers[body].shape.is_round() { 0.0 } else { spin }])
-        };
-        self.entries_of(Self::gradients(pair, touch, pose).map(normal), pose)
-    }
-
-    /// Gradients with respect to what is free, with the bodies where `pose` puts them.
-    pub(super) fn entries_of(
-        &self,
-        gradients: impl Iterator<Item = (usize, [f64; 3])>,
-        pose: &dyn Fn(usize) -> Pose,
-    ) -> Vec<(usize, f64)> {
-        let mut entries = Vec::new();
-        for (body, [x, y, spin]) in gradients {
-            let (mover, first) = (&self.movers[body], self.unknowns[body]);
-            let mut push = |k: usize, b: f64| {
-                if b != 0.0 {
-                    entries.push((k, b));
-                }
-            };
-            match mover.freedom {
-                Freedom::Free { .. } => {
-                    push(first, x);
-                    push(first + 1, y);
-                    if self.turns(body) {
-                        push(first + 2, spin);
-                    }
-                }
-                Freedom::Pinned { pivot, .. } => {
-                    let arm = perpendicular(-turned(pivot, pose(body).angle));
-                    push(first, x * arm.x + y * arm.y + spin);
-                }
-                Freedom::Given { .. } => {}
-            }
-        }
-        entries
-    }
-
     /// Projects until the gaps at the end of the step are what the rows say, but for those that are tangents, and until
     /// friction has settled. The pair that keeps it from that.
     pub(super) fn follow_gaps(&mut self, pairs: &[Pair]) -> Result<(), (Pair, ContactError)> {
@@ -315,11 +260,17 @@ impl<'a> Step<'a> {
         let problem = Problem { metric, target, rows, tolerance: self.solver.settings.tolerance };
         let warm: Vec<f64> = self.near.iter().flat_map(|near| near.warm_rows(friction)).collect();
         let each = if friction > 0.0 { 2 } else { 1 };
-        let solved = match self.kept(&problem, &warm).filter(|_| may_be_known) {
-            Some(kept) => Ok(kept),
-            None => problem.solve(self.solver.settings.method, &warm),
+        let method = self.solver.settings.method;
+        let solved = match (self.kept(&problem, &warm).filter(|_| may_be_known), &mut self.flow) {
+            (Some(kept), _) => Ok(kept),
+            (None, None) => problem.solve(method, &warm).map_err(Failed::Rows),
+            (None, Some(flow)) => flow.project(problem, method, &warm),
         };
-        let solution = solved.map_err(|unsolved| {
+        let solution = solved.map_err(|failed| {
+            let unsolved = match failed {
+                Failed::Rows(unsolved) => unsolved,
+                Failed::Flow(reason) => return (self.near[0].pair, ContactError::Flow { reason }),
+            };
             let near = &self.near[unsolved.row / each];
             let miss = unsolved.excess * near.row.slack;
             let first = self.movers[near.pair.body].name.to_owned();

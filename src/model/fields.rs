@@ -123,6 +123,16 @@ impl State {
         self
     }
 
+    /// Adds to the values of one of its fields.
+    ///
+    /// # Panics
+    /// Where the model does not have it.
+    pub fn add(&mut self, id: FieldId, change: &[f64]) {
+        let place = self.fields.iter_mut().find(|(known, _)| *known == id);
+        let (_, field) = place.unwrap_or_else(|| panic!("the model has no {}", id.name));
+        crate::solve::axpy(1.0, change, &mut field.values);
+    }
+
     /// The values of one alone.
     ///
     /// # Panics

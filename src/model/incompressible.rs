@@ -23,6 +23,7 @@ use crate::form::upwind::Carrier;
 use crate::form::{CellPoint, Density, FacePoint, Faces, Integrator, elastic, mass};
 use crate::mesh::Mesh;
 use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
+use crate::shape::Wrench;
 use crate::solve::{SolveError, axpy, dot};
 use crate::space::{Continuity, Field, Space};
 
@@ -54,6 +55,8 @@ pub struct Incompressible {
     pub loops: Integrator,
     /// What covers a part of it.
     pub bodies: Option<Arc<Floating>>,
+    /// Forces and torques of contact on them; empty where nothing is pushed.
+    pushes: Vec<Wrench>,
     /// The Stokes system, factorised.
     pub momentum: Arc<Momentum>,
     /// The equation of the polarity.
@@ -158,6 +161,7 @@ impl Incompressible {
             area: loops.mesh.area(),
             loops,
             bodies,
+            pushes: Vec::new(),
             momentum,
             polarity,
             structure: Found::default(),

@@ -64,6 +64,13 @@ pub enum Refusal {
     Failure(String),
 }
 
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (Self::Force(reason) | Self::Contact(reason) | Self::Failure(reason)) = self;
+        out.write_str(reason)
+    }
+}
+
 /// The current step, and the row of easy steps behind it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AdaptiveStep {
@@ -112,6 +119,11 @@ impl Default for AdaptiveStep {
 }
 
 impl AdaptiveStep {
+    /// Of the next step, where no output shortens it.
+    pub fn length(&self, settings: &StepBounds) -> f64 {
+        self.short.map_or(settings.step, |short| short.min(settings.step))
+    }
+
     /// Makes one step from `t`, trimmed to land on `landing`, halved as long as `attempt` refuses; it tells whether the
     /// step was easy.
     ///

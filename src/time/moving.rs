@@ -1,11 +1,14 @@
 //! Marching an incompressible tissue with rigid bodies that move in it.
 //!
 //! ```text
-//! 1.  W from the twists of the flow so far, of first or second order (`body::motion`)
-//! 2.  W as contact leaves it
-//! 3.  x ← x + Δt W,  θ ← θ + Δt Ω
-//! 4.  the model around the bodies there; a step of its own gives v, Π, p, and from v the twists at the new time
+//! 1.  W from the twists of the flow so far, of first or second order (`body::motion`), as contact leaves it
+//! 2.  x ← x + Δt W,  θ ← θ + Δt Ω
+//! 3.  the model around the bodies there, with the forces of contact so far as loads; a step of its own gives v, Π, p
+//! 4.  the forces of contact there, and the flow with them
 //! ```
+//! Where the forces of contact change, as they do when bodies meet, the polarity of that step has been carried by the
+//! flow without the change: of first order in Δt, like contact itself.
+//!
 //! A step that fails is tried again from where the bodies were, with half Δt. Bodies that did not move keep the factors
 //! of Newton's method.
 
@@ -16,40 +19,20 @@ use serde::{Deserialize, Serialize};
 use super::coupling::StepFailure;
 use super::march::{Checkpoint, March, MarchError, MarchSettings, Parked, StepReport};
 use crate::body::motion::Motion;
-use crate::body::stiffness::{DECAY, Stiffness, Stride};
+use crate::body::stiffness::{DECAY, Response, Stiffness, Stride};
+use crate::contact::in_flow::{Acting, FlowContact, FlowCoupling, Moment, Stepped};
+use crate::contact::{Bonds, Contact};
 use crate::expression::ExpressionError;
 use crate::model::State;
-use crate::model::fields::VELOCITY;
+use crate::model::fields::{PRESSURE, VELOCITY};
 use crate::model::incompressible::Incompressible;
-use crate::model::mobility::Mobility;
+use crate::model::mobility::{Columns, Mobility};
 use crate::model::momentum::MomentumError;
 use crate::scheme::adaptive::Refusal;
-use crate::shape::{Pose, Twist};
+use crate::shape::{Pose, Twist, Wrench};
 
 /// What forces that vary with a body's place may change of its way in a step, relative to its size.
 const TOLERANCE: f64 = 1e-3;
-
-/// What may change the predicted twists before the bodies move: contact.
-pub trait TwistCorrection {
-    /// Twists that the bodies may have for a step `dt` from their poses, in place of those that the flow gives them.
-    ///
-    /// # Errors
-    /// The reason why there are none.
-    fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, Refusal>;
-
-    /// The step was taken.
-    fn accept(&mut self) {}
-}
-
-/// The twists stay what the flow gives.
-#[derive(Debug, Clone, Copy)]
-pub struct NoCorrection;
-
-impl TwistCorrection for NoCorrection {
-    fn correct(&mut self, _: &[Pose], predicted: Vec<Twist>, _: f64) -> Result<Vec<Twist>, Refusal> {
-        Ok(predicted)
-    }
-}
 
 /// All that a restart needs, to continue bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,6 +43,14 @@ pub struct MovingCheckpoint {
     pub motion: Motion,
     /// How they move.
     pub twists: Vec<Twist>,
+    /// How they would move without contact.
+    pub unpushed: Vec<Twist>,
+    /// Forces of contact on the bodies; empty where nothing is pushed.
+    pub pushes: Vec<Wrench>,
+    /// What contact remembers.
+    pub bonds: Bonds,
+    /// Pairs that are close or touch.
+    pub contacts: Vec<Contact>,
 }
 
 /// Why bodies and tissue cannot go on.
@@ -82,6 +73,11 @@ pub struct MovingMarch {
     motion: Motion,
     /// Of the flow now.
     twists: Vec<Twist>,
+    /// Of the flow now, if there were no contact.
+    unpushed: Vec<Twist>,
+    contact: Option<FlowContact>,
+    contacts: Vec<Contact>,
+    columns: Columns,
     stiffness: Stiffness,
     parked: Option<Parked>,
 }
@@ -90,18 +86,22 @@ impl MovingMarch {
     /// Starts at `t = 0` from a polarity; `order` is that of the motion.
     ///
     /// # Errors
-    /// A flow that cannot be solved for; a formula without derivative.
+    /// A flow that cannot be solved for; a formula without derivative; bodies that overlap.
     pub fn start(
         model: Incompressible,
         settings: MarchSettings,
         p: Vec<f64>,
-        order: usize,
+        (order, contact): (usize, Option<FlowContact>),
     ) -> Result<Self, StepFailure> {
         let parked = March::start(&model, settings, p)?.park();
         let motion = Motion::new(model.poses().to_vec(), order);
         let twists = model.twists(&parked.state[VELOCITY]);
         let stiffness = stiffness_of(&model)?;
-        Ok(Self { model, motion, twists, stiffness, parked: Some(parked) })
+        let (unpushed, contacts, columns) = (twists.clone(), Vec::new(), Columns::default());
+        let parked = Some(parked);
+        let mut this = Self { model, motion, twists, unpushed, contact, contacts, columns, stiffness, parked };
+        this.push().map_err(|refusal| StepFailure::Bodies(refusal.to_string()))?;
+        Ok(this)
     }
 
     /// Continues from a checkpoint of the same problem, with the bodies anywhere.
@@ -112,19 +112,34 @@ impl MovingMarch {
         mut model: Incompressible,
         settings: MarchSettings,
         from: MovingCheckpoint,
+        mut contact: Option<FlowContact>,
     ) -> Result<Self, MomentumError> {
         if model.poses() != from.motion.poses {
             model.place_bodies(&from.motion.poses)?;
         }
-        let parked = March::resume(&model, settings, from.march).park();
+        model.push_bodies(from.pushes);
+        let parked = Some(March::resume(&model, settings, from.march).park());
         let stiffness = stiffness_of(&model)?;
-        Ok(Self { model, motion: from.motion, twists: from.twists, stiffness, parked: Some(parked) })
+        if let Some(contact) = &mut contact {
+            contact.restore(from.bonds);
+        }
+        let MovingCheckpoint { motion, twists, unpushed, contacts, .. } = from;
+        let columns = Columns::default();
+        Ok(Self { model, motion, twists, unpushed, contact, contacts, columns, stiffness, parked })
     }
 
     /// The current state.
     pub fn checkpoint(&self) -> MovingCheckpoint {
         let march = self.parked.as_ref().expect("a march is parked between steps").checkpoint().clone();
-        MovingCheckpoint { march, motion: self.motion.clone(), twists: self.twists.clone() }
+        MovingCheckpoint {
+            march,
+            motion: self.motion.clone(),
+            twists: self.twists.clone(),
+            unpushed: self.unpushed.clone(),
+            pushes: self.model.pushes().to_vec(),
+            bonds: self.contact.as_ref().map_or_else(Bonds::default, |contact| contact.bonds().clone()),
+            contacts: self.contacts.clone(),
+        }
     }
 
     /// Around the bodies where they are now.
@@ -140,6 +155,11 @@ impl MovingMarch {
     /// One for each body.
     pub fn twists(&self) -> &[Twist] {
         &self.twists
+    }
+
+    /// Pairs of bodies that are close or touch.
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
     }
 
     /// As it is now.
@@ -164,38 +184,27 @@ impl MovingMarch {
     /// Takes one step, trimmed to land on `landing`: moves the bodies, then solves.
     ///
     /// # Errors
-    /// Δt below its minimum, a failure that no smaller step can cure, or twists that `correction` cannot give. The
-    /// state is then the last good one.
-    pub fn advance(
-        &mut self,
-        landing: f64,
-        interrupt: &AtomicBool,
-        correction: &mut dyn TwistCorrection,
-    ) -> Result<StepReport, MovingError> {
+    /// Δt below its minimum, a failure that no smaller step can cure, or bodies that contact does not let move. The state
+    /// is then the last good one.
+    pub fn advance(&mut self, landing: f64, interrupt: &AtomicBool) -> Result<StepReport, MovingError> {
         let (mut rejected, mut cap) = (0, f64::INFINITY);
         let entry = self.with(|march| march.entry());
-        let guide = self.model.bodies.as_ref().expect("a tissue with bodies").guide.clone();
         loop {
             let (now, (t, dt)) = self.with(|march| (march.t, march.aim(cap, landing)));
             let stop = |reason: String| MovingError::Contact { t: now, reason };
-            let predicted = guide.predicted(&self.motion, now, dt, &self.twists).map_err(|e| stop(e.to_string()))?;
-            let by = self.followed(now, dt, &predicted);
-            let by = by.and_then(|()| correction.correct(&self.motion.poses, predicted, dt));
-            let moved = match by {
-                Ok(by) => {
+            let moved = match self.step(now, dt) {
+                Ok(made) => {
                     let mut motion = self.motion.clone();
-                    motion.advance(dt, &self.twists, &by);
-                    self.attempt(&motion.poses, (t, dt), rejected, interrupt).map(|report| (motion, report))
+                    motion.advance(dt, &made.now, &made.by);
+                    self.attempt(&motion.poses, (t, dt), rejected, interrupt).map(|report| (made, motion, report))
                 }
                 Err(Refusal::Failure(reason)) => return Err(stop(reason)),
                 Err(Refusal::Force(reason) | Refusal::Contact(reason)) => Err(StepFailure::Bodies(reason)),
             };
             match moved {
-                Ok((motion, report)) => {
-                    correction.accept();
-                    let state = &self.parked.as_ref().expect("a march is parked between steps").state;
-                    self.twists = self.model.twists(&state[VELOCITY]);
+                Ok((made, motion, report)) => {
                     self.motion = motion;
+                    self.settle(made).map_err(|refusal| MovingError::Contact { t, reason: refusal.to_string() })?;
                     return Ok(report);
                 }
                 Err(cause) => {
@@ -210,13 +219,84 @@ impl MovingMarch {
         }
     }
 
+    /// The step of the bodies from the time `t`, as forces and contact let it be.
+    fn step(&self, t: f64, dt: f64) -> Result<Stepped, Refusal> {
+        let mobility = self.mobility();
+        let moment = self.moment(&mobility, t);
+        let free = Stepped::free(&moment, dt)?;
+        self.followed((t, dt), &free.by, &mobility)?;
+        match &self.contact {
+            None => Ok(free),
+            Some(contact) => contact.step(&moment, dt),
+        }
+    }
+
+    fn mobility(&self) -> Mobility<'_> {
+        let guide = &self.model.bodies.as_ref().expect("a tissue with bodies").guide;
+        let rules = guide.rules_of_change(&self.motion.poses);
+        Mobility { momentum: &self.model.momentum, rules, columns: &self.columns }
+    }
+
+    fn moment<'a>(&'a self, mobility: &'a Mobility<'a>, t: f64) -> Moment<'a> {
+        let guide = &*self.model.bodies.as_ref().expect("a tissue with bodies").guide;
+        Moment { guide, motion: &self.motion, t, unpushed: &self.unpushed, flow: mobility }
+    }
+
+    /// After a step of the tissue: the forces of contact at the new places, and the flow with them.
+    fn settle(&mut self, made: Stepped) -> Result<(), Refusal> {
+        self.columns.clear();
+        let state = &self.parked.as_ref().expect("a march is parked between steps").state;
+        self.twists = self.model.twists(&state[VELOCITY]);
+        let pushes = self.model.pushes();
+        let caused = match pushes.is_empty() {
+            true => vec![Twist::ZERO; self.twists.len()],
+            false => self.mobility().twists(pushes).map_err(failure)?,
+        };
+        let less = |(twist, by): (&Twist, Twist)| Twist {
+            velocity: twist.velocity - by.velocity,
+            spin: twist.spin - by.spin,
+        };
+        self.unpushed = self.twists.iter().zip(caused).map(less).collect();
+        let Some(contact) = &mut self.contact else { return Ok(()) };
+        contact.restore(made.bonds);
+        match contact.coupling {
+            FlowCoupling::Loads => self.push(),
+            FlowCoupling::Split => {
+                self.contacts = made.contacts;
+                Ok(())
+            }
+        }
+    }
+
+    /// Makes the flow that of the forces of contact where the bodies are.
+    fn push(&mut self) -> Result<(), Refusal> {
+        let (t, dt) = self.with(|march| (march.t, march.nominal_step()));
+        let Some(contact) = &self.contact else { return Ok(()) };
+        let mobility = self.mobility();
+        let Acting { wrenches, contacts } = contact.act(&self.moment(&mobility, t), dt)?;
+        let change = difference(&wrenches, self.model.pushes());
+        if change.iter().any(|wrench| *wrench != Wrench::ZERO) {
+            let rest = vec![0.0; self.model.momentum.velocity.dof_count()];
+            let carried = self.model.momentum.carry(&rest, &rest, &change, &mobility.rules).map_err(failure)?;
+            self.with(|march| {
+                march.state.add(VELOCITY, &carried.v);
+                march.state.add(PRESSURE, &carried.pi);
+            });
+            for (twist, by) in self.twists.iter_mut().zip(carried.twists) {
+                twist.velocity += by.velocity;
+                twist.spin += by.spin;
+            }
+        }
+        self.contacts = contacts;
+        self.model.push_bodies(wrenches);
+        Ok(())
+    }
+
     /// Whether a step is short enough for forces that vary with the place of a body.
-    fn followed(&self, t: f64, dt: f64, by: &[Twist]) -> Result<(), Refusal> {
-        let floating = self.model.bodies.as_ref().expect("a tissue with bodies");
+    fn followed(&self, (t, dt): (f64, f64), by: &[Twist], response: &Mobility) -> Result<(), Refusal> {
         let poses = &self.motion.poses[..];
-        let response = Mobility { momentum: &self.model.momentum, rules: floating.guide.rules_of_change(poses) };
         let stride = Stride { poses, by, t, dt, tolerance: TOLERANCE, bound: DECAY };
-        match self.stiffness.strain(stride, &response).map_err(|error| Refusal::Failure(error.to_string()))? {
+        match self.stiffness.strain(stride, response).map_err(failure)? {
             Some(strain) if strain.load > 1.0 => Err(Refusal::Force(strain.to_string())),
             Some(_) | None => Ok(()),
         }
@@ -245,4 +325,18 @@ impl MovingMarch {
 
 fn stiffness_of(model: &Incompressible) -> Result<Stiffness, ExpressionError> {
     model.bodies.as_ref().map_or_else(|| Ok(Stiffness::default()), |floating| Stiffness::new(floating.bodies()))
+}
+
+fn failure(error: MomentumError) -> Refusal {
+    Refusal::Failure(error.to_string())
+}
+
+/// `a − b`, where no wrenches are as many zeros.
+fn difference(a: &[Wrench], b: &[Wrench]) -> Vec<Wrench> {
+    let at = |of: &[Wrench], k: usize| of.get(k).copied().unwrap_or(Wrench::ZERO);
+    let one = |k: usize| {
+        let (a, b) = (at(a, k), at(b, k));
+        Wrench { force: a.force - b.force, torque: a.torque - b.torque }
+    };
+    (0..a.len().max(b.len())).map(one).collect()
 }

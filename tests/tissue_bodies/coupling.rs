@@ -14,7 +14,7 @@ use monolayer::model::{Conditions, ElasticForce, Parameters};
 use monolayer::scheme::ControlSettings;
 use monolayer::shape::{Disc, Pose, Shape};
 use monolayer::space::{Field, project};
-use monolayer::time::moving::{MovingMarch, NoCorrection};
+use monolayer::time::moving::MovingMarch;
 use monolayer::time::{CouplingKind, CouplingSettings, March, MarchSettings};
 
 const ACTIVE: Parameters = Parameters {
@@ -82,9 +82,9 @@ fn the_tissue_carries_a_disc_without_friction_at_its_own_speed() {
     let parameters = Parameters { active_stress: 0.0, ..ACTIVE };
     let model = around(&mesh, parameters, &open, disc(0.17, [0.3, 0.52], Hold::Free));
     let p = project::interpolate_vector(&model.polarity.space, |_| Point::new(1.0, 0.0));
-    let mut march = MovingMarch::start(model, settings(0.05, 2, ANDERSON), p.values, 2).unwrap();
+    let mut march = MovingMarch::start(model, settings(0.05, 2, ANDERSON), p.values, (2, None)).unwrap();
     for step in 1..=5 {
-        march.advance(10.0, &AtomicBool::new(false), &mut NoCorrection).unwrap();
+        march.advance(10.0, &AtomicBool::new(false)).unwrap();
         let (twist, pose) = (march.twists()[0], march.poses()[0]);
         assert!((twist.velocity - Point::new(1.0, 0.0)).norm() < 1e-7 && twist.spin.abs() < 1e-6, "{twist:?}");
         assert!((pose.position.x - 0.3 - 0.05 * f64::from(step)).abs() < 1e-7, "{pose:?}");
@@ -181,12 +181,12 @@ fn dragged(steps: usize, resume_after: Option<usize>) -> (MovingMarch, f64) {
     let settings = settings(0.05, 2, ANDERSON);
     let model = build();
     let p = swirl(&model).values;
-    let mut march = MovingMarch::start(model, settings, p, 2).unwrap();
+    let mut march = MovingMarch::start(model, settings, p, (2, None)).unwrap();
     let mut largest = 0.0_f64;
     for step in 1..=steps {
-        march.advance(10.0, &AtomicBool::new(false), &mut NoCorrection).unwrap();
+        march.advance(10.0, &AtomicBool::new(false)).unwrap();
         if resume_after == Some(step) {
-            march = MovingMarch::resume(build(), settings, march.checkpoint()).unwrap();
+            march = MovingMarch::resume(build(), settings, march.checkpoint(), None).unwrap();
         }
         let state = march.checkpoint().march.past[0].1.clone();
         let p = Field::new(&march.model().polarity.space, state);

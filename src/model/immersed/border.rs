@@ -51,9 +51,10 @@ impl<'s> Bordering<'s> {
         let d = self.immersed.columns.len();
         let g: Vec<f64> = g.iter().enumerate().map(|(i, v)| if i < d { *v } else { -v }).collect();
         let (mut x, mut y) = self.eliminate(f, &g);
-        let scale = norm(f) + norm(&g);
+        let size = |r: &[f64], g: &[f64]| self.immersed.scaled_norm(r) + norm(g);
+        let scale = size(f, &g);
         let (mut rf, mut rg) = self.residual(filled, (f, &g), (&x, &y));
-        if norm(&rf) + norm(&rg) > 0.1 * DIRECT_TOLERANCE * scale {
+        if size(&rf, &rg) > 0.1 * DIRECT_TOLERANCE * scale {
             let (dx, dy) = self.eliminate(&rf, &rg);
             axpy(1.0, &dx, &mut x);
             axpy(1.0, &dy, &mut y);
@@ -62,7 +63,7 @@ impl<'s> Bordering<'s> {
         if x.iter().chain(&y).any(|v| !v.is_finite()) {
             return Err(SolveError::NotFinite { system: "Stokes".into(), hint: HINT.into() });
         }
-        let relative = (norm(&rf) + norm(&rg)) / scale.max(f64::MIN_POSITIVE);
+        let relative = size(&rf, &rg) / scale.max(f64::MIN_POSITIVE);
         if relative > DIRECT_TOLERANCE {
             return Err(SolveError::Inaccurate { system: "Stokes".into(), residual: relative, hint: HINT.into() });
         }

@@ -143,12 +143,22 @@ impl Flow {
     /// # Errors
     /// As [`Momentum::carry`]; formulas that are not finite.
     pub fn solve(&self, force: &Linear<Vector>) -> Result<FlowWithBodies, MomentumError> {
+        self.solve_pushed(force, &[])
+    }
+
+    /// As [`Flow::solve`] with further forces and torques on the bodies, those of contact; none of them where there are
+    /// none.
+    ///
+    /// # Errors
+    /// As [`Flow::solve`].
+    pub fn solve_pushed(&self, force: &Linear<Vector>, pushes: &[Wrench]) -> Result<FlowWithBodies, MomentumError> {
         let f = match (self.method, self.momentum.cover()) {
             (Method::Nitsche, Some(cover)) => self.loops.outside(cover).vector(force, &self.momentum.velocity),
             (_, _) => self.loops.vector(force, &self.momentum.velocity),
         };
         let prescribed = self.momentum.frames.prescribed(&self.conditions, self.t)?;
-        let (loads, rules) = (self.loads()?, self.rules()?);
+        let (mut loads, rules) = (self.loads()?, self.rules()?);
+        loads.iter_mut().zip(pushes).for_each(|(load, push)| *load = *load + *push);
         self.momentum.carry(&f, &prescribed, &loads, &rules)
     }
 

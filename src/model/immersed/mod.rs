@@ -250,6 +250,12 @@ impl Immersed {
         cells.into_iter().collect()
     }
 
+    /// The norm of a residual in the units in which the diagonal entries of the matrix are near 1: that of the sum of
+    /// its squares mixes forces with volumes, and so depends on the unit of length.
+    fn scaled_norm(&self, r: &[f64]) -> f64 {
+        crate::solve::root(r.iter().zip(&self.scales).map(|(r, s)| (r * s).powi(2)).sum())
+    }
+
     fn inverse(&self, b: &[f64]) -> Vec<f64> {
         let mut x: Vec<f64> = b.iter().zip(&self.scales).map(|(b, s)| b * s).collect();
         self.factors.solve_in_place(&mut x);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{Description, Incompressible, Inputs, State};
 use crate::body::guide::Guide;
+use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::mesh::Mesh;
 use crate::model::fields::{POLARITY, VELOCITY};
@@ -85,11 +86,28 @@ impl Incompressible {
         Ok((carried.v, carried.pi))
     }
 
+    /// What contact does to the bodies, from now on; nothing where `pushes` is empty.
+    pub fn push_bodies(&mut self, pushes: Vec<Wrench>) {
+        self.pushes = pushes;
+    }
+
+    /// Forces and torques of contact on the bodies; empty where nothing is pushed.
+    pub fn pushes(&self) -> &[Wrench] {
+        &self.pushes
+    }
+
+    /// Forces and torques from outside and of contact.
+    fn loads(&self, floating: &Floating, t: f64) -> Result<Vec<Wrench>, ExpressionError> {
+        let mut loads = floating.guide.loads(&floating.poses, t)?;
+        loads.iter_mut().zip(&self.pushes).for_each(|(load, push)| *load = *load + *push);
+        Ok(loads)
+    }
+
     /// Adds the forces on the bodies, from outside and those that hold them to what is prescribed of them.
     pub(super) fn add_body_forces(&self, force: &mut [f64], inputs: &Inputs) -> Result<(), MomentumError> {
         let Some(floating) = &self.bodies else { return Ok(()) };
         let holding = self.carry(force, inputs)?.holding;
-        self.momentum.add_body_loads(&floating.guide.loads(&floating.poses, inputs.t)?, force);
+        self.momentum.add_body_loads(&self.loads(floating, inputs.t)?, force);
         self.momentum.add_body_loads(&holding, force);
         Ok(())
     }
@@ -104,7 +122,7 @@ impl Incompressible {
     pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<FlowWithBodies, MomentumError> {
         let floating = self.bodies.as_ref().expect("a tissue with bodies");
         let (guide, poses) = (&floating.guide, &floating.poses);
-        let (loads, rules) = (guide.loads(poses, inputs.t)?, guide.rules(poses, inputs.t)?);
+        let (loads, rules) = (self.loads(floating, inputs.t)?, guide.rules(poses, inputs.t)?);
         self.momentum.carry(force, &inputs.prescribed, &loads, &rules)
     }
 

@@ -8,7 +8,8 @@ use std::sync::atomic::AtomicBool;
 use super::{Amounts, Compared, Kind, sheet};
 use crate::body::guide::Guide;
 use crate::body::{Body, Hold};
-use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moved, Solver, Wall};
+use crate::contact::Wall;
+use crate::contact::in_flow::FlowContact;
 use crate::measure::fields::TissueFields;
 use crate::measure::list::{Bodies as BodiesNow, OfMarch};
 use crate::mesh::generate::MeshScene;
@@ -26,10 +27,8 @@ use crate::run::{RunError, Setup, extremes, report, setup};
 use crate::scene::bodies::Bodies;
 use crate::scene::maps::MapOptions;
 use crate::scene::{MapRule, Output, Scene, SceneError, SceneSource, Space, What};
-use crate::scheme::adaptive::Refusal;
-use crate::shape::{Pose, Twist};
 use crate::time::march::Counts;
-use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch, NoCorrection, TwistCorrection};
+use crate::time::moving::{MovingCheckpoint, MovingError, MovingMarch};
 use crate::time::{self, March, OwnedSheet};
 
 /// Whether a scene has bodies that move.
@@ -229,13 +228,8 @@ pub(in crate::run) fn stage(scene: &Scene, wanted: &Wanted, then: &mut Stage) ->
 /// Bodies that move in a tissue.
 struct MovingTissue {
     march: MovingMarch,
-    contact: Option<Pushed>,
-    contacts: Vec<Contact>,
     resolution: Resolution,
 }
-
-/// What a checkpoint holds.
-type State = (MovingCheckpoint, Vec<Contact>, Option<Bonds>);
 
 impl MovingTissue {
     /// The bodies at the start of a run, or as its checkpoint has them.
@@ -247,67 +241,27 @@ impl MovingTissue {
     ) -> Result<Self, RunError> {
         let origin = scene.source().origin();
         let failed = |error: MomentumError| RunError::Model { origin: origin.into(), error: Box::new(error) };
-        let mut contact = match &bodies.contact {
+        let contact = match &bodies.contact {
             None => None,
-            Some(settings) => {
-                let settings = crate::contact::Settings { overlap: 1e-3, ..settings.settings() };
-                let solver = Solver::new(walls, settings);
-                let solver =
-                    solver.map_err(|error| RunError::Contact { origin: origin.into(), error: Box::new(error) })?;
-                let (kept, bodies, friction) =
-                    (solver.bonds().clone(), bodies.bodies.clone(), scene.parameters.friction);
-                Some(Pushed { bodies, solver, kept, contacts: Vec::new(), friction })
+            Some(asked) => {
+                let settings = crate::contact::Settings { overlap: 1e-3, ..asked.settings() };
+                let fluid = (&bodies.bodies[..], scene.parameters.friction);
+                let made = FlowContact::new(fluid, walls, settings, asked.flow);
+                Some(made.map_err(|error| RunError::Contact { origin: origin.into(), error: Box::new(error) })?)
             }
         };
-        let mut contacts = Vec::new();
         wanted.check_mesh(&model.loops.mesh)?;
-        let march = match wanted.unpack::<State>()? {
-            None => MovingMarch::start(model, scene.march(), p, bodies.rigid.order)
+        let march = match wanted.unpack::<MovingCheckpoint>()? {
+            None => MovingMarch::start(model, scene.march(), p, (bodies.rigid.order, contact))
                 .map_err(|error| RunError::begin(origin, error))?,
-            Some((state, found, bonds)) => {
-                contacts = found;
-                if let (Some(pushed), Some(bonds)) = (&mut contact, bonds) {
-                    pushed.kept = bonds;
-                }
-                MovingMarch::resume(model, scene.march(), state).map_err(failed)?
-            }
+            Some(state) => MovingMarch::resume(model, scene.march(), state, contact).map_err(failed)?,
         };
         let mesh = &march.model().loops.mesh;
         let mut resolution = Resolution::new(mesh, bodies.bodies.len());
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, &bodies.bodies, march.poses());
         resolution.of_boundary(mesh, &bodies.bodies, march.poses());
-        Ok(Self { resolution, march, contact, contacts })
-    }
-}
-
-/// What contact leaves of the twists that a tissue gives to bodies.
-struct Pushed {
-    bodies: Vec<Body>,
-    solver: Solver,
-    /// After the last accepted step.
-    kept: Bonds,
-    contacts: Vec<Contact>,
-    friction: f64,
-}
-
-impl TwistCorrection for Pushed {
-    fn correct(&mut self, poses: &[Pose], predicted: Vec<Twist>, dt: f64) -> Result<Vec<Twist>, Refusal> {
-        let both = self.bodies.iter().zip(poses).zip(&predicted);
-        let movers: Vec<Moved> =
-            both.map(|((body, pose), twist)| Moved::in_fluid(body, *pose, *twist, dt, self.friction)).collect();
-        self.solver.restore(self.kept.clone());
-        let refused = |error: ContactError| match error.is_cured_by_a_smaller_step() {
-            true => Refusal::Contact(error.to_string()),
-            false => Refusal::Failure(error.to_string()),
-        };
-        let found = self.solver.project(&movers, dt, Metric::Resistance).map_err(refused)?;
-        self.contacts = found.contacts;
-        Ok(found.twists)
-    }
-
-    fn accept(&mut self) {
-        self.kept = self.solver.bonds().clone();
+        Ok(Self { resolution, march })
     }
 }
 
@@ -316,27 +270,19 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl Stepper for MovingTissue {
     fn advance(&mut self, _: f64, landing: f64) -> Result<Stride, Halt> {
-        let referee: &mut dyn TwistCorrection = match &mut self.contact {
-            Some(pushed) => pushed,
-            None => &mut NoCorrection,
-        };
-        let report = self.march.advance(landing, &NEVER, referee);
+        let report = self.march.advance(landing, &NEVER);
         let report = report.map_err(|error: MovingError| Halt::from(error.to_string()))?;
-        if let Some(pushed) = &self.contact {
-            self.contacts.clone_from(&pushed.contacts);
-        }
         let model = self.march.model();
         let (mesh, bodies) = (&model.loops.mesh, model.bodies.as_ref().expect("a tissue with bodies").bodies());
         let mut notes: Vec<String> = Vec::new();
         notes.extend(self.resolution.of_bodies(mesh, bodies, self.march.poses()));
         notes.extend(self.resolution.of_boundary(mesh, bodies, self.march.poses()));
-        notes.extend(self.resolution.of_gaps(mesh, bodies, &self.contacts));
+        notes.extend(self.resolution.of_gaps(mesh, bodies, self.march.contacts()));
         Ok(Stride { notes, ..Stride::from(report) })
     }
 
     fn state(&self) -> Vec<u8> {
-        let bonds = self.contact.as_ref().map(|pushed| &pushed.kept);
-        postcard::to_stdvec(&(self.march.checkpoint(), &self.contacts, bonds)).expect("numbers are always written")
+        postcard::to_stdvec(&self.march.checkpoint()).expect("numbers are always written")
     }
 
     fn counts(&mut self) -> Option<Counts> {
@@ -344,8 +290,9 @@ impl Stepper for MovingTissue {
     }
 
     fn look(&mut self, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
-        let Self { march: moving, contacts, .. } = self;
+        let Self { march: moving, .. } = self;
         let (poses, twists) = (moving.poses().to_vec(), moving.twists().to_vec());
+        let contacts = moving.contacts().to_vec();
         moving.with(|march| {
             let (state, t) = (&march.state, march.t);
             let time::SheetKind::Incompressible(model) = march.model.kind() else {

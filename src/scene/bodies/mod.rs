@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use super::error::SceneError;
 use super::source::SceneSource;
 use crate::body::Body;
+use crate::contact::in_flow::FlowCoupling;
 use crate::contact::{Law, Method, Partner, Settings, Wall};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
@@ -40,6 +41,8 @@ pub struct ContactSettings {
     pub friction: f64,
     /// e
     pub restitution: f64,
+    /// Whether it acts on the flow; without a meaning for particles.
+    pub flow: FlowCoupling,
     /// What a gap may miss, relative to the smaller body.
     pub tolerance: f64,
     /// How the quadratic programme is solved.
@@ -49,7 +52,7 @@ pub struct ContactSettings {
 impl ContactSettings {
     /// As the solver takes them.
     pub fn settings(&self) -> Settings {
-        let Self { law, margin, friction, restitution, tolerance, solver } = *self;
+        let Self { law, margin, friction, restitution, flow: _, tolerance, solver } = *self;
         Settings { law, margin, tolerance, friction, restitution, method: solver, ..Settings::default() }
     }
 }

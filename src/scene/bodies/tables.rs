@@ -5,6 +5,7 @@ use std::fmt;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
+use crate::contact::in_flow::FlowCoupling;
 use crate::contact::{MOST_FRICTION, Method};
 use crate::expression::{Formula, VectorFormula};
 use crate::model::immersed::flow::Settings;
@@ -355,6 +356,10 @@ pub struct ContactTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(transform = ContactTable::RESTITUTION.said(), extend("default" = 0, "x-kinds" = "particles"))]
     pub restitution: Option<f64>,
+    /// Whether contact acts on the flow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = "loads", "x-kinds" = IN_A_FLOW))]
+    pub flow: Option<FlowCoupling>,
     /// Of gaps and complementarity.
     #[schemars(transform = ContactTable::TOLERANCE.said())]
     pub tolerance: f64,
@@ -371,7 +376,16 @@ impl ContactTable {
 impl Default for ContactTable {
     fn default() -> Self {
         let (law, solver) = (LawName::Inelastic, Method::Newton);
-        Self { law, gamma_min: None, margin: 0.0, friction: None, restitution: None, tolerance: 1e-12, solver }
+        Self {
+            law,
+            gamma_min: None,
+            margin: 0.0,
+            friction: None,
+            restitution: None,
+            flow: None,
+            tolerance: 1e-12,
+            solver,
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::bodies::{Around, point};
 use super::{Checker, shown};
+use crate::contact::in_flow::FlowCoupling;
 use crate::contact::{Law, Wall};
 use crate::mesh::Point;
 use crate::scene::bodies::ContactSettings;
@@ -114,7 +115,21 @@ impl Checker<'_> {
         self.has_dry_contact("contact.friction", friction, (law, around, true))?;
         let inertia = around == Around::Nothing { inertia: true };
         self.has_dry_contact("contact.restitution", restitution, (law, around, inertia))?;
-        Ok(Some(ContactSettings { law, margin, friction, restitution, tolerance, solver: table.solver }))
+        let solver = table.solver;
+        let flow = self.flow_coupling(&mut table.flow, around)?;
+        Ok(Some(ContactSettings { law, margin, friction, restitution, flow, tolerance, solver }))
+    }
+
+    /// Whether contact acts on the flow, where there is one.
+    fn flow_coupling(&self, given: &mut Option<FlowCoupling>, around: Around) -> Result<FlowCoupling, SceneError> {
+        match (around, *given) {
+            (Around::Flow, _) => Ok(*given.get_or_insert_default()),
+            (Around::Nothing { .. }, None) => Ok(FlowCoupling::default()),
+            (Around::Nothing { .. }, Some(_)) => {
+                let rule = "there is no flow on which contact could act";
+                Err(self.error("contact.flow", "(given)", rule, "remove it; tissue and Stokes flows have it"))
+            }
+        }
     }
 
     /// Refuses what only dry bodies have.

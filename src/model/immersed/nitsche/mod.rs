@@ -32,7 +32,7 @@ use crate::mesh::Point;
 use crate::model::momentum::{MomentumError, Stiffness};
 use crate::shape::{Pose, Twist, Wrench, rigid_motion};
 use crate::solve::multifrontal::Multifrontal;
-use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, norm};
+use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy};
 use assembly::{Prepared, prepare};
 use domain::Domain;
 use elements::{Blocks, Elements};
@@ -215,6 +215,8 @@ impl Nitsche {
         if let Some(index) = right.iter().position(|v| !v.is_finite()) {
             return Err(SolveError::NotFiniteInput { system: "Stokes".into(), index });
         }
+        // in the units in which the diagonal entries are near 1, so that forces and volumes weigh alike in any unit
+        let norm = |r: &[f64]| crate::solve::root(r.iter().zip(&self.scales).map(|(r, s)| (r * s).powi(2)).sum());
         let scale = norm(right);
         let mut x = self.inverse(right);
         let mut rest = right.to_vec();

@@ -6,14 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::motion::Motion;
 use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
-use crate::contact::{Bonds, Contact, ContactError, Metric, Mover as Moving, Settings, Solver, Wall};
+use crate::contact::in_flow::{Acting, FlowContact, FlowCoupling, Moment, Stepped};
+use crate::contact::{Bonds, Contact, Partner, Settings, Wall};
 use crate::measure::fields::FlowFields;
 use crate::measure::list::Bodies;
 use crate::mesh::Mesh;
 use crate::model::formulas::check_formulas;
 use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::{self, Flow};
-use crate::model::mobility::Mobility;
+use crate::model::mobility::{Columns, Mobility};
 use crate::model::momentum::{MomentumError, outer_force};
 use crate::model::{Fluid, Sources};
 use crate::run::RunError;
@@ -23,7 +24,8 @@ use crate::run::view::{FlowNow, View};
 use crate::scene::StokesScene;
 use crate::scene::kinds::particles::MotionTime;
 use crate::scheme::adaptive::{AdaptedStep, AdaptiveStep, EASY, Refusal};
-use crate::shape::Twist;
+use crate::shape::{Twist, Wrench};
+use crate::time::coupling::StepFailure;
 
 /// What a restart needs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -31,6 +33,8 @@ pub struct Checkpoint {
     t: f64,
     motion: Motion,
     bonds: Bonds,
+    /// Forces of contact on the bodies; empty where nothing is pushed.
+    pushes: Vec<Wrench>,
     /// As they are shown.
     twists: Vec<Twist>,
     contacts: Vec<Contact>,
@@ -40,13 +44,16 @@ pub struct Checkpoint {
 /// A flow with its bodies, and the last good state.
 pub struct FlowStepper {
     flow: Flow,
-    solver: Option<Solver>,
+    contact: Option<FlowContact>,
     fluid: Fluid,
     sources: Sources,
     time: MotionTime,
     stiffness: Stiffness,
-    /// The flow at the current time.
+    /// The flow at the current time, with the forces of contact.
     carried: FlowWithBodies,
+    /// Twists of the flow without them.
+    unpushed: Vec<Twist>,
+    columns: Columns,
     /// What a checkpoint holds.
     good: Checkpoint,
     resolution: Resolution,
@@ -65,7 +72,7 @@ impl FlowStepper {
     ) -> Result<Self, RunError> {
         let origin = || scene.source().origin().to_owned();
         let model = |error: MomentumError| RunError::Model { origin: origin(), error: Box::new(error) };
-        let contact = |error| RunError::Contact { origin: origin(), error: Box::new(error) };
+        let refused = |error| RunError::Contact { origin: origin(), error: Box::new(error) };
         let (mut bodies, settings) = match &scene.bodies {
             Some(given) => (given.bodies.clone(), given.rigid),
             None => (Vec::new(), flow::Settings::default()),
@@ -78,14 +85,15 @@ impl FlowStepper {
         let t = resumed.as_ref().map_or(0.0, |resumed| resumed.t);
         let mut flow = Flow::new(mesh, degrees, &conditions, (scene.fluid.friction, scene.slip), bodies, (settings, t))
             .map_err(model)?;
-        let mut solver = None;
-        if let Some(contacts) = scene.bodies.as_ref().and_then(|bodies| bodies.contact) {
-            let settings = Settings { overlap: OVERLAP, ..contacts.settings() };
-            let mut made = Solver::new(walls, settings).map_err(contact)?;
+        let mut contact = None;
+        if let Some(asked) = scene.bodies.as_ref().and_then(|bodies| bodies.contact) {
+            let settings = Settings { overlap: OVERLAP, ..asked.settings() };
+            let fluid = (&flow.guide.bodies[..], scene.fluid.friction);
+            let mut made = FlowContact::new(fluid, walls, settings, asked.flow).map_err(refused)?;
             if let Some(resumed) = &resumed {
                 made.restore(resumed.bonds.clone());
             }
-            solver = Some(made);
+            contact = Some(made);
         }
         if let Some(resumed) = &resumed {
             flow.resume(resumed.motion.clone()).map_err(model)?;
@@ -95,28 +103,73 @@ impl FlowStepper {
             let checked = check_formulas(&flow.loops, degrees.0, &flow.conditions, &sources, &fluid, t);
             checked.map_err(|error| RunError::Formula { origin: origin(), error: Box::new(error) })?;
         }
-        let carried = solve(&flow, &fluid, &sources).map_err(model)?;
-        let good = resumed.unwrap_or_else(|| Checkpoint {
+        let carried = solve(&flow, &fluid, &sources, &[]).map_err(model)?;
+        let (unpushed, twists) = (carried.twists.clone(), carried.twists.clone());
+        let good = Checkpoint {
             t,
             motion: flow.motion.clone(),
             bonds: Bonds::default(),
-            twists: carried.twists.clone(),
+            pushes: Vec::new(),
+            twists,
             contacts: Vec::new(),
             step_control: AdaptiveStep::default(),
-        });
+        };
         let stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| model(error.into()))?;
         let time = scene.time;
         let mut resolution = Resolution::new(mesh, flow.guide.bodies.len());
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, &flow.guide.bodies, &flow.motion.poses);
         resolution.of_boundary(mesh, &flow.guide.bodies, &flow.motion.poses);
-        Ok(Self { resolution, flow, solver, fluid, sources, time, stiffness, carried, good })
+        let columns = Columns::default();
+        let mut this =
+            Self { resolution, flow, contact, fluid, sources, time, stiffness, carried, unpushed, columns, good };
+        match resumed {
+            None => {
+                let acting = this.act(&this.good.bonds).map_err(|refusal| {
+                    RunError::begin(&origin(), StepFailure::Bodies(refusal.to_string()))
+                })?;
+                (this.good.pushes, this.good.contacts) = (acting.wrenches, acting.contacts);
+            }
+            Some(resumed) => this.good = resumed,
+        }
+        this.push().map_err(model)?;
+        if this.good.t == 0.0 {
+            this.good.twists.clone_from(&this.carried.twists);
+        }
+        Ok(this)
+    }
+
+    /// The moment at which the flow is.
+    fn moment<'a>(&'a self, mobility: &'a Mobility<'a>) -> Moment<'a> {
+        let Flow { guide, motion, t, .. } = &self.flow;
+        Moment { guide, motion, t: *t, unpushed: &self.unpushed, flow: mobility }
+    }
+
+    fn mobility(&self) -> Mobility<'_> {
+        let rules = self.flow.guide.rules_of_change(&self.flow.motion.poses);
+        Mobility { momentum: &self.flow.momentum, rules, columns: &self.columns }
+    }
+
+    /// What contact does to the flow at its time, after a step that left `bonds`.
+    fn act(&self, bonds: &Bonds) -> Result<Acting, Refusal> {
+        let Some(contact) = &self.contact else { return Ok(Acting::default()) };
+        let mut contact = contact.clone();
+        contact.restore(bonds.clone());
+        let mobility = self.mobility();
+        contact.act(&self.moment(&mobility), self.good.step_control.length(&self.time.bounds))
+    }
+
+    /// Solves for the flow with the forces of contact, where there are some.
+    fn push(&mut self) -> Result<(), MomentumError> {
+        if !self.good.pushes.is_empty() {
+            self.carried = solve(&self.flow, &self.fluid, &self.sources, &self.good.pushes)?;
+        }
+        Ok(())
     }
 
     /// Whether the step is easy to follow.
     fn followed(&self, t: f64, dt: f64, by: &[Twist]) -> Result<bool, Refusal> {
-        let rules = self.flow.guide.rules_of_change(&self.flow.motion.poses);
-        let response = Mobility { momentum: &self.flow.momentum, rules };
+        let response = self.mobility();
         let (poses, tolerance) = (&self.flow.motion.poses[..], self.time.tolerance);
         let stride = Stretch { poses, by, t, dt, tolerance, bound: DECAY };
         match self.stiffness.strain(stride, &response).map_err(|error| Refusal::Failure(error.to_string()))? {
@@ -131,52 +184,59 @@ impl FlowStepper {
         let text = |error: MomentumError| Refusal::Failure(error.to_string());
         // the loop's time is free of the rounding of many sums
         self.flow.t = t;
-        let now = self.carried.twists.clone();
-        let mut by = self.flow.predicted(dt, &now).map_err(|error| Refusal::Failure(error.to_string()))?;
-        let easy = self.followed(t, dt, &by)?;
-        let (mut contacts, mut iterations) = (Vec::new(), 0);
-        let mut bonds = Bonds::default();
-        if let Some(solver) = &mut self.solver {
-            let friction = self.fluid.friction;
-            let movers: Vec<Moving> = self
-                .flow
-                .guide
-                .bodies
-                .iter()
-                .zip(&self.flow.motion.poses)
-                .zip(&by)
-                .map(|((body, pose), twist)| Moving::in_fluid(body, *pose, *twist, dt, friction))
-                .collect();
-            let refused = |error: ContactError| match error.is_cured_by_a_smaller_step() {
-                true => Refusal::Contact(error.to_string()),
-                false => Refusal::Failure(error.to_string()),
-            };
-            let projected = solver.project(&movers, dt, Metric::Resistance).map_err(refused)?;
-            (by, contacts, iterations) = (projected.twists, projected.contacts, projected.effort.iterations);
-            bonds = solver.bonds().clone();
-        }
+        let mobility = self.mobility();
+        let moment = self.moment(&mobility);
+        let easy = self.followed(t, dt, &Stepped::free(&moment, dt)?.by)?;
+        let made = match &self.contact {
+            None => Stepped::free(&moment, dt)?,
+            Some(contact) => contact.step(&moment, dt)?,
+        };
+        let Stepped { by, now, contacts, bonds, iterations } = made;
+        drop(mobility);
         self.flow.advance(dt, &now, &by).map_err(text)?;
         self.flow.t = t + dt;
-        let carried = solve(&self.flow, &self.fluid, &self.sources).map_err(text)?;
-        let mut twists = carried.twists.clone();
-        // what contact holds back moves as contact lets it, whatever the flow would do
-        for contact in contacts.iter().filter(|contact| contact.force != 0.0) {
-            twists[contact.body] = by[contact.body];
-            if let crate::contact::Partner::Body(other) = contact.partner {
-                twists[other] = by[other];
+        self.columns.clear();
+        self.carried = solve(&self.flow, &self.fluid, &self.sources, &[]).map_err(text)?;
+        self.unpushed.clone_from(&self.carried.twists);
+        let acting = self.act(&bonds)?;
+        let (motion, step_control) = (self.flow.motion.clone(), self.good.step_control.clone());
+        let (pushes, twists) = (acting.wrenches, Vec::new());
+        self.good = Checkpoint { t: t + dt, motion, bonds, pushes, twists, contacts: acting.contacts, step_control };
+        self.push().map_err(text)?;
+        self.good.twists.clone_from(&self.carried.twists);
+        if let Some(contact) = &mut self.contact {
+            contact.restore(self.good.bonds.clone());
+            if contact.coupling == FlowCoupling::Split {
+                self.good.show_split(contacts, &by);
             }
         }
-        self.carried = carried;
-        let step_control = self.good.step_control.clone();
-        self.good = Checkpoint { t: t + dt, motion: self.flow.motion.clone(), bonds, twists, contacts, step_control };
         Ok((iterations, easy))
     }
 }
 
-/// The flow at the current time and places.
-fn solve(flow: &Flow, fluid: &Fluid, sources: &Sources) -> Result<FlowWithBodies, MomentumError> {
+impl Checkpoint {
+    /// What contact holds back moves as contact lets it, whatever the flow would do.
+    fn show_split(&mut self, contacts: Vec<Contact>, by: &[Twist]) {
+        for contact in contacts.iter().filter(|contact| contact.force != 0.0) {
+            self.twists[contact.body] = by[contact.body];
+            if let Partner::Body(other) = contact.partner {
+                self.twists[other] = by[other];
+            }
+        }
+        self.contacts = contacts;
+    }
+}
+
+/// The flow at the current time and places, with forces of contact.
+fn solve(
+    flow: &Flow,
+    fluid: &Fluid,
+    sources: &Sources,
+    pushes: &[Wrench],
+) -> Result<FlowWithBodies, MomentumError> {
     let sources = sources.at_time(flow.t);
-    flow.solve(&outer_force(&flow.momentum.velocity, fluid, &flow.conditions, &sources, flow.t))
+    let force = outer_force(&flow.momentum.velocity, fluid, &flow.conditions, &sources, flow.t);
+    flow.solve_pushed(&force, pushes)
 }
 
 impl Stepper for FlowStepper {
