@@ -26,9 +26,7 @@ use crate::shape::{Twist, Wrench};
 const HALVES: usize = 60;
 
 /// Whether contact acts on the flow.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FlowCoupling {
     /// The forces of contact are loads of the flow.

@@ -14,7 +14,7 @@ pub mod incompressible;
 pub mod lagged;
 pub mod limiter;
 pub mod manufactured;
-pub(crate) mod mobility;
+pub mod mobility;
 pub mod momentum;
 pub mod numbers;
 pub mod parameters;

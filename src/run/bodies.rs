@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::body::Hold;
 use crate::contact::Law;
+use crate::contact::in_flow::FlowCoupling;
 use crate::model::TermStatus;
 use crate::model::immersed::flow::Method;
 use crate::scene::Bodies;
@@ -88,7 +89,8 @@ pub(super) fn contact_term(bodies: &Bodies) -> TermStatus {
             };
             let margin = if contact.margin > 0.0 { format!(", margin {}", contact.margin) } else { String::new() };
             let walls = bodies.walls.len() + bodies.wall_tags.len();
-            TermStatus { name, formula, on: true, reason: format!("{law}, {walls} walls{margin}") }
+            let split = if contact.flow == FlowCoupling::Split { ", split from the flow" } else { "" };
+            TermStatus { name, formula, on: true, reason: format!("{law}, {walls} walls{margin}{split}") }
         }
     }
 }

@@ -252,10 +252,8 @@ impl MovingMarch {
             true => vec![Twist::ZERO; self.twists.len()],
             false => self.mobility().twists(pushes).map_err(failure)?,
         };
-        let less = |(twist, by): (&Twist, Twist)| Twist {
-            velocity: twist.velocity - by.velocity,
-            spin: twist.spin - by.spin,
-        };
+        let less =
+            |(twist, by): (&Twist, Twist)| Twist { velocity: twist.velocity - by.velocity, spin: twist.spin - by.spin };
         self.unpushed = self.twists.iter().zip(caused).map(less).collect();
         let Some(contact) = &mut self.contact else { return Ok(()) };
         contact.restore(made.bonds);

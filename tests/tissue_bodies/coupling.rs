@@ -6,6 +6,8 @@ use std::sync::atomic::AtomicBool;
 use crate::common::*;
 use monolayer::body::guide::Guide;
 use monolayer::body::{Body, Hold};
+use monolayer::contact::in_flow::{FlowContact, FlowCoupling};
+use monolayer::contact::{Settings as ContactSettings, Wall};
 use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::fields::{PRESSURE, VELOCITY};
@@ -216,4 +218,32 @@ fn a_restart_and_other_threads_change_no_bit() {
     let whole = pool(1).install(|| dragged(4, None).0.checkpoint());
     let resumed = pool(3).install(|| dragged(4, Some(2)).0.checkpoint());
     assert_eq!(whole, resumed);
+}
+
+/// A disc that a tissue pushes along a floor and a force presses on it: contact acts on the flow.
+#[test]
+fn a_disc_on_the_floor_of_a_tissue_neither_sinks_nor_lifts() {
+    let mesh = square(8);
+    let floor = [Wall::Segment([Point::new(0.0, 0.0), Point::new(1.0, 0.0)])];
+    for order in [1, 2] {
+        let mut pressed = disc(RADIUS, [0.4, 0.2], Hold::Free);
+        pressed.force = [formula("0"), formula("-40")];
+        let model = around(&mesh, ACTIVE, &closed, pressed.clone());
+        let p = swirl(&model).values;
+        let kept = ContactSettings { margin: 0.04, overlap: 1e-3, ..ContactSettings::default() };
+        let contact = FlowContact::new((&[pressed], ACTIVE.friction), &floor, kept, FlowCoupling::Loads).unwrap();
+        let mut march = MovingMarch::start(model, settings(0.02, 2, ANDERSON), p, (order, Some(contact))).unwrap();
+        let start = march.twists()[0].velocity.y;
+        for _ in 0..40 {
+            march.advance(10.0, &AtomicBool::new(false)).unwrap();
+        }
+        let (twist, pose, contact) = (march.twists()[0], march.poses()[0], march.contacts()[0]);
+        println!("order {order}: {start} to {twist:?}, {pose:?}, {contact:?}");
+        assert!(start < -0.1 && twist.velocity.y.abs() < 1e-9 * start.abs(), "{twist:?}");
+        assert!((pose.position.y - RADIUS - 0.04).abs() < 1e-12 && contact.force > 1.0, "{pose:?} {contact:?}");
+        // the state is that of its own equations, with the force of contact among the loads
+        let residuals = march.with(|march| march.model.residuals(&march.state, march.t)).unwrap();
+        let of = |id| residuals.each().find(|(known, _)| *known == id).unwrap().1;
+        assert!(of(VELOCITY) < 1e-8 && of(PRESSURE) < 1e-8, "the coupling stops at 1e-9: {residuals:?}");
+    }
 }

@@ -125,9 +125,9 @@ impl FlowStepper {
             Self { resolution, flow, contact, fluid, sources, time, stiffness, carried, unpushed, columns, good };
         match resumed {
             None => {
-                let acting = this.act(&this.good.bonds).map_err(|refusal| {
-                    RunError::begin(&origin(), StepFailure::Bodies(refusal.to_string()))
-                })?;
+                let acting = this
+                    .act(&this.good.bonds)
+                    .map_err(|refusal| RunError::begin(&origin(), StepFailure::Bodies(refusal.to_string())))?;
                 (this.good.pushes, this.good.contacts) = (acting.wrenches, acting.contacts);
             }
             Some(resumed) => this.good = resumed,
@@ -228,12 +228,7 @@ impl Checkpoint {
 }
 
 /// The flow at the current time and places, with forces of contact.
-fn solve(
-    flow: &Flow,
-    fluid: &Fluid,
-    sources: &Sources,
-    pushes: &[Wrench],
-) -> Result<FlowWithBodies, MomentumError> {
+fn solve(flow: &Flow, fluid: &Fluid, sources: &Sources, pushes: &[Wrench]) -> Result<FlowWithBodies, MomentumError> {
     let sources = sources.at_time(flow.t);
     let force = outer_force(&flow.momentum.velocity, fluid, &flow.conditions, &sources, flow.t);
     flow.solve_pushed(&force, pushes)
