@@ -72,7 +72,6 @@ impl FlowStepper {
     ) -> Result<Self, RunError> {
         let origin = || scene.source().origin().to_owned();
         let model = |error: MomentumError| RunError::Model { origin: origin(), error: Box::new(error) };
-        let refused = |error| RunError::Contact { origin: origin(), error: Box::new(error) };
         let (mut bodies, settings) = match &scene.bodies {
             Some(given) => (given.bodies.clone(), given.rigid),
             None => (Vec::new(), flow::Settings::default()),
@@ -85,18 +84,10 @@ impl FlowStepper {
         let t = resumed.as_ref().map_or(0.0, |resumed| resumed.t);
         let mut flow = Flow::new(mesh, degrees, &conditions, (scene.fluid.friction, scene.slip), bodies, (settings, t))
             .map_err(model)?;
-        let mut contact = None;
-        if let Some(asked) = scene.bodies.as_ref().and_then(|bodies| bodies.contact) {
-            let settings = Settings { overlap: OVERLAP, ..asked.settings() };
-            let fluid = (&flow.guide.bodies[..], scene.fluid.friction);
-            let mut made = FlowContact::new(fluid, walls, settings, asked.flow).map_err(refused)?;
-            if let Some(resumed) = &resumed {
-                made.restore(resumed.bonds.clone());
-            }
-            contact = Some(made);
-        }
+        let mut contact = contact_of(scene, &flow, walls)?;
         if let Some(resumed) = &resumed {
             flow.resume(resumed.motion.clone()).map_err(model)?;
+            contact.iter_mut().for_each(|contact| contact.restore(resumed.bonds.clone()));
         }
         let (fluid, sources) = (scene.fluid, scene.sources.clone());
         if sources.exact.is_some() {
@@ -104,36 +95,24 @@ impl FlowStepper {
             checked.map_err(|error| RunError::Formula { origin: origin(), error: Box::new(error) })?;
         }
         let carried = solve(&flow, &fluid, &sources, &[]).map_err(model)?;
-        let (unpushed, twists) = (carried.twists.clone(), carried.twists.clone());
-        let good = Checkpoint {
-            t,
-            motion: flow.motion.clone(),
-            bonds: Bonds::default(),
-            pushes: Vec::new(),
-            twists,
-            contacts: Vec::new(),
-            step_control: AdaptiveStep::default(),
-        };
+        let unpushed = carried.twists.clone();
         let stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| model(error.into()))?;
         let time = scene.time;
         let mut resolution = Resolution::new(mesh, flow.guide.bodies.len());
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, &flow.guide.bodies, &flow.motion.poses);
         resolution.of_boundary(mesh, &flow.guide.bodies, &flow.motion.poses);
-        let columns = Columns::default();
+        let (columns, is_new) = (Columns::default(), resumed.is_none());
+        let good = resumed.unwrap_or_else(|| Checkpoint::start(&flow, &carried));
         let mut this =
             Self { resolution, flow, contact, fluid, sources, time, stiffness, carried, unpushed, columns, good };
-        match resumed {
-            None => {
-                let acting = this
-                    .act(&this.good.bonds)
-                    .map_err(|refusal| RunError::begin(&origin(), StepFailure::Bodies(refusal.to_string())))?;
-                (this.good.pushes, this.good.contacts) = (acting.wrenches, acting.contacts);
-            }
-            Some(resumed) => this.good = resumed,
+        if is_new {
+            let begin = |refusal: Refusal| RunError::begin(&origin(), StepFailure::Bodies(refusal.to_string()));
+            let acting = this.act(&this.good.bonds).map_err(begin)?;
+            (this.good.pushes, this.good.contacts) = (acting.wrenches, acting.contacts);
         }
         this.push().map_err(model)?;
-        if this.good.t == 0.0 {
+        if is_new {
             this.good.twists.clone_from(&this.carried.twists);
         }
         Ok(this)
@@ -214,7 +193,30 @@ impl FlowStepper {
     }
 }
 
+/// What can touch in a scene.
+fn contact_of(scene: &StokesScene, flow: &Flow, walls: &[Wall]) -> Result<Option<FlowContact>, RunError> {
+    let Some(asked) = scene.bodies.as_ref().and_then(|bodies| bodies.contact) else { return Ok(None) };
+    let settings = Settings { overlap: OVERLAP, ..asked.settings() };
+    let fluid = (&flow.guide.bodies[..], scene.fluid.friction);
+    let made = FlowContact::new(fluid, walls, settings, asked.flow);
+    let refused = |error| RunError::Contact { origin: scene.source().origin().to_owned(), error: Box::new(error) };
+    made.map(Some).map_err(refused)
+}
+
 impl Checkpoint {
+    /// At the start of a run.
+    fn start(flow: &Flow, carried: &FlowWithBodies) -> Self {
+        Self {
+            t: flow.t,
+            motion: flow.motion.clone(),
+            bonds: Bonds::default(),
+            pushes: Vec::new(),
+            twists: carried.twists.clone(),
+            contacts: Vec::new(),
+            step_control: AdaptiveStep::default(),
+        }
+    }
+
     /// What contact holds back moves as contact lets it, whatever the flow would do.
     fn show_split(&mut self, contacts: Vec<Contact>, by: &[Twist]) {
         for contact in contacts.iter().filter(|contact| contact.force != 0.0) {
