@@ -42,7 +42,7 @@ impl<'s> Bordering<'s> {
         Ok(Self { immersed, columns, reach, corner, inverse })
     }
 
-    /// Solves, with a step of iterative refinement where rounding left more than a tenth of the tolerance. Constraints
+    /// Solves, with steps of iterative refinement while rounding left more than a tenth of the tolerance. Constraints
     /// count with the sign of `−ℓ`.
     pub(super) fn solve(&self, filled: &Filled, f: &[f64], g: &[f64]) -> Result<(Vec<f64>, Vec<f64>), SolveError> {
         if let Some(index) = f.iter().chain(g).position(|v| !v.is_finite()) {
@@ -54,7 +54,10 @@ impl<'s> Bordering<'s> {
         let size = |r: &[f64], g: &[f64]| self.immersed.scaled_norm(r) + norm(g);
         let scale = size(f, &g);
         let (mut rf, mut rg) = self.residual(filled, (f, &g), (&x, &y));
-        if size(&rf, &rg) > 0.1 * DIRECT_TOLERANCE * scale {
+        for _ in 0..REFINEMENTS {
+            if size(&rf, &rg) <= 0.1 * DIRECT_TOLERANCE * scale {
+                break;
+            }
             let (dx, dy) = self.eliminate(&rf, &rg);
             axpy(1.0, &dx, &mut x);
             axpy(1.0, &dy, &mut y);
@@ -92,6 +95,9 @@ impl<'s> Bordering<'s> {
         (rf, rg)
     }
 }
+
+/// Steps of iterative refinement.
+pub(super) const REFINEMENTS: usize = 4;
 
 const HINT: &str =
     "check that the boundary conditions or a friction hold the flow and that `rigid.epsilon` is not extreme";

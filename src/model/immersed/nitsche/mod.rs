@@ -23,6 +23,7 @@ mod twists;
 
 use std::sync::Arc;
 
+use super::border::REFINEMENTS;
 use super::{FlowWithBodies, Ground};
 use crate::body::Body;
 use crate::body::guide::Rule;
@@ -210,7 +211,7 @@ impl Nitsche {
         Ok(FlowWithBodies { v, pi, twists: motions.iter().map(twist).collect(), holding, wrenches })
     }
 
-    /// Solves, with a step of iterative refinement where rounding left more than a tenth of the tolerance.
+    /// Solves, with steps of iterative refinement while rounding left more than a tenth of the tolerance.
     fn refined(&self, elements: &Elements, right: &[f64]) -> Result<Vec<f64>, SolveError> {
         if let Some(index) = right.iter().position(|v| !v.is_finite()) {
             return Err(SolveError::NotFiniteInput { system: "Stokes".into(), index });
@@ -221,7 +222,10 @@ impl Nitsche {
         let mut x = self.inverse(right);
         let mut rest = right.to_vec();
         elements.subtract_product(&x, &mut rest);
-        if norm(&rest) > 0.1 * DIRECT_TOLERANCE * scale {
+        for _ in 0..REFINEMENTS {
+            if norm(&rest) <= 0.1 * DIRECT_TOLERANCE * scale {
+                break;
+            }
             axpy(1.0, &self.inverse(&rest), &mut x);
             rest.copy_from_slice(right);
             elements.subtract_product(&x, &mut rest);
