@@ -70,16 +70,16 @@ impl Filled<'_> {
         }
         let scale = |size: &f64| if *size > 0.0 { 4f64.powf(-(0.25 * size.log2()).round()) } else { 1.0 };
         let mut scales: Vec<f64> = size.iter().map(scale).collect();
-        // rows of means by the sizes of their entries
+        // rows of means by the sizes of their entries where there are no bodies: they stay when bodies move
         let mut rows = vec![0.0; layout.closed.count()];
         let first = layout.first() - rows.len();
         let mut element = Element::default();
         for k in 0..layout.closed.cells().len() {
             self.fill_mean(k, &mut element);
             let (multiplier, pressures) = element.rows.split_last().expect("the multiplier is the last one");
-            let entries = element.values.chunks_exact(element.columns.len()).map(|row| row[pressures.len()]);
-            let sum: f64 = pressures.iter().zip(entries).map(|(&p, entry)| (entry * scales[p as usize]).powi(2)).sum();
-            rows[*multiplier as usize - first] += sum;
+            let entries = || element.values.chunks_exact(pressures.len() + 1).map(|row| row[pressures.len()]);
+            let area: f64 = entries().sum();
+            rows[*multiplier as usize - first] += entries().map(|entry| entry * entry / area).sum::<f64>();
         }
         rows.iter().zip(&mut scales[first..]).for_each(|(row, s)| *s = scale(row));
         scales
