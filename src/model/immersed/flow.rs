@@ -73,13 +73,13 @@ pub struct Settings {
     pub order: usize,
 }
 
-/// ε that is small enough for any use.
+/// ε of the penalty that is small enough for any use.
 pub const EPSILON: f64 = 1e-8;
 
 impl Default for Settings {
-    /// By penalty with ε = 1e-8, and the second order.
+    /// By Nitsche's method, and the second order.
     fn default() -> Self {
-        Self { method: Method::Penalty { epsilon: EPSILON }, order: 2 }
+        Self { method: Method::Nitsche, order: 2 }
     }
 }
 

@@ -34,7 +34,9 @@ impl BodyTables {
 #[schemars(transform = schema::in_order::<Self>)]
 pub struct RigidTable {
     /// What a body is to the flow.
-    pub method: MethodName,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-default" = "in a Stokes flow `\"nitsche\"`; in tissue, and beside `epsilon`, `\"penalty\"`"))]
+    pub method: Option<MethodName>,
     /// Penalty: `ε` of `(2/ε) ∫_B D(v):D(w)`; a body is 1/ε times as viscous as what is around it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(transform = RigidTable::EPSILON.said(), extend("x-default" = "1e-8"))]
@@ -51,7 +53,7 @@ impl RigidTable {
 
 impl Default for RigidTable {
     fn default() -> Self {
-        Self { method: MethodName::Penalty, epsilon: None, order: Settings::default().order }
+        Self { method: None, epsilon: None, order: Settings::default().order }
     }
 }
 

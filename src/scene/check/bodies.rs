@@ -12,6 +12,7 @@ use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
 use crate::scene::bodies::tables::{BodyTable, BodyTables, MOST, MethodName, MotionTable, RigidTable, zero};
 use crate::scene::error::SceneError;
+use crate::scene::kinds;
 use crate::schema::Range;
 use crate::shape::{Pose, Rules, Shape, ShapeError, Twist};
 
@@ -102,8 +103,16 @@ impl Checker<'_> {
         }
     }
 
+    /// Where nobody says it: a key of the penalty asks for it, and a tissue has its bodies by it.
+    fn usual_method(&self, table: &RigidTable) -> MethodName {
+        let tissue = *self.source.kind() == kinds::TISSUE;
+        if tissue || table.epsilon.is_some() { MethodName::Penalty } else { MethodName::Nitsche }
+    }
+
     fn method(&self, table: &mut RigidTable) -> Result<Method, SceneError> {
-        match (table.method, table.epsilon) {
+        let method = table.method.unwrap_or_else(|| self.usual_method(table));
+        table.method = Some(method);
+        match (method, table.epsilon) {
             (MethodName::Penalty, given) => {
                 let epsilon = *table.epsilon.insert(given.unwrap_or(EPSILON));
                 let rule = "must lie between 0 and 1, both excluded";
