@@ -9,7 +9,7 @@ use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::Conditions;
 use monolayer::model::immersed::FlowWithBodies;
-use monolayer::model::immersed::flow::{Flow, Method, Settings};
+use monolayer::model::immersed::flow::{Flow, Method, Penalty, Settings};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
 use monolayer::shape::{Disc, Pose, Shape};
 
@@ -43,7 +43,7 @@ pub fn flow_of(
     bodies: Vec<Body>,
     epsilon: f64,
 ) -> Result<Flow, MomentumError> {
-    let settings = Settings { method: Method::Penalty { epsilon }, order: 2 };
+    let settings = Settings { method: Method::Penalty(Penalty::harmonic(epsilon)), order: 2 };
     Flow::new(mesh, (2, 1), conditions, (0.0, SlipTreatment::Rotated), bodies, (settings, 0.0))
 }
 

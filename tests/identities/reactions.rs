@@ -9,7 +9,7 @@ use monolayer::form::Faces;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::compressible::Compressible;
 use monolayer::model::fields::{DENSITY, POLARITY, VELOCITY};
-use monolayer::model::immersed::flow::{Flow, Method, Settings};
+use monolayer::model::immersed::flow::{Flow, Method, Penalty, Settings};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::momentum::{SlipTreatment, outer_force};
 use monolayer::model::parameters::DensityLaw;
@@ -98,7 +98,7 @@ fn with_bodies_in_the_flow_they_hold_these() {
         |x: f64| Body::new("disc", Disc { radius: 0.15 }.into(), Pose { position: Point::new(x, 0.4), angle: 0.0 });
     let fixed = Body { hold: Hold::Fixed, ..disc(0.3) };
     let pushed = Body { force: pair("2", "-3"), ..disc(0.7) };
-    let settings = (Settings { method: Method::Penalty { epsilon: 1e-4 }, order: 1 }, 0.0);
+    let settings = (Settings { method: Method::Penalty(Penalty::harmonic(1e-4)), order: 1 }, 0.0);
     let flow = Flow::new(&mesh, (2, 1), &conditions, (0.0, slip), vec![fixed, pushed], settings).unwrap();
     let sources = Sources::default();
     let carried = flow.solve(&outer_force(&flow.momentum.velocity, &fluid, &conditions, &sources, 0.0)).unwrap();

@@ -36,6 +36,7 @@ use std::sync::Arc;
 
 use super::nitsche::Placement;
 use super::penalty::Immersion;
+pub use super::penalty::{Penalty, Strength};
 use super::{Embedding, FlowWithBodies, Rigidity};
 use crate::body::Body;
 use crate::body::guide::{Guide, Rule};
@@ -56,10 +57,7 @@ use crate::space::{Continuity, Space};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
     /// A fluid that is 1/ε times as viscous [L1.13].
-    Penalty {
-        /// ε, relative to the viscosity of the fluid.
-        epsilon: f64,
-    },
+    Penalty(Penalty),
     /// A boundary of the fluid, see [`nitsche`](super::nitsche).
     Nitsche,
 }
@@ -121,9 +119,9 @@ impl Flow {
         let loops = Integrator::new(mesh);
         let cover = Arc::new(Cover::new(mesh, None, &placed(&guide.bodies, &poses)));
         let bodies = match settings.method {
-            Method::Penalty { epsilon } => {
+            Method::Penalty(Penalty { epsilon, strength }) => {
                 let names: Vec<String> = guide.bodies.iter().map(|body| body.name.clone()).collect();
-                let immersion = Immersion::new(&loops, &velocity, cover, &names, &poses)?;
+                let immersion = Immersion::new(&loops, &velocity, cover, &names, (&poses, strength))?;
                 let friction = guide.bodies.iter().map(|body| body.friction).collect();
                 Embedding::Penalty(immersion, Rigidity { epsilon, friction })
             }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 
 use crate::contact::{MOST_FRICTION, Method};
 use crate::expression::{Formula, VectorFormula};
-use crate::model::immersed::flow::Settings;
+use crate::model::immersed::flow::{Settings, Strength};
 use crate::schema::{self, IN_A_FLOW, Range};
 use crate::shape::{LENGTHS, ShapeTable};
 
@@ -35,12 +35,16 @@ impl BodyTables {
 pub struct RigidTable {
     /// What a body is to the flow.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-default" = "in a Stokes flow `\"nitsche\"`; in tissue, and beside `epsilon`, `\"penalty\"`"))]
+    #[schemars(extend("x-default" = "in a Stokes flow `\"nitsche\"`; in tissue, and beside `epsilon` and `strength`, `\"penalty\"`"))]
     pub method: Option<MethodName>,
     /// Penalty: `ε` of `(2/ε) ∫_B D(v):D(w)`; a body is 1/ε times as viscous as what is around it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(transform = RigidTable::EPSILON.said(), extend("x-default" = "1e-8"))]
     pub epsilon: Option<f64>,
+    /// Penalty: in cells that a body cuts, θ the share of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = "harmonic"))]
+    pub strength: Option<Strength>,
     /// Order of the motion in time.
     #[schemars(transform = RigidTable::ORDER.said())]
     pub order: usize,
@@ -53,7 +57,7 @@ impl RigidTable {
 
 impl Default for RigidTable {
     fn default() -> Self {
-        Self { method: None, epsilon: None, order: Settings::default().order }
+        Self { method: None, epsilon: None, strength: None, order: Settings::default().order }
     }
 }
 
