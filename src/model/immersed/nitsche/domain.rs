@@ -17,7 +17,7 @@ use crate::space::Space;
 const NONE: u32 = u32::MAX;
 /// Openings of the boundary in which a body stands, in sizes of cells, that are none: what does not touch a wall by
 /// more moves as if it did not touch it.
-const CLOSED: f64 = 0.1;
+pub(super) const CLOSED: f64 = 0.1;
 /// Singular values below this, relative to the largest one, are zero.
 const RANK: f64 = 1e-9;
 /// Largest net flux through the boundary of a closed pool, relative to its size and the largest velocity.

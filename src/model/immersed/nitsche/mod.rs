@@ -12,7 +12,8 @@
 //! ```
 //! Functions live on the cells with fluid; S are the faces between two of them one of which at least is cut, and g_S is
 //! the ghost penalty of [`form::ghost`](crate::form::ghost) with whole polynomials. The motion of a body that is fixed
-//! or held is given, and so exact; a pinned one has its spin alone. A part of the fluid that no condition fixes the
+//! or held is given, and so exact; a pinned one has its spin alone, and one that stands in a wall moves as the wall lets
+//! it, which carries it. A part of the fluid that no condition fixes the
 //! pressure of has zero mean of it, unless a body that may move feels it.
 
 mod assembly;
@@ -20,6 +21,7 @@ mod domain;
 mod elements;
 mod structure;
 mod twists;
+mod walls;
 
 use std::sync::Arc;
 
@@ -183,7 +185,7 @@ impl Nitsche {
     ) -> Result<FlowWithBodies, MomentumError> {
         let elements = self.elements(ground);
         let [first, _, count] = elements.firsts();
-        let given = self.twists.given(rules);
+        let given = self.twists.given(rules, prescribed)?;
         self.domain.check_flux(&self.loops, (ground.velocity, prescribed), (&given, &self.twists))?;
         let mut right = vec![0.0; count];
         right[..ground.frames.free].copy_from_slice(&ground.frames.restrict(f));
@@ -284,7 +286,7 @@ impl Nitsche {
     /// What bodies with a given motion or a pin need besides the fluid's force and their loads.
     fn holding(&self, motions: &[[f64; 3]], loads: &[Wrench], wrenches: &[Wrench]) -> Vec<Wrench> {
         let held = |body: usize| {
-            if self.twists.is_free(body) {
+            if !self.twists.is_held(body) {
                 return Wrench::ZERO;
             }
             let ([x, y, spin], [c, _, turning]) = (motions[body], self.friction[body]);
