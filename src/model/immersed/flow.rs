@@ -141,13 +141,19 @@ impl Flow {
     /// # Errors
     /// As [`Momentum::carry`]; formulas that are not finite.
     pub fn solve(&self, force: &Linear<Vector>) -> Result<FlowWithBodies, MomentumError> {
-        let f = match (self.method, self.momentum.cover()) {
-            (Method::Nitsche, Some(cover)) => self.loops.outside(cover).vector(force, &self.momentum.velocity),
-            (_, _) => self.loops.vector(force, &self.momentum.velocity),
-        };
+        let f = self.fluid().vector(force, &self.momentum.velocity);
         let prescribed = self.momentum.frames.prescribed(&self.conditions, self.t)?;
         let (loads, rules) = (self.loads()?, self.rules()?);
         self.momentum.carry(&f, &prescribed, &loads, &rules)
+    }
+
+    /// The loops over what the equations are posed on: all of the mesh by penalty, and by Nitsche's method all that no
+    /// body covers.
+    pub fn fluid(&self) -> Integrator {
+        match (self.method, self.momentum.cover()) {
+            (Method::Nitsche, Some(cover)) => self.loops.outside(cover),
+            (_, _) => self.loops.clone(),
+        }
     }
 
     /// External forces and torques on the bodies now.
