@@ -173,3 +173,15 @@ fn friction_of_a_body_is_its_own() {
     assert!(lagging[0] < 0.999 && lagging[1] < lagging[0] && lagging[2] < 0.6 * lagging[1], "{lagging:?}");
     assert!(speed(10.0, 0.0) > 1.0, "driven by the pressure");
 }
+
+#[test]
+fn temporary_pinned() {
+    let shape = Shape::from(Capsule { half_length: 0.12, radius: 0.05 });
+    let pinned = Body { shape, hold: Hold::Pinned(Point::new(-0.12, 0.0)), ..disc(0.1, Point::new(0.52, 0.5)) };
+    for n in [12, 24, 48, 96, 144] {
+        for method in [usual(), penalty(1e-8), full(1e-8)] {
+            let (_, carried) = solved(&square(n), ["y", "0"], vec![pinned.clone()], method);
+            println!("pinned n = {n}, {method:?}: spin {} holding {:?}", carried.twists[0].spin, carried.holding[0]);
+        }
+    }
+}

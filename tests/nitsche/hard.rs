@@ -90,10 +90,11 @@ fn a_body_in_a_wall_moves_as_the_wall_lets_it() {
         let flow = try_flow(&mesh, &conditions, vec![body], (2, 0.0)).expect("a flow");
         flow.solve(&Linear::zero()).map(|carried| carried.twists[0])
     };
-    assert_eq!(twist(Conditions::no_slip(), 0.05).expect("a flow"), Twist::ZERO);
+    let Twist { velocity, spin } = twist(Conditions::no_slip(), 0.05).expect("a flow");
+    assert!(velocity.norm() < 1e-12 && spin.abs() < 1e-11, "{velocity} {spin}");
     let sliding = twist(Conditions::slip(), 0.05).expect("a flow");
     assert!(sliding.velocity.x > 1e-3, "{sliding:?}");
-    assert!(sliding.velocity.y.abs() < 1e-13 && sliding.spin.abs() < 1e-12, "{sliding:?}");
+    assert!(sliding.velocity.y.abs() < 1e-12 && sliding.spin.abs() < 1e-11, "{sliding:?}");
     // rolling off nothing prescribes, and it falls through an opening
     let fallen = twist(Conditions::open(), 0.05).expect("a flow");
     assert!(fallen.velocity.y < -1e-3 && fallen.spin.abs() > 1e-3, "{fallen:?}");

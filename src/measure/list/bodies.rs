@@ -70,7 +70,8 @@ pub const CONTACTS: Measure = of("contacts", "pairs with a force, `λ ≠ 0`", &
 pub const WALL_FORCE: Measure =
     of("wall_force", "force of all bodies on all walls", &ON_WALLS, Which::Moving, wall_force);
 /// Place and motion of a body.
-pub const BODY: Measure = of_one("body", "place and motion of the first body, or of one that is named", &PLACE, Which::Any, body);
+pub const BODY: Measure =
+    of_one("body", "place and motion of the first body, or of one that is named", &PLACE, Which::Any, body);
 /// Force and torque that hold a body to what is prescribed of its motion in a flow.
 pub const HOLDING: Measure = of_one(
     "holding",

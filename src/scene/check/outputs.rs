@@ -3,21 +3,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND, broken_by};
-use crate::measure::fields::ALL;
 use crate::body::Body;
+use crate::measure::fields::ALL;
 use crate::measure::list::{self, Asked, Of, On, Premise, Which};
 use crate::measure::{Measure, OutputField};
 use crate::mesh::Point;
 use crate::mesh::generate::{GENERATORS, MeshScene};
 use crate::model::{Conditions, ModelKind, Parameters};
 use crate::names;
+use crate::scene::Initial;
 use crate::scene::error::SceneError;
 use crate::scene::kinds::{self, SceneKind};
 use crate::scene::maps::{MapRequest, MapTable};
 use crate::scene::output::{
     Cut, CutTable, EveryTable, LEAST_ON_A_CIRCLE, MOST_POINTS, Output, OutputTable, SectionTable, What,
 };
-use crate::scene::Initial;
 use crate::schema::Range;
 use crate::scheme::Schedule;
 

@@ -1,9 +1,10 @@
 //! Bodies that stand in walls: what is prescribed of the fluid there, a body that covers it does as well.
 //!
 //! Where the boundary of a body meets a wall, the fluid has the velocity of both. Any difference would take an
-//! unbounded power, so that a body on a wall at rest rests, and one on a wall that slides goes along.
+//! unbounded power, so that a body on a wall at rest rests, and one on a wall that slides goes along. What would change
+//! the volume of a closed part of the fluid is left to the fluid, which keeps it: a plug goes with what comes in.
 
-use nalgebra::{DMatrix, DVector, Dyn, SVD};
+use nalgebra::{DMatrix, DVector, Dyn, SVD, Vector3};
 
 use super::domain::{CLOSED, Domain};
 use crate::body::{Body, Hold};
@@ -16,6 +17,8 @@ use crate::shape::rigid_motion;
 
 /// Singular values below this, relative to the largest one, are zero.
 const RANK: f64 = 1e-9;
+/// A unit motion that differs by less from others is one of them.
+const SAME: f64 = 1e-6;
 /// Largest misfit of prescribed velocities, relative to the largest one, that counts as rounding.
 const MISFIT: f64 = 1e-7;
 
@@ -29,6 +32,8 @@ pub(super) struct Wall {
     matrix: DMatrix<f64>,
     svd: SVD<f64, Dyn, Dyn>,
     reach: f64,
+    /// Orthonormal motions, in the same units, that walls leave to the fluid.
+    left: Vec<Vector3<f64>>,
 }
 
 /// The walls that every body stands in.
@@ -54,9 +59,30 @@ pub(super) fn walls(ground: Ground, domain: &Domain, bodies: &[Body], positions:
             (0..3).for_each(|k| matrix[(i, k)] = motion(k, *x).dot(d));
         }
         let nodes = rows.into_iter().map(|(node, ..)| node).collect();
-        Some(Wall { body: body.name.clone(), nodes, svd: matrix.clone().svd(true, true), matrix, reach })
+        let svd = matrix.clone().svd(true, true);
+        let volumes = if pin.is_some() { Vec::new() } else { domain.closed_passages(index) };
+        let left = left_motions(&svd, volumes.into_iter().map(|[x, y, spin]| Vector3::new(x, y, spin / reach)));
+        Some(Wall { body: body.name.clone(), nodes, svd, matrix, reach, left })
     };
     bodies.iter().zip(nodes).zip(0..).map(wall).collect()
+}
+
+/// An orthonormal basis of the motions that nothing prescribes, and of those that change volumes.
+fn left_motions(prescribed: &SVD<f64, Dyn, Dyn>, volumes: impl Iterator<Item = Vector3<f64>>) -> Vec<Vector3<f64>> {
+    let right = prescribed.v_t.as_ref().expect("it was asked for");
+    let bound = RANK * prescribed.singular_values.max();
+    let free = (0..3).filter(|&k| prescribed.singular_values[k] <= bound);
+    let free = free.map(|k| Vector3::new(right[(k, 0)], right[(k, 1)], right[(k, 2)]));
+    let mut basis: Vec<Vector3<f64>> = Vec::new();
+    for motion in free.chain(volumes.filter_map(|volume| volume.try_normalize(0.0))) {
+        let apart = |motion: Vector3<f64>| basis.iter().fold(motion, |rest, known| rest - known * known.dot(&rest));
+        // twice is enough (Kahan)
+        let rest = apart(apart(motion));
+        if rest.norm() > SAME {
+            basis.push(rest.normalize());
+        }
+    }
+    basis
 }
 
 /// Nodes of the boundary that lie deep in a body, by body; one that touches a wall is free to leave it.
@@ -79,15 +105,12 @@ fn nodes_in_bodies(ground: Ground, domain: &Domain, bodies: usize, positions: &[
 }
 
 impl Wall {
-    /// Independent motions that they leave.
+    /// Independent motions that they leave to the fluid.
     pub fn free_motions(&self) -> Vec<[f64; 3]> {
-        let right = self.svd.v_t.as_ref().expect("it was asked for");
-        let bound = RANK * self.svd.singular_values.max();
-        let free = (0..3).filter(|&k| self.svd.singular_values[k] <= bound);
-        free.map(|k| self.unscaled([right[(k, 0)], right[(k, 1)], right[(k, 2)]])).collect()
+        self.left.iter().map(|motion| self.unscaled(*motion)).collect()
     }
 
-    /// The smallest motion with the velocities that are prescribed.
+    /// What the velocities that are prescribed make of the motion, less what is left to the fluid.
     ///
     /// # Errors
     /// Velocities that no rigid motion has.
@@ -102,7 +125,8 @@ impl Wall {
         if misfit > MISFIT {
             return Err(BodyError::Wall { body: self.body.clone(), misfit });
         }
-        Ok(self.unscaled([motion[0], motion[1], motion[2]]))
+        let motion = Vector3::new(motion[0], motion[1], motion[2]);
+        Ok(self.unscaled(self.left.iter().fold(motion, |rest, left| rest - left * left.dot(&motion))))
     }
 
     /// Whether a body may move so.
@@ -126,7 +150,7 @@ impl Wall {
         targets
     }
 
-    fn unscaled(&self, [x, y, spin]: [f64; 3]) -> [f64; 3] {
-        [x, y, spin / self.reach]
+    fn unscaled(&self, motion: Vector3<f64>) -> [f64; 3] {
+        [motion.x, motion.y, motion.z / self.reach]
     }
 }
