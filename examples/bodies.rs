@@ -17,7 +17,7 @@ use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::Conditions;
 use monolayer::model::immersed::FlowWithBodies;
-use monolayer::model::immersed::flow::{Flow, Method, Settings};
+use monolayer::model::immersed::flow::{Flow, Method, Penalty, Settings};
 use monolayer::model::momentum::SlipTreatment;
 use monolayer::shape::{Disc, Polygon, Pose, Shape, Twist};
 use monolayer::solve::sparse::Factored;
@@ -73,7 +73,7 @@ fn walls(velocity: [&str; 2]) -> Result<Vec<Conditions>, Failure> {
 }
 
 fn flow(mesh: &Arc<Mesh>, velocity: [&str; 2], body: Body, epsilon: f64) -> Result<Flow, Failure> {
-    let settings = Settings { method: Method::Penalty { epsilon }, order: 1 };
+    let settings = Settings { method: Method::Penalty(Penalty::harmonic(epsilon)), order: 1 };
     let friction = (0.0, SlipTreatment::Rotated);
     Ok(Flow::new(mesh, (2, 1), &walls(velocity)?, friction, vec![body], (settings, 0.0))?)
 }

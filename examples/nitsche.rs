@@ -1,6 +1,8 @@
 //! Errors and costs of both methods for rigid bodies in a Stokes flow, on meshes that the bodies cut:
-//! `cargo run --release --example nitsche -- channel|settling|plates|moves`.
+//! `cargo run --release --example nitsche -- table|channel|settling|plates|moves`.
 //!
+//! `table`: what a fixed and a falling disc are found with, against what they cost, on meshes of three kinds, for all
+//! methods, as the table of `docs/bodies.md`.
 //! `channel`: force, torque and slip of a fixed disc in Poiseuille flow. `settling`: velocities around a disc that
 //! falls in a box, on Cartesian and on distorted meshes. `plates`: drag of a thin plate. `moves`: what a moved body
 //! costs.
@@ -19,24 +21,29 @@ use monolayer::mesh::locate::Locator;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::Conditions;
 use monolayer::model::immersed::FlowWithBodies;
-use monolayer::model::immersed::flow::{Flow, Method, Settings};
+use monolayer::model::immersed::flow::{Flow, Method, Penalty, Settings, Strength};
 use monolayer::model::momentum::SlipTreatment;
-use monolayer::shape::{Disc, Polygon, Pose, Shape, Twist};
+use monolayer::shape::{Disc, Polygon, Pose, Shape, Twist, Wrench};
 use monolayer::space::Field;
 use nalgebra::Matrix2;
 
 type Failure = Box<dyn std::error::Error>;
 
-const METHODS: [(&str, Method); 2] = [("Nitsche", Method::Nitsche), ("penalty", Method::Penalty { epsilon: 1e-8 })];
+const METHODS: [(&str, Method); 3] = [
+    ("Nitsche", Method::Nitsche),
+    ("penalty", Method::Penalty(Penalty { epsilon: 1e-8, strength: Strength::Harmonic })),
+    ("full", Method::Penalty(Penalty { epsilon: 1e-8, strength: Strength::Full })),
+];
 const MIDDLE: Point = Point::new(0.5, 0.5);
 
 fn main() -> Result<(), Failure> {
     match std::env::args().nth(1).as_deref() {
+        Some("table") => table(),
         Some("channel") => channel(),
         Some("settling") => settling(),
         Some("plates") => plates(),
         Some("moves") => moves(),
-        Some(_) | None => Err("name one of channel, settling, plates, moves".into()),
+        Some(_) | None => Err("name one of table, channel, settling, plates, moves".into()),
     }
 }
 
@@ -156,11 +163,16 @@ fn order(rows: &[(f64, f64)]) -> f64 {
     -mean(&|row| (row.0.ln() - x) * (row.1.ln() - y)) / mean(&|row| (row.0.ln() - x).powi(2))
 }
 
+/// That falls with the force (0, −500) per area of a disc of radius 0.1.
+fn falling(shape: impl Into<Shape>) -> Body {
+    Body { force: [0.0, -500.0 * PI * 0.01].map(Expression::constant), ..body(shape, MIDDLE, 0.0) }
+}
+
+/// A disc of radius 0.1.
+const DISC: Disc = Disc { radius: 0.1 };
+
 fn settling() -> Result<(), Failure> {
-    let falling = || Body {
-        force: [0.0, -500.0 * PI * 0.01].map(Expression::constant),
-        ..body(Disc { radius: 0.1 }, MIDDLE, 0.0)
-    };
+    let falling = || falling(DISC);
     let (fine, exact, _) = solved(&square(64, 0.05)?, ["0", "0"], falling(), (Method::Nitsche, 3))?;
     let reference = Field::new(&fine.momentum.velocity, exact.v.clone());
     let locator = Locator::new(&fine.loops.mesh);
@@ -186,6 +198,67 @@ fn settling() -> Result<(), Failure> {
             }
             let [l2, h1, v] = rows.map(|row| order(&row));
             println!("{:>26} {l2:>10.2} {h1:>10.2} {v:>10.2}", "orders");
+        }
+    }
+    Ok(())
+}
+
+/// The unit square whose edges follow the disc with `4n` of them, and the polygon that they make of it.
+fn fitted(n: usize) -> Result<(Arc<Mesh>, Shape), Failure> {
+    let scene = MeshScene::of("square-with-circle").with("n", n).with("radius", DISC.radius);
+    let corner = |k: usize| {
+        let angle = 0.5 * PI * (k as f64 / n as f64 - 1.5);
+        DISC.radius * Point::new(angle.cos(), angle.sin())
+    };
+    Ok((Arc::new(scene.build()?), Shape::from(Polygon { vertices: (0..4 * n).map(corner).collect() })))
+}
+
+/// On all sides: a drag, a lift and a torque.
+const FLOW: [&str; 2] = ["8*y^2*(1-y)", "-x*(1-x)"];
+
+fn table() -> Result<(), Failure> {
+    let held = |shape: Shape| Body { hold: Hold::Fixed, ..body(shape, MIDDLE, 0.0) };
+    let reference = |n: usize| -> Result<_, Failure> {
+        let mesh = square(n, 0.05)?;
+        let (_, fixed, _) = solved(&mesh, FLOW, held(DISC.into()), (Method::Nitsche, 3))?;
+        let (flow, fallen, _) = solved(&mesh, ["0", "0"], falling(DISC), (Method::Nitsche, 3))?;
+        let [Wrench { force, torque }] = fixed.wrenches[..] else { return Err("one body".into()) };
+        Ok(([force.x, force.y, torque, fallen.twists[0].velocity.y], flow, fallen))
+    };
+    let (coarse, (exact, flow, fallen)) = (reference(48)?.0, reference(64)?);
+    let locator = Locator::new(&flow.loops.mesh);
+    let field = Field::new(&flow.momentum.velocity, fallen.v);
+    let change = exact.iter().zip(coarse).map(|(fine, coarse)| (coarse / fine - 1.0).abs()).fold(0.0, f64::max);
+    println!("reference, P3, n = 64: drag, lift, torque, speed {exact:.7?}; n = 48 differs by {change:.0e}\n");
+    println!("| mesh | cells | method | drag | lift | torque | slip | speed | L² | H¹ | s |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    type Make = fn(usize) -> Result<(Arc<Mesh>, Shape), Failure>;
+    let cases: [(&str, [usize; 3], Make); 3] = [
+        ("fitted", [6, 12, 24], fitted),
+        ("Cartesian", [16, 32, 64], |n| Ok((square(n, 0.0)?, DISC.into()))),
+        ("distorted", [16, 32, 64], |n| Ok((square(n, 0.2)?, DISC.into()))),
+    ];
+    for (kind, sizes, make) in cases {
+        for (name, method) in METHODS {
+            for n in sizes {
+                let (mesh, shape) = make(n)?;
+                let (flow, fixed, ms) = solved(&mesh, FLOW, held(shape.clone()), (method, 2))?;
+                let Wrench { force, torque } = fixed.wrenches[0];
+                let slip = slip(&flow, &fixed);
+                let (flow, fallen, _) = solved(&mesh, ["0", "0"], falling(shape), (method, 2))?;
+                let [l2, h1] = distance(&flow, &fallen, (&field, &locator));
+                let found = [force.x, force.y, torque, fallen.twists[0].velocity.y];
+                let of = |k: usize| format!("{:.1e}", (found[k] / exact[k] - 1.0).abs());
+                println!(
+                    "| {kind} | {} | {name} | {} | {} | {} | {slip:.1e} | {} | {l2:.1e} | {h1:.1e} | {:.2} |",
+                    mesh.cells.len(),
+                    of(0),
+                    of(1),
+                    of(2),
+                    of(3),
+                    1e-3 * ms
+                );
+            }
         }
     }
     Ok(())

@@ -179,7 +179,7 @@ fn scenes() -> Vec<(&'static str, String, &'static [&'static str])> {
         (
             "stokes",
             STOKES.to_owned(),
-            &["mean_speed", "force_on", "kinetic_energy", "gap", "contacts", "wall_force", "body", "holding"],
+            &["mean_speed", "force_on", "kinetic_energy", "gap", "contacts", "wall_force", "body", "holding", "wrench"],
         ),
         ("particles", PARTICLES.to_owned(), &["kinetic_energy", "gap", "contacts", "wall_force", "body"]),
     ]
@@ -288,6 +288,35 @@ end = 0.1
 "#;
     let (_, values) = taken(&measuring(flow, &[&MEAN_SPEED]).unwrap());
     assert!((values["mean_speed"] - 2.0 / 3.0).abs() < 1e-9, "{values:?}");
+}
+
+/// Every body has the measures of one, under its name.
+#[test]
+fn measures_of_a_body_that_is_named() {
+    let two = STOKES.replacen("[time]", "[[body]]\nname = \"post\"\nshape = { disc = { radius = 0.1 } }\nposition = [0.2, 0.8]\nmotion = \"fixed\"\n[time]", 1);
+    let scene = |measures: &str| {
+        let text = format!("{two}\n[[output]]\nmeasures = [{measures}]\nevery = {{ steps = 1 }}\n");
+        AnyScene::parse(&text, Path::new("test.toml")).map_err(|error| error.to_string())
+    };
+    let asked = r#""body", "wrench", "holding", { body = "post" }, { wrench = "post" }, { holding = "post" }"#;
+    let (header, values) = taken(&scene(asked).unwrap());
+    let of_post = |name: &str| values[format!("{name}:post").as_str()];
+    assert_eq!((of_post("body_x1"), of_post("body_x2"), of_post("body_velocity_1")), (0.2, 0.8, 0.0));
+    assert!(values["body_x1"] != 0.2 && values["holding_x1"] == 0.0, "{values:?}");
+    // nothing else pulls the post
+    let off = of_post("holding_x1") + of_post("wrench_x1");
+    assert!(of_post("wrench_x1").abs() > 1e-3 && off.abs() < 1e-12, "{values:?}");
+    assert!(header.iter().any(|name| name == "wrench_torque:post"), "{header:?}");
+    assert_eq!(column("body_x2:post").map(|column| column.name), Some("body_x2"));
+    assert_eq!(monolayer::results::names::words("body_x1:post"), "x₁ of the body post");
+    for (measures, parts) in [
+        (r#"{ wrench = "pots" }"#, ["no body `pots`", "did you mean `post`?"]),
+        (r#"{ wrench = "post", around = [0, 0] }"#, ["about no point", "{ wrench = \"BODY\" }"]),
+        (r#"{ gap = "post" }"#, ["gap", "force_on"]),
+    ] {
+        let error = scene(measures).map(|_| ()).unwrap_err();
+        assert!(parts.iter().all(|part| error.contains(part)), "{measures}: {error}");
+    }
 }
 
 /// A measure on a boundary tag says what it needs, and the resolved scene has it as it was written.

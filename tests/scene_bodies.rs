@@ -5,7 +5,7 @@ use std::path::Path;
 use monolayer::body::Hold;
 use monolayer::contact::{Law, Wall};
 use monolayer::mesh::Point;
-use monolayer::model::immersed::flow::Method;
+use monolayer::model::immersed::flow::{Method, Penalty};
 use monolayer::run::AnyScene;
 use monolayer::run::domain::mesh_of;
 use monolayer::scene::{ParticlesScene, Scene, SceneSource, StokesScene};
@@ -210,6 +210,27 @@ fn a_resolved_scene_parses_back_to_itself() {
     }
 }
 
+/// Bodies of a Stokes flow are boundaries of it, unless a key of the penalty is given.
+#[test]
+fn methods_where_nobody_says_them() {
+    let method = |rigid: &str| {
+        let text = STOKES.replacen("[rigid]\nepsilon = 1e-6\n", rigid, 1);
+        let (scene, again) = (stokes(&text), stokes(&stokes(&text).resolved_toml()));
+        assert_eq!(scene.bodies, again.bodies, "{rigid}");
+        scene.bodies.expect("there is one").rigid.method
+    };
+    assert_eq!(method(""), Method::Nitsche);
+    assert_eq!(method("[rigid]\norder = 1\n"), Method::Nitsche);
+    assert_eq!(method("[rigid]\nepsilon = 1e-6\n"), Method::Penalty(Penalty::harmonic(1e-6)));
+    assert_eq!(method("[rigid]\nstrength = \"full\"\n"), Method::Penalty(Penalty::full(1e-8)));
+    assert_eq!(method("[rigid]\nmethod = \"penalty\"\n"), Method::Penalty(Penalty::harmonic(1e-8)));
+    let both = "method = \"nitsche\"\nepsilon = 1e-6";
+    wrong_in(STOKES, "epsilon = 1e-6", both, false, &["`rigid.epsilon` = 1e-6", "only the penalty has it"]);
+    let both = "method = \"nitsche\"\nstrength = \"full\"";
+    wrong_in(STOKES, "epsilon = 1e-6", both, false, &["`rigid.strength` = \"full\"", "only the penalty has it"]);
+    wrong_in(STOKES, "epsilon = 1e-6", "strength = \"half\"", true, &["half", "harmonic", "full"]);
+}
+
 #[test]
 fn bodies_are_set_by_number_and_by_name() {
     let mut source = SceneSource::parse(PARTICLES, Path::new("scene.toml")).unwrap();
@@ -244,7 +265,7 @@ fn the_bodies_of_a_tissue() {
     let scene = Scene::parse(&text, Path::new("quick.toml")).unwrap();
     let bodies = scene.bodies.as_ref().expect("one");
     assert_eq!((bodies.bodies[0].friction, bodies.rigid.order), (2.0, 2));
-    assert_eq!(bodies.rigid.method, Method::Penalty { epsilon: 1e-8 });
+    assert_eq!(bodies.rigid.method, Method::Penalty(Penalty::harmonic(1e-8)));
     assert!(bodies.contact.is_none(), "one body meets nothing");
     let again = Scene::parse(&scene.resolved_toml(), Path::new("quick.toml")).unwrap();
     assert_eq!(again.bodies, scene.bodies);

@@ -8,7 +8,7 @@ use crate::body::Body;
 use crate::body::guide::Guide;
 use crate::cut::Cover;
 use crate::form::Integrator;
-use crate::model::immersed::penalty::Immersion;
+use crate::model::immersed::penalty::{Immersion, Strength};
 use crate::shape::Pose;
 use crate::space::Space;
 
@@ -44,10 +44,10 @@ pub fn immerse(
     loops: &Integrator,
     velocity: &Arc<Space>,
     bodies: &[Body],
-    poses: &[Pose],
+    (poses, strength): (&[Pose], Strength),
 ) -> Result<Immersion, MomentumError> {
     let placed: Vec<_> = bodies.iter().zip(poses).map(|(body, pose)| (body.shape.clone(), *pose)).collect();
     let cover = Arc::new(Cover::new(&loops.mesh, None, &placed));
     let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
-    Ok(Immersion::new(loops, velocity, cover, &names, poses)?)
+    Ok(Immersion::new(loops, velocity, cover, &names, (poses, strength))?)
 }

@@ -272,6 +272,13 @@ impl Momentum {
         bodies.solve(self.ground(), (f, prescribed), loads, rules)
     }
 
+    /// Adds to the balance of a fluid around bodies what these add to it by Nitsche's method.
+    pub(super) fn add_surfaces(&self, flow: &FlowWithBodies, residual: &mut [f64]) {
+        if let System::Nitsche(bodies) = &self.system {
+            bodies.add_residual(self.ground(), flow, residual);
+        }
+    }
+
     /// Adds forces and torques on the bodies to a functional.
     ///
     /// # Panics

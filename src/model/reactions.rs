@@ -8,6 +8,10 @@
 //!
 //! R is known node by node. Where two tags meet, the node's part is shared: each takes `∫ (n·σ_h)·φ` over its own
 //! faces, and half of what these leave of R. So the forces on all tags add up to what acts inside, to rounding.
+//!
+//! Bodies by penalty are a part of what flows, and the forces on them act inside. By Nitsche's method R is that of the
+//! fluid alone, with what the boundaries of the bodies and the ghost penalty add to it: the forces on all tags and those
+//! of the flow on all bodies add up to what acts on the fluid.
 
 use std::collections::BTreeMap;
 
@@ -91,9 +95,11 @@ impl Reactions {
         let pi = Field::new(&momentum.pressure, carried.pi.clone());
         let sources = sources.at_time(flow.t);
         let form = flowing(momentum, &FlowTerms::of(fluid), &v, &pi) - body_force(velocity, fluid, &sources, flow.t);
-        let mut residual = flow.loops.vector(&form, velocity);
+        let fluid = flow.fluid();
+        let mut residual = fluid.vector(&form, velocity);
         add_bodies(momentum, &v.values, &[&flow.loads()?, &carried.holding], &mut residual);
-        Ok(Self::new(&flow.loops, velocity, &residual, &form))
+        momentum.add_surfaces(carried, &mut residual);
+        Ok(Self::new(&fluid, velocity, &residual, &form))
     }
 
     /// Of an incompressible sheet in a state.

@@ -87,8 +87,8 @@ pub fn symbol(key: &str) -> &str {
 /// A key of the scene, or a column of a table, in words: `β`, `overshoot of v₁ behind the disc`.
 pub fn words(name: &str) -> String {
     match (known(name), estimated(name)) {
-        (Some(column), _) => match list::on_tag(name) {
-            Some((_, tag)) => format!("{} {tag}", column.words),
+        (Some(column), _) => match list::on(name) {
+            Some((_, on)) => format!("{} {on}", column.words),
             None => column.words.to_owned(),
         },
         (None, Some(measure)) => format!("estimated error, {}", words(measure)),
@@ -116,8 +116,8 @@ pub fn error(field: &str, norm: &str) -> Option<String> {
 /// As in the legend of a picture of one kind of measures.
 pub fn short(name: &str) -> String {
     match known(name) {
-        Some(column) => match list::on_tag(name) {
-            Some((_, tag)) => format!("{}, {tag}", column.short),
+        Some(column) => match list::on(name) {
+            Some((_, on)) => format!("{}, {on}", column.short),
             None => column.short.to_owned(),
         },
         None => fields::of_residual(name).map_or_else(|| words(name), ToString::to_string),

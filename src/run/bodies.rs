@@ -8,7 +8,7 @@ use crate::body::Hold;
 use crate::contact::Law;
 use crate::contact::in_flow::FlowCoupling;
 use crate::model::TermStatus;
-use crate::model::immersed::flow::Method;
+use crate::model::immersed::flow::{Method, Penalty, Strength};
 use crate::scene::Bodies;
 
 /// The bodies of a scene and how they meet.
@@ -70,7 +70,13 @@ pub(super) fn body_terms(bodies: Option<&Bodies>) -> Vec<TermStatus> {
         return vec![TermStatus { name, formula: penalty, on: false, reason: "no [[body]]".to_owned() }];
     };
     let (formula, how) = match bodies.rigid.method {
-        Method::Penalty { epsilon } => (penalty, format!("epsilon = {epsilon:e}")),
+        Method::Penalty(Penalty { epsilon, strength }) => {
+            let where_cut = match strength {
+                Strength::Harmonic => "",
+                Strength::Full => ", in full in cut cells",
+            };
+            (penalty, format!("by penalty, epsilon = {epsilon:e}{where_cut}"))
+        }
         Method::Nitsche => ("v = u_i on ∂B_i", "by Nitsche's method".to_owned()),
     };
     let reason = format!("{} of them, {how}", bodies.bodies.len());

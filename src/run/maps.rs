@@ -57,8 +57,8 @@ impl Caption {
     /// Those of a flow without a tissue.
     pub fn of_flow(scene: &StokesScene) -> Self {
         let mut parameters = format!("C_F\u{a0}=\u{a0}{}", short(scene.fluid.friction, 4));
-        if let Some(Method::Penalty { epsilon }) = scene.bodies.as_ref().map(|bodies| bodies.rigid.method) {
-            parameters += &format!(", ε\u{a0}=\u{a0}{}", short(epsilon, 4));
+        if let Some(Method::Penalty(penalty)) = scene.bodies.as_ref().map(|bodies| bodies.rigid.method) {
+            parameters += &format!(", ε\u{a0}=\u{a0}{}", short(penalty.epsilon, 4));
         }
         Self { parameters, steady: false }
     }

@@ -6,11 +6,13 @@ use std::sync::Arc;
 use super::RunError;
 use super::kinds::sheet::show_bodies_at_rest;
 use super::stepper::{Ground, Plan};
-use super::view::{TissueNow, View};
+use super::view::{TissueNow, View, holding};
 use crate::measure::Measure;
 use crate::measure::errors::History;
 use crate::measure::fields::{Fields, TissueFields};
-use crate::measure::list::{Asked, Boundary, Column, Domain, FREE_ENERGY, Flow, Prepared, Subject, Taken, Tissue};
+use crate::measure::list::{
+    Asked, Boundary, Column, Domain, FREE_ENERGY, Flow, Holding, Prepared, Subject, Taken, Tissue,
+};
 use crate::model::fields::{self, POLARITY, VELOCITY};
 use crate::model::{Exact, Residuals, State};
 use crate::scene::{Output, Scene, measured};
@@ -154,10 +156,12 @@ impl<'s> Gauges<'s> {
         let tissue = Tissue { domain, model, state, t, rate_of_p: &still, energy, march: None };
         let find = || model.reactions(state, t);
         let boundary = Boundary::new(&find);
+        let hold = || holding(model, state, t).unwrap_or_else(|| Ok(Vec::new()));
+        let held = Holding::new(&hold);
         let mut taken = Taken::default();
         show_bodies_at_rest(model, state, t, &mut |bodies| {
             let flow = Some(Flow { v: &v, loops: &flowing });
-            let at = Subject { flow, boundary: Some(&boundary), bodies, tissue: Some(tissue) };
+            let at = Subject { flow, boundary: Some(&boundary), bodies, holding: Some(&held), tissue: Some(tissue) };
             Ok(self.gauges.iter().try_for_each(|(_, gauge)| gauge.take(&at, &mut taken))?)
         })?;
         let residuals = model.residuals(state, t)?;
@@ -192,8 +196,11 @@ impl<'s> Gauges<'s> {
         });
         let find = || view.reactions().expect("a flow that forces drive");
         let boundary = Boundary::new(&find);
+        let hold = || view.holding().unwrap_or_else(|| Ok(Vec::new()));
+        let held = Holding::new(&hold);
         let driven = view.tissue.is_some() || view.flow.is_some();
-        let at = Subject { flow, boundary: driven.then_some(&boundary), bodies: view.bodies, tissue };
+        let boundary = driven.then_some(&boundary);
+        let at = Subject { flow, boundary, bodies: view.bodies, holding: Some(&held), tissue };
         Ok(gauges.try_for_each(|gauge| gauge.take(&at, taken))?)
     }
 }

@@ -7,7 +7,8 @@ use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::Flow;
 use crate::model::momentum::MomentumError;
 use crate::model::{Exact, Fluid, Reactions, Sources, State};
-use crate::time::Sheet;
+use crate::shape::Wrench;
+use crate::time::{Sheet, SheetKind};
 
 /// What only a tissue shows.
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +58,12 @@ impl View<'_> {
         of_tissue.or_else(|| self.flow.map(|now| of_flow(now.flow, now.carried, exact, self.t)))
     }
 
+    /// The forces and torques that hold the bodies of a flow; `None` where nothing flows around bodies.
+    pub fn holding(&self) -> Option<Result<Vec<Wrench>, MomentumError>> {
+        let of_flow = self.flow.map(|now| Ok(now.carried.holding.clone()));
+        of_flow.or_else(|| self.tissue.and_then(|now| holding(now.model, now.state, self.t)))
+    }
+
     /// The forces on the boundary; `None` where none drive the flow.
     pub fn reactions(&self) -> Option<Result<Reactions, MomentumError>> {
         let of_tissue = self.tissue.map(|now| now.model.reactions(now.state, self.t));
@@ -64,5 +71,13 @@ impl View<'_> {
             let FlowNow { flow, carried, fluid, sources } = self.flow?;
             Some(Reactions::of_flow(flow, carried, fluid, sources))
         })
+    }
+}
+
+/// The forces and torques that hold the bodies of a tissue; `None` without bodies.
+pub fn holding(model: &dyn Sheet, state: &State, t: f64) -> Option<Result<Vec<Wrench>, MomentumError>> {
+    match model.kind() {
+        SheetKind::Incompressible(model) => model.bodies.as_ref().map(|_| model.holding(state, t)),
+        SheetKind::Compressible(_) => None,
     }
 }

@@ -9,7 +9,7 @@ use monolayer::mesh::generate::MeshScene;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::Conditions;
 use monolayer::model::immersed::FlowWithBodies;
-use monolayer::model::immersed::flow::{Flow, Method, Settings};
+use monolayer::model::immersed::flow::{Flow, Method, Penalty, Settings};
 use monolayer::model::momentum::{MomentumError, SlipTreatment};
 use monolayer::shape::{Disc, Pose, Shape};
 
@@ -37,18 +37,32 @@ pub fn walls(velocity: [&str; 2]) -> Vec<Conditions> {
     vec![Conditions::flow(velocity.map(formula)); 4]
 }
 
+/// What bodies are where nobody says it.
+pub fn usual() -> Method {
+    Settings::default().method
+}
+
+pub fn penalty(epsilon: f64) -> Method {
+    Method::Penalty(Penalty::harmonic(epsilon))
+}
+
+/// With all of the penalty in cut cells.
+pub fn full(epsilon: f64) -> Method {
+    Method::Penalty(Penalty::full(epsilon))
+}
+
 pub fn flow_of(
     mesh: &Arc<Mesh>,
     conditions: &[Conditions],
     bodies: Vec<Body>,
-    epsilon: f64,
+    method: Method,
 ) -> Result<Flow, MomentumError> {
-    let settings = Settings { method: Method::Penalty { epsilon }, order: 2 };
+    let settings = Settings { method, ..Settings::default() };
     Flow::new(mesh, (2, 1), conditions, (0.0, SlipTreatment::Rotated), bodies, (settings, 0.0))
 }
 
-pub fn solved(mesh: &Arc<Mesh>, velocity: [&str; 2], bodies: Vec<Body>, epsilon: f64) -> (Flow, FlowWithBodies) {
-    let flow = flow_of(mesh, &walls(velocity), bodies, epsilon).expect("a flow");
+pub fn solved(mesh: &Arc<Mesh>, velocity: [&str; 2], bodies: Vec<Body>, method: Method) -> (Flow, FlowWithBodies) {
+    let flow = flow_of(mesh, &walls(velocity), bodies, method).expect("a flow");
     let carried = flow.solve(&Linear::zero()).expect("a solution");
     (flow, carried)
 }

@@ -2,27 +2,27 @@
 
 use monolayer::form::Linear;
 use monolayer::mesh::Point;
-use monolayer::model::immersed::flow::Flow;
+use monolayer::model::immersed::flow::{Flow, Method};
 use monolayer::shape::Twist;
 
-use crate::common::{disc, flow_of, pushed, square, walls};
+use crate::common::{disc, flow_of, penalty, pushed, square, usual, walls};
 
-fn start(place: Point) -> Flow {
+fn start(place: Point, method: Method) -> Flow {
     let body = pushed(disc(0.12, place), [1.0, -2.0], 0.1);
-    flow_of(&square(16), &walls(["0", "0"]), vec![body], 1e-8).expect("a flow")
+    flow_of(&square(16), &walls(["0", "0"]), vec![body], method).expect("a flow")
 }
 
 #[test]
 fn a_moved_body_is_where_a_new_one_would_be() {
     let place = Point::new(0.4, 0.6);
-    let mut flow = start(place);
+    let mut flow = start(place, penalty(1e-8));
     for k in 1..=6 {
         let by = [Twist { velocity: Point::new(0.021, -0.017), spin: 0.05 }];
         flow.advance(1.0, &by, &by).expect("a move");
         let share = flow.momentum.bodies().expect("a body").share;
         assert!(share < 0.98, "step {k}: {share}");
         let moved = flow.solve(&Linear::zero()).expect("a solution");
-        let fresh = start(flow.motion.poses[0].position).solve(&Linear::zero()).expect("a solution");
+        let fresh = start(flow.motion.poses[0].position, penalty(1e-8)).solve(&Linear::zero()).expect("a solution");
         let apart = (moved.twists[0].velocity - fresh.twists[0].velocity).norm();
         assert!(apart < 1e-11 * fresh.twists[0].velocity.norm(), "step {k}: {apart}");
     }
@@ -30,8 +30,8 @@ fn a_moved_body_is_where_a_new_one_would_be() {
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
-    let run = || {
-        let mut flow = start(Point::new(0.45, 0.55));
+    let run = |method| {
+        let mut flow = start(Point::new(0.45, 0.55), method);
         for _ in 0..2 {
             let now = flow.solve(&Linear::zero()).expect("a solution").twists;
             let by = flow.predicted(0.5, &now).expect("a prediction");
@@ -41,7 +41,9 @@ fn results_do_not_depend_on_the_number_of_threads() {
         carried.v.iter().chain(&carried.pi).map(|v| v.to_bits()).collect::<Vec<u64>>()
     };
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-    assert!(pool(1).install(run) == pool(3).install(run), "bits differ");
+    for method in [usual(), penalty(1e-8)] {
+        assert!(pool(1).install(|| run(method)) == pool(3).install(|| run(method)), "bits differ");
+    }
 }
 
 /// Springs between the points of a grid, each point held a little.

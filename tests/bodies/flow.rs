@@ -9,13 +9,13 @@ use monolayer::shape::{Capsule, Shape, Twist};
 use monolayer::shape::{Wrench, rigid_motion};
 use monolayer::solve::dot;
 
-use crate::common::{MIDDLE, disc, flow_of, formula, pushed, solved, square, walls};
+use crate::common::{MIDDLE, disc, flow_of, formula, full, penalty, pushed, solved, square, usual, walls};
 
 #[test]
 fn a_disc_in_a_shear_flow_turns_with_half_the_shear_rate() {
     let mesh = square(14);
-    for radius in [0.05, 0.1, 0.2, 0.3] {
-        let (_, carried) = solved(&mesh, ["0", "x"], vec![disc(radius, MIDDLE)], 1e-8);
+    for (radius, method) in [0.05, 0.1, 0.2, 0.3].into_iter().flat_map(|r| [(r, usual()), (r, penalty(1e-8))]) {
+        let (_, carried) = solved(&mesh, ["0", "x"], vec![disc(radius, MIDDLE)], method);
         let twist = carried.twists[0];
         assert!((twist.spin - 0.5).abs() < 5e-3, "radius {radius}: spin {}", twist.spin);
         assert!((twist.velocity - Point::new(0.0, 0.5)).norm() < 5e-3, "radius {radius}: {}", twist.velocity);
@@ -26,12 +26,15 @@ fn a_disc_in_a_shear_flow_turns_with_half_the_shear_rate() {
 fn a_rigid_flow_is_found_exactly() {
     let (velocity, spin) = (Point::new(0.3, -0.2), 0.7);
     let moving = ["0.3 - 0.7*(y - 0.4)", "-0.2 + 0.7*(x - 0.4)"];
-    for (radius, place) in [(0.15, Point::new(0.4, 0.4)), (0.01, Point::new(0.41, 0.43)), (0.2, Point::new(0.1, 0.5))] {
-        let (_, carried) = solved(&square(9), moving, vec![disc(radius, place)], 1e-10);
-        let twist = carried.twists[0];
-        let expected = Twist { velocity, spin }.at(place, Point::new(0.4, 0.4));
-        assert!((twist.velocity - expected).norm() < 1e-10, "{place}: {}", twist.velocity - expected);
-        assert!((twist.spin - spin).abs() < 1e-9, "{place}: {}", twist.spin - spin);
+    for method in [usual(), penalty(1e-10), full(1e-10)] {
+        for (radius, x, y) in [(0.15, 0.4, 0.4), (0.01, 0.41, 0.43), (0.2, 0.1, 0.5)] {
+            let place = Point::new(x, y);
+            let (_, carried) = solved(&square(9), moving, vec![disc(radius, place)], method);
+            let twist = carried.twists[0];
+            let expected = Twist { velocity, spin }.at(place, Point::new(0.4, 0.4));
+            assert!((twist.velocity - expected).norm() < 1e-10, "{place}: {}", twist.velocity - expected);
+            assert!((twist.spin - spin).abs() < 1e-9, "{place}: {}", twist.spin - spin);
+        }
     }
 }
 
@@ -40,7 +43,7 @@ fn spins_converge_with_the_penalty_and_nothing_is_lost_at_the_end() {
     let mesh = square(10);
     let spin = |epsilon: f64| {
         let off = disc(0.17, Point::new(0.43, 0.52));
-        solved(&mesh, ["0", "x^2"], vec![off], epsilon).1.twists[0].spin
+        solved(&mesh, ["0", "x^2"], vec![off], penalty(epsilon)).1.twists[0].spin
     };
     let spins: Vec<f64> = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14].map(spin).to_vec();
     let steps: Vec<f64> = spins.windows(2).map(|s| (s[1] - s[0]).abs()).collect();
@@ -53,11 +56,11 @@ fn spins_converge_with_the_penalty_and_nothing_is_lost_at_the_end() {
     assert!((spin(1e-2) - spins[5]).abs() < 1e-2, "{spins:?}");
 }
 
-/// A free disc with a force: testing the balance with its rigid motions gives its force and torque back.
+/// A free disc with a force by penalty: testing the balance with its rigid motions gives its force and torque back.
 #[test]
 fn forces_on_a_free_body_are_in_balance() {
     let body = pushed(disc(0.13, Point::new(0.45, 0.55)), [3.0, -5.0], 0.4);
-    let (flow, carried) = solved(&square(12), ["0", "0"], vec![body], 1e-9);
+    let (flow, carried) = solved(&square(12), ["0", "0"], vec![body], penalty(1e-9));
     let momentum = &flow.momentum;
     let positions = momentum.velocity.node_positions();
     // K v without bodies, tested with the rigid motions of the patch, is what the fluid does to the body
@@ -101,36 +104,40 @@ fn forces_on_a_free_body_are_in_balance() {
 fn multipliers_are_the_forces_that_hold() {
     let mesh = square(12);
     let place = Point::new(0.42, 0.51);
-    let (_, free) = solved(&mesh, ["y", "0"], vec![pushed(disc(0.11, place), [2.0, 1.0], -0.3)], 1e-8);
-    let twist = free.twists[0];
-    let velocity = [twist.velocity.x, twist.velocity.y].map(|v| formula(&format!("{v:e}")));
-    let hold = Hold::Held { velocity, spin: formula(&format!("{:e}", twist.spin)) };
-    let (_, held) = solved(&mesh, ["y", "0"], vec![Body { hold, ..disc(0.11, place) }], 1e-8);
-    let holding = held.holding[0];
-    assert!((holding.force - Point::new(2.0, 1.0)).norm() < 1e-6, "{holding:?}");
-    assert!((holding.torque + 0.3).abs() < 1e-6, "{holding:?}");
-    assert!((held.twists[0].velocity - twist.velocity).norm() < 1e-10);
-    let fixed = Body { hold: Hold::Fixed, ..disc(0.11, place) };
-    let (_, fixed) = solved(&mesh, ["y", "0"], vec![fixed], 1e-8);
-    assert!(fixed.twists[0].velocity.norm() + fixed.twists[0].spin.abs() < 1e-10, "{:?}", fixed.twists);
-    assert!(fixed.holding[0].force.x < -0.1, "{:?}", fixed.holding);
+    for method in [usual(), penalty(1e-8), full(1e-8)] {
+        let (_, free) = solved(&mesh, ["y", "0"], vec![pushed(disc(0.11, place), [2.0, 1.0], -0.3)], method);
+        let twist = free.twists[0];
+        let velocity = [twist.velocity.x, twist.velocity.y].map(|v| formula(&format!("{v:e}")));
+        let hold = Hold::Held { velocity, spin: formula(&format!("{:e}", twist.spin)) };
+        let (_, held) = solved(&mesh, ["y", "0"], vec![Body { hold, ..disc(0.11, place) }], method);
+        let holding = held.holding[0];
+        assert!((holding.force - Point::new(2.0, 1.0)).norm() < 1e-6, "{holding:?}");
+        assert!((holding.torque + 0.3).abs() < 1e-6, "{holding:?}");
+        assert!((held.twists[0].velocity - twist.velocity).norm() < 1e-10);
+        let fixed = Body { hold: Hold::Fixed, ..disc(0.11, place) };
+        let (_, fixed) = solved(&mesh, ["y", "0"], vec![fixed], method);
+        assert!(fixed.twists[0].velocity.norm() + fixed.twists[0].spin.abs() < 1e-10, "{:?}", fixed.twists);
+        assert!(fixed.holding[0].force.x < -0.1, "{:?}", fixed.holding);
+    }
 }
 
 #[test]
 fn a_pinned_body_turns_about_its_pin() {
     let shape = Shape::from(Capsule { half_length: 0.12, radius: 0.05 });
     let pinned = Body { shape, hold: Hold::Pinned(Point::new(-0.12, 0.0)), ..disc(0.1, Point::new(0.52, 0.5)) };
-    let (mut flow, carried) = solved(&square(12), ["y", "0"], vec![pinned], 1e-8);
-    let pin = Point::new(0.4, 0.5);
-    let (twist, place) = (carried.twists[0], flow.motion.poses[0].position);
-    assert!(twist.at(pin, place).norm() < 1e-10, "{twist:?}");
-    assert!(twist.spin < -0.02 && carried.holding[0].force.norm() > 0.1, "{carried:?}");
-    for _ in 0..4 {
-        let now = flow.solve(&Linear::zero()).expect("a solution").twists;
-        let by = flow.predicted(0.3, &now).expect("a prediction");
-        flow.advance(0.3, &now, &by).expect("a move");
-        let at = flow.motion.poses[0].to_space(Point::new(-0.12, 0.0));
-        assert!((at - pin).norm() < 1e-12, "{at}");
+    for method in [usual(), full(1e-8)] {
+        let (mut flow, carried) = solved(&square(12), ["y", "0"], vec![pinned.clone()], method);
+        let pin = Point::new(0.4, 0.5);
+        let (twist, place) = (carried.twists[0], flow.motion.poses[0].position);
+        assert!(twist.at(pin, place).norm() < 1e-10, "{twist:?}");
+        assert!(twist.spin < -0.1 && carried.holding[0].force.norm() > 0.1, "{method:?}: {twist:?}");
+        for _ in 0..4 {
+            let now = flow.solve(&Linear::zero()).expect("a solution").twists;
+            let by = flow.predicted(0.3, &now).expect("a prediction");
+            flow.advance(0.3, &now, &by).expect("a move");
+            let at = flow.motion.poses[0].to_space(Point::new(-0.12, 0.0));
+            assert!((at - pin).norm() < 1e-12, "{at}");
+        }
     }
 }
 
@@ -139,9 +146,11 @@ fn a_pinned_body_turns_about_its_pin() {
 fn open_boundaries_and_slip_walls_carry_bodies_too() {
     let inlet = Conditions::flow([formula("1"), formula("0")]);
     let conditions = [inlet, Conditions::open(), Conditions::slip(), Conditions::slip()];
-    let flow = flow_of(&square(10), &conditions, vec![disc(0.1, MIDDLE)], 1e-8).expect("a flow");
-    let twist = flow.solve(&Linear::zero()).expect("a solution").twists[0];
-    assert!((twist.velocity - Point::new(1.0, 0.0)).norm() < 1e-9 && twist.spin.abs() < 1e-9, "{twist:?}");
+    for method in [usual(), penalty(1e-8)] {
+        let flow = flow_of(&square(10), &conditions, vec![disc(0.1, MIDDLE)], method).expect("a flow");
+        let twist = flow.solve(&Linear::zero()).expect("a solution").twists[0];
+        assert!((twist.velocity - Point::new(1.0, 0.0)).norm() < 1e-9 && twist.spin.abs() < 1e-9, "{twist:?}");
+    }
 }
 
 /// A uniform flow past bodies with friction: they lag behind, the more the larger their friction.
@@ -161,6 +170,18 @@ fn friction_of_a_body_is_its_own() {
     assert!((speed(0.0, 0.0) - 1.0).abs() < 1e-9);
     assert!((speed(5.0, 5.0) - 1.0).abs() < 1e-9, "the pressure balances a friction that is the same everywhere");
     let lagging = [speed(0.0, 1.0), speed(0.0, 10.0), speed(0.0, 1000.0)];
-    assert!(lagging[0] < 0.9995 && lagging[1] < lagging[0] && lagging[2] < 0.6 * lagging[1], "{lagging:?}");
+    assert!(lagging[0] < 0.999 && lagging[1] < lagging[0] && lagging[2] < 0.6 * lagging[1], "{lagging:?}");
     assert!(speed(10.0, 0.0) > 1.0, "driven by the pressure");
+}
+
+#[test]
+fn temporary_pinned() {
+    let shape = Shape::from(Capsule { half_length: 0.12, radius: 0.05 });
+    let pinned = Body { shape, hold: Hold::Pinned(Point::new(-0.12, 0.0)), ..disc(0.1, Point::new(0.52, 0.5)) };
+    for n in [12, 24, 48, 96, 144] {
+        for method in [usual(), penalty(1e-8), full(1e-8)] {
+            let (_, carried) = solved(&square(n), ["y", "0"], vec![pinned.clone()], method);
+            println!("pinned n = {n}, {method:?}: spin {} holding {:?}", carried.twists[0].spin, carried.holding[0]);
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Rigid bodies by penalty in a Stokes flow.
+//! Rigid bodies in a Stokes flow, by the usual method and by penalty.
 
 mod common;
 mod extremes;

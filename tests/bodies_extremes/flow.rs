@@ -5,14 +5,19 @@ use crate::common::{Left, REST, disc, has, refused, resume, run, segment, stokes
 const SHEAR: &str = "[\"0\", \"x\"]";
 
 /// Two steps so short that nothing moves.
-fn once(n: usize, v: &str, bodies: &str, epsilon: f64) -> Left {
-    run(&stokes(n, v, &format!("{bodies}[rigid]\nepsilon = {epsilon:?}\n"), 1e-9, 2e-9)).ended()
+fn once(n: usize, v: &str, bodies: &str) -> Left {
+    run(&stokes(n, v, bodies, 1e-9, 2e-9)).ended()
+}
+
+/// The same by penalty.
+fn by_penalty(n: usize, v: &str, bodies: &str, epsilon: f64) -> Left {
+    once(n, v, &format!("{bodies}[rigid]\nepsilon = {epsilon:?}\n"))
 }
 
 #[test]
 fn penalties_from_1e_2_to_1e_14_converge() {
     let twist = |epsilon: f64| {
-        let left = once(10, SHEAR, &disc("disc", 0.2, 0.5, 0.5, "force = [\"1\", \"-3\"]"), epsilon);
+        let left = by_penalty(10, SHEAR, &disc("disc", 0.2, 0.5, 0.5, "force = [\"1\", \"-3\"]"), epsilon);
         let row = left.last("disc").clone();
         [row.vx, row.vy, row.spin]
     };
@@ -28,12 +33,9 @@ fn penalties_from_1e_2_to_1e_14_converge() {
 
 #[test]
 fn a_body_over_a_wall_at_rest_rests_and_over_a_sliding_one_goes_along() {
-    let left = once(8, REST, &disc("stuck", 0.15, 0.02, 0.5, "force = [\"0\", \"-100\"]"), 1e-8);
-    // cells that it cuts give way a little: to the wall it yields by a hundredth of its free speed at most
-    let free = once(8, REST, &disc("free", 0.15, 0.5, 0.5, "force = [\"0\", \"-100\"]"), 1e-8);
-    let (stuck, free) = (left.last("stuck").vy, free.last("free").vy);
-    assert!(stuck.abs() < 0.01 * free.abs(), "{stuck} {free}");
-    let left = once(8, "[\"0\", \"2\"]", &disc("carried", 0.15, 0.02, 0.5, ""), 1e-8);
+    let left = once(8, REST, &disc("stuck", 0.15, 0.02, 0.5, "force = [\"0\", \"-100\"]"));
+    assert!(left.last("stuck").vy.abs() < 1e-5, "{:?}", left.last("stuck"));
+    let left = once(8, "[\"0\", \"2\"]", &disc("carried", 0.15, 0.02, 0.5, ""));
     let row = left.last("carried");
     assert!((row.vy - 2.0).abs() < 1e-8 && row.vx.abs() < 1e-8 && row.spin.abs() < 1e-7, "{row:?}");
     // no rigid motion has this velocity
@@ -51,19 +53,19 @@ fn a_body_over_a_wall_at_rest_rests_and_over_a_sliding_one_goes_along() {
 fn a_body_at_a_vertex_and_one_along_the_mesh() {
     let square = "[[body]]\nname = \"fitted\"\nshape = \
                   { polygon = { vertices = [[0.25, 0.25], [0.75, 0.25], [0.75, 0.75], [0.25, 0.75]] } }\n";
-    let fitted = once(8, SHEAR, square, 1e-8);
+    let fitted = once(8, SHEAR, square);
     let row = fitted.last("fitted");
     assert!((row.spin - 0.5).abs() < 0.04 && (row.vy - 0.5).abs() < 0.02 && row.vx.abs() < 0.02, "{row:?}");
     // moved by rounding and by a little it does nearly the same
     for offset in [1e-15, 1e-12, 1e-8, 1e-4] {
         let moved = square.replace("0.25", &format!("{:?}", 0.25 - offset));
-        let other = once(8, SHEAR, &moved, 1e-8);
+        let other = once(8, SHEAR, &moved);
         let row2 = other.last("fitted");
         assert!((row2.spin - row.spin).abs() < 0.02, "offset {offset:e}: {row2:?}");
     }
     // through the vertex (0.5, 0.5) with its centre, and with its edge through four vertices
     for radius in [0.25, 0.125, 0.17677669529663687] {
-        let left = once(8, SHEAR, &disc("disc", radius, 0.5, 0.5, ""), 1e-8);
+        let left = once(8, SHEAR, &disc("disc", radius, 0.5, 0.5, ""));
         let row = left.last("disc");
         assert!((row.spin - 0.5).abs() < 0.03 && (row.vy - 0.5).abs() < 1e-2, "radius {radius}: {row:?}");
     }
@@ -72,12 +74,12 @@ fn a_body_at_a_vertex_and_one_along_the_mesh() {
 #[test]
 fn a_body_a_thousandth_of_a_cell() {
     for position in [[0.53, 0.49], [0.5, 0.5], [0.5, 0.53]] {
-        let left = once(8, SHEAR, &disc("tiny", 1.25e-4, position[0], position[1], ""), 1e-8);
+        let left = once(8, SHEAR, &disc("tiny", 1.25e-4, position[0], position[1], ""));
         let row = left.last("tiny");
         assert!((row.vy - position[0]).abs() < 0.02 && row.vx.abs() < 0.02, "{position:?}: {row:?}");
     }
     // and it may be pushed
-    let left = once(8, REST, &disc("tiny", 1.25e-4, 0.53, 0.49, "force = [\"1\", \"0\"]"), 1e-8);
+    let left = once(8, REST, &disc("tiny", 1.25e-4, 0.53, 0.49, "force = [\"1\", \"0\"]"));
     let row = left.last("tiny");
     assert!((0.05..2.0).contains(&row.vx), "{row:?}");
 }
@@ -85,10 +87,10 @@ fn a_body_a_thousandth_of_a_cell() {
 #[test]
 fn two_bodies_in_a_cell() {
     let pair = disc("a", 0.02, 0.52, 0.51, "force = [\"1\", \"0\"]") + &disc("b", 0.02, 0.57, 0.52, "");
-    let left = once(8, REST, &pair, 1e-8);
+    let left = once(8, REST, &pair);
     let (a, b) = (left.last("a"), left.last("b"));
-    // the one that is pushed drags the other along
-    assert!(a.vx > b.vx && b.vx > 0.3 * a.vx, "{a:?} {b:?}");
+    println!("{a:?} {b:?}");
+    assert!(a.vx > 0.0 && (a.vx - b.vx).abs() < 0.05 * a.vx, "{a:?} {b:?}");
     // pressed together for some time
     let pressed =
         disc("a", 0.02, 0.52, 0.51, "force = [\"1\", \"0\"]") + &disc("b", 0.02, 0.57, 0.51, "force = [\"-1\", \"0\"]");
@@ -133,8 +135,8 @@ fn a_gluey_cluster_of_ten_in_a_flow() {
     let rest = bodies + &segment([0.0, 0.05], [1.0, 0.05]) + "[contact]\nlaw = \"gluey\"\n";
     let left = run(&stokes(8, REST, &rest, 0.01, 0.08)).ended();
     assert!(left.most("overlap") < 1e-7 * 0.05, "{:e}", left.most("overlap"));
-    // pressed for 0.05, pulled for less: nobody has left the wall
-    for row in left.rows.iter().filter(|row| row.body.starts_with("d0")) {
+    // pressed for 0.05, pulled for less: nobody has left
+    for row in &left.rows {
         let first = left.track(&row.body)[0];
         assert!((row.y - first.y).abs() < 1e-6, "{row:?}");
     }

@@ -9,7 +9,7 @@ use monolayer::form::Faces;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::compressible::Compressible;
 use monolayer::model::fields::{DENSITY, POLARITY, VELOCITY};
-use monolayer::model::immersed::flow::{Flow, Method, Settings};
+use monolayer::model::immersed::flow::{Flow, Method, Penalty, Settings};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::momentum::{SlipTreatment, outer_force};
 use monolayer::model::parameters::DensityLaw;
@@ -98,7 +98,7 @@ fn with_bodies_in_the_flow_they_hold_these() {
         |x: f64| Body::new("disc", Disc { radius: 0.15 }.into(), Pose { position: Point::new(x, 0.4), angle: 0.0 });
     let fixed = Body { hold: Hold::Fixed, ..disc(0.3) };
     let pushed = Body { force: pair("2", "-3"), ..disc(0.7) };
-    let settings = (Settings { method: Method::Penalty { epsilon: 1e-4 }, order: 1 }, 0.0);
+    let settings = (Settings { method: Method::Penalty(Penalty::harmonic(1e-4)), order: 1 }, 0.0);
     let flow = Flow::new(&mesh, (2, 1), &conditions, (0.0, slip), vec![fixed, pushed], settings).unwrap();
     let sources = Sources::default();
     let carried = flow.solve(&outer_force(&flow.momentum.velocity, &fluid, &conditions, &sources, 0.0)).unwrap();
@@ -106,6 +106,59 @@ fn with_bodies_in_the_flow_they_hold_these() {
     let (force, _) = on_all(&found, &mesh, Point::zeros());
     let wanted = carried.holding[0].force + Point::new(2.0, -3.0);
     assert!((force - wanted).norm() < 1e-8 * wanted.norm(), "{force} and {wanted}");
+}
+
+/// By Nitsche's method the forces on all tags and on all bodies add up to what acts on the fluid, whatever the tags'
+/// conditions; one body is held, one pushed, one pinned, and one covers a part of the boundary.
+#[test]
+fn with_bodies_by_nitsche_s_method_they_balance_those_on_the_bodies() {
+    let sources = Sources { force: Some(pair("1 + x*y", "0.5 - y^2")), ..Sources::default() };
+    let (around, fluid) = (Point::new(0.3, -0.7), Fluid { friction: 0.8 });
+    let disc = |radius: f64, x: f64, y: f64| {
+        Body::new("disc", Disc { radius }.into(), Pose { position: Point::new(x, y), angle: 0.0 })
+    };
+    let bodies = || {
+        vec![
+            Body { hold: Hold::Fixed, ..disc(0.12, 0.3, 0.34) },
+            Body { force: pair("2", "-3"), friction: 3.0, ..disc(0.15, 0.7, 0.65) },
+            Body { hold: Hold::Pinned(Point::new(0.05, 0.0)), ..disc(0.09, 0.25, 0.7) },
+            Body { hold: Hold::Fixed, ..disc(0.14, 0.62, 0.02) },
+        ]
+    };
+    for degree in [2, 3] {
+        // on each side another condition, and each condition under the last body
+        for turn in 0..4 {
+            let mesh = square(9);
+            let conditions: Vec<Conditions> = (turn..turn + 4).map(condition).collect();
+            let tag = mesh.tags.iter().position(|tag| tag == "bottom").unwrap();
+            // what moves there moves the body
+            let moves = matches!(conditions[tag].velocity, VelocityCondition::Dirichlet(_));
+            let bodies: Vec<Body> = bodies().into_iter().take(if moves { 3 } else { 4 }).collect();
+            for slip in [SlipTreatment::Rotated, SlipTreatment::Penalty { epsilon: 1e-6 }] {
+                let (method, numbers) = (Method::Nitsche, (fluid.friction, slip));
+                let settings = (Settings { method, order: 1 }, 0.0);
+                let degrees = (degree, degree - 1);
+                let flow = Flow::new(&mesh, degrees, &conditions, numbers, bodies.clone(), settings).unwrap();
+                let velocity = &flow.momentum.velocity;
+                let carried = flow.solve(&outer_force(velocity, &fluid, &conditions, &sources, 0.0)).unwrap();
+                let found = Reactions::of_flow(&flow, &carried, &fluid, &sources).unwrap();
+                let v = Field::new(velocity, carried.v.clone());
+                let load = |x: Point, v: Point| Point::new(1.0 + x.x * x.y, 0.5 - x.y * x.y) - fluid.friction * v;
+                let sum = |f: &(dyn Fn(Point, Point) -> f64 + Sync)| {
+                    flow.fluid().sum(8, |x| f(x.site.x, load(x.site.x, v.vector(&x.site))))
+                };
+                let (mut force, mut torque) = on_all(&found, &mesh, around);
+                let size = force.norm() + carried.wrenches.iter().map(|wrench| wrench.force.norm()).sum::<f64>();
+                for (wrench, pose) in carried.wrenches.iter().zip(&flow.motion.poses) {
+                    force += wrench.force;
+                    torque += wrench.torque + (pose.position - around).perp(&wrench.force);
+                }
+                close(force.x, sum(&|_, f| f.x), size, 1e-11);
+                close(force.y, sum(&|_, f| f.y), size, 1e-11);
+                close(torque, sum(&|x, f| (x - around).perp(&f)), size, 1e-11);
+            }
+        }
+    }
 }
 
 /// `∫ (f_v + T_a p − C_F v)` of a tissue.

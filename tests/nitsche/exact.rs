@@ -156,3 +156,30 @@ fn moved_bodies_are_as_if_they_had_begun_there() {
         assert!(a.v == b.v && a.pi == b.pi && a.twists == b.twists, "after a shift by {shift}");
     }
 }
+
+/// The number of unknowns changes as a disc enters a wall and leaves it, and the arm of a pin as its body turns.
+#[test]
+fn bodies_that_enter_walls_are_as_if_they_had_begun_there() {
+    let mesh = square(14);
+    let pin = Point::new(0.05, 0.02);
+    let all = || {
+        let wheel = Body { hold: Hold::Pinned(pin), ..body(Ellipse { semi_axes: [0.15, 0.06] }, 0.7, 0.4, 0.3) };
+        let wheel = Body { friction: 3.0, ..pushed(wheel, [1.0, -2.0], 0.5) };
+        vec![pushed(disc(0.12, Point::new(0.3, 0.15)), [1.0, -2.0], 0.1), wheel, body(triangle(), 0.3, 0.7, 0.2)]
+    };
+    let conditions = walls(&mesh, ["0", "0"]);
+    let mut flow = try_flow(&mesh, &conditions, all(), (2, 0.0)).expect("a flow");
+    let mut rested = Vec::new();
+    for fall in [0.02, 0.06, 0.01, -0.08] {
+        let turn = Twist { velocity: 2.0 * Point::new(pin.y, -pin.x), spin: 2.0 };
+        let by = [Twist { velocity: Point::new(0.01, -fall), spin: 0.0 }, turn, Twist::ZERO];
+        flow.advance(1.0, &by, &by).expect("a place");
+        let mut there = all();
+        there.iter_mut().zip(&flow.motion.poses).for_each(|(body, pose)| body.start = *pose);
+        let fresh = try_flow(&mesh, &conditions, there, (2, 0.0)).expect("a flow");
+        let [a, b] = [&flow, &fresh].map(|flow| flow.solve(&Linear::zero()).expect("a solution"));
+        assert!(a.v == b.v && a.pi == b.pi && a.twists == b.twists, "after a fall by {fall}");
+        rested.push(a.twists[0].velocity.norm() < 1e-12);
+    }
+    assert_eq!(rested, [false, true, true, false]);
+}

@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use monolayer::body::Body;
 use monolayer::form::Linear;
 use monolayer::mesh::Point;
+use monolayer::model::Conditions;
 use monolayer::model::immersed::FlowWithBodies;
 use monolayer::model::momentum::MomentumError;
-use monolayer::shape::{Capsule, Polygon, Shape};
+use monolayer::shape::{Capsule, Polygon, Shape, Twist};
 
 use crate::common::*;
 
@@ -75,6 +76,30 @@ fn bodies_at_walls_neither_break_nor_stick() {
     }
     // one that stands in the wall by more cannot leave it: nothing flows in beneath
     assert!(fall(-0.5).abs() < 1e-10);
+}
+
+/// It has the velocity that is prescribed there, or what of it is prescribed.
+#[test]
+fn a_body_in_a_wall_moves_as_the_wall_lets_it() {
+    let mesh = square(16);
+    let bottom = mesh.tags.iter().position(|tag| tag == "bottom").expect("a side");
+    let twist = |wall: Conditions, y: f64| {
+        let mut conditions = walls(&mesh, ["0", "0"]);
+        conditions[bottom] = wall;
+        let body = pushed(disc(0.1, Point::new(0.5, y)), [1.0, -2.0], 0.3);
+        let flow = try_flow(&mesh, &conditions, vec![body], (2, 0.0)).expect("a flow");
+        flow.solve(&Linear::zero()).map(|carried| carried.twists[0])
+    };
+    let Twist { velocity, spin } = twist(Conditions::no_slip(), 0.05).expect("a flow");
+    assert!(velocity.norm() < 1e-12 && spin.abs() < 1e-11, "{velocity} {spin}");
+    let sliding = twist(Conditions::slip(), 0.05).expect("a flow");
+    assert!(sliding.velocity.x > 1e-3, "{sliding:?}");
+    assert!(sliding.velocity.y.abs() < 1e-12 && sliding.spin.abs() < 1e-11, "{sliding:?}");
+    // rolling off nothing prescribes, and it falls through an opening
+    let fallen = twist(Conditions::open(), 0.05).expect("a flow");
+    assert!(fallen.velocity.y < -1e-3 && fallen.spin.abs() > 1e-3, "{fallen:?}");
+    let error = twist(Conditions::flow(["x*(1-x)", "0"].map(formula)), 0.05).expect_err("no rigid motion");
+    assert!(error.to_string().contains("no rigid motion has"), "{error}");
 }
 
 fn rod(half: f64, radius: f64) -> Body {

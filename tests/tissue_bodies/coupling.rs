@@ -11,6 +11,7 @@ use monolayer::contact::{Settings as ContactSettings, Wall};
 use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::fields::{PRESSURE, VELOCITY};
+use monolayer::model::immersed::flow::Penalty;
 use monolayer::model::incompressible::{Description, Incompressible, State};
 use monolayer::model::{Conditions, ElasticForce, Parameters};
 use monolayer::scheme::ControlSettings;
@@ -48,7 +49,7 @@ fn around(
     let description = Description::new(mesh, parameters, condition);
     let guide = Arc::new(Guide::new(vec![body]).unwrap());
     let poses = guide.starts(0.0).unwrap();
-    Incompressible::around(mesh, &description, &guide, &poses, EPSILON).unwrap()
+    Incompressible::around(mesh, &description, &guide, &poses, Penalty::harmonic(EPSILON)).unwrap()
 }
 
 fn closed(_: &str) -> Conditions {

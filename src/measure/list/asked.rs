@@ -1,4 +1,4 @@
-//! Measures as scenes ask for them: by name, or with the boundary tag that they are taken on.
+//! Measures as scenes ask for them: by name, or with the boundary tag or the body that they are taken of.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -21,25 +21,25 @@ use crate::schema;
 pub struct Asked {
     /// Which one.
     pub measure: &'static Measure,
-    /// Of a measure on a boundary tag, where it is taken.
-    pub on: Option<OnTag>,
+    /// Where a measure on a boundary tag is taken, and of which body one of bodies; of the first where none is named.
+    pub on: Option<On>,
 }
 
-/// Where a measure on a boundary tag is taken.
+/// What a measure is taken of.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OnTag {
-    /// The tag.
-    pub tag: String,
-    /// The point that a torque is about.
+pub struct On {
+    /// Of a boundary tag, or of a body.
+    pub name: String,
+    /// The point that a torque on a tag is about.
     pub around: Option<[f64; 2]>,
 }
 
 impl Asked {
-    /// Its columns; those of a measure on a tag are named after the tag, as in `force_x1:disc`.
+    /// Its columns; those of a measure on a tag or of a body that is named have its name, as in `force_x1:disc`.
     pub fn columns(&self) -> impl Iterator<Item = Column> {
         self.measure.columns.iter().map(|column| match &self.on {
             None => *column,
-            Some(on) => Column { name: names::kept(format!("{}:{}", column.name, on.tag)), ..*column },
+            Some(on) => Column { name: names::kept(format!("{}:{}", column.name, on.name)), ..*column },
         })
     }
 
@@ -54,9 +54,13 @@ impl Asked {
         Ok(match (self.measure.of, domain) {
             (Of::Flow(take), _) => Prepared::Flow(take),
             (Of::Bodies(_, take), _) => Prepared::Bodies(take),
+            (Of::Body(_, take), _) => {
+                let name = self.on.as_ref().map(|on| on.name.clone());
+                Prepared::Body { take, name, columns: self.column_names().collect() }
+            }
             (Of::Boundary { take, .. }, Some(domain)) => {
                 let on = self.on.as_ref().expect("a measure on a tag has one");
-                let tag = domain.mesh.tag(&on.tag).expect("the mesh has the tags of its scene");
+                let tag = domain.mesh.tag(&on.name).expect("the mesh has the tags of its scene");
                 let spot = Spot { tag, around: on.around.map_or_else(Point::zeros, Point::from) };
                 Prepared::Boundary { take, spot, columns: self.column_names().collect() }
             }
@@ -88,8 +92,8 @@ impl fmt::Display for Asked {
         let name = self.measure.name;
         match &self.on {
             None => write!(out, "\"{name}\""),
-            Some(OnTag { tag, around: None }) => write!(out, "{{ {name} = \"{tag}\" }}"),
-            Some(OnTag { tag, around: Some([x, y]) }) => write!(out, "{{ {name} = \"{tag}\", around = [{x}, {y}] }}"),
+            Some(On { name: on, around: None }) => write!(out, "{{ {name} = \"{on}\" }}"),
+            Some(On { name: on, around: Some([x, y]) }) => write!(out, "{{ {name} = \"{on}\", around = [{x}, {y}] }}"),
         }
     }
 }
@@ -98,7 +102,7 @@ impl Serialize for Asked {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Some(on) = &self.on else { return self.measure.serialize(serializer) };
         let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry(self.measure.name, &on.tag)?;
+        map.serialize_entry(self.measure.name, &on.name)?;
         on.around.iter().try_for_each(|around| map.serialize_entry("around", around))?;
         map.end()
     }
@@ -117,7 +121,7 @@ impl<'de> de::Visitor<'de> for AskedVisitor {
     type Value = Asked;
 
     fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("the name of a measure, or one on a boundary tag, such as { force_on = \"disc\" }")
+        out.write_str("the name of a measure, or one on a boundary tag or of a body, such as { force_on = \"disc\" }")
     }
 
     fn visit_str<E: de::Error>(self, name: &str) -> Result<Asked, E> {
@@ -131,7 +135,7 @@ impl<'de> de::Visitor<'de> for AskedVisitor {
     fn visit_map<A: de::MapAccess<'de>>(self, mut map: A) -> Result<Asked, A::Error> {
         let (mut found, mut around) = (None, None);
         while let Some(key) = map.next_key::<String>()? {
-            match Measure::named(&key).filter(|measure| measure.is_on_a_tag()) {
+            match Measure::named(&key).filter(|measure| takes_a_name(measure)) {
                 Some(measure) if found.is_none() => found = Some((measure, map.next_value::<String>()?)),
                 None if key == "around" => around = Some(map.next_value::<[f64; 2]>()?),
                 Some(measure) => {
@@ -141,30 +145,33 @@ impl<'de> de::Visitor<'de> for AskedVisitor {
                 None => return Err(de::Error::unknown_field(&key, &KEYS)),
             }
         }
-        let Some((measure, tag)) = found else {
+        let Some((measure, name)) = found else {
             return Err(de::Error::custom("it names no measure: write { force_on = \"TAG\" }"));
         };
         if measure.is_around_a_point() != around.is_some() {
-            let name = measure.name;
             let rule = if around.is_none() { "needs the point that it is about" } else { "is about no point" };
-            return Err(de::Error::custom(format!("`{name}` {rule}: write {}", example(measure))));
+            return Err(de::Error::custom(format!("`{}` {rule}: write {}", measure.name, example(measure))));
         }
-        Ok(Asked { measure, on: Some(OnTag { tag, around }) })
+        Ok(Asked { measure, on: Some(On { name, around }) })
     }
 }
 
-/// The measures on boundary tags.
-fn on_tags() -> impl Iterator<Item = &'static Measure> {
-    ALL.iter().copied().filter(|measure| measure.is_on_a_tag())
+/// Whether it may stand beside the name of a boundary tag or a body.
+fn takes_a_name(measure: &Measure) -> bool {
+    measure.is_on_a_tag() || measure.is_of_a_body()
 }
 
-/// The keys of a measure on a tag.
-static KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| on_tags().map(|measure| measure.name).chain(["around"]).collect());
+/// The keys of a measure on a tag or of a body.
+static KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| {
+    let named = ALL.iter().filter(|measure| takes_a_name(measure));
+    named.map(|measure| measure.name).chain(["around"]).collect()
+});
 
-/// How a measure on a tag is written.
+/// How a measure on a tag or of a body is written.
 fn example(measure: &Measure) -> String {
+    let name = if measure.is_on_a_tag() { "TAG" } else { "BODY" };
     let around = if measure.is_around_a_point() { ", around = [x, y]" } else { "" };
-    format!("{{ {} = \"TAG\"{around} }}", measure.name)
+    format!("{{ {} = \"{name}\"{around} }}", measure.name)
 }
 
 impl JsonSchema for Asked {
@@ -173,19 +180,18 @@ impl JsonSchema for Asked {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let choice = |measure: &&Measure| {
-            let mut choice = match measure.is_on_a_tag() {
-                false => schema::choice(measure.name, measure.help),
-                true => table(measure),
-            };
-            choice["x-kinds"] = measure.kinds().into();
-            choice
+        let choices = |measure: &&Measure| {
+            let alone = (!measure.is_on_a_tag()).then(|| schema::choice(measure.name, measure.help));
+            let named = takes_a_name(measure).then(|| table(measure));
+            let mut choices: Vec<serde_json::Value> = alone.into_iter().chain(named).collect();
+            choices.iter_mut().for_each(|choice| choice["x-kinds"] = measure.kinds().into());
+            choices
         };
-        json_schema!({ "oneOf": ALL.iter().map(choice).collect::<Vec<_>>() })
+        json_schema!({ "oneOf": ALL.iter().flat_map(choices).collect::<Vec<_>>() })
     }
 }
 
-/// The table of a measure on a tag.
+/// The table of a measure on a tag or of a body.
 fn table(measure: &Measure) -> serde_json::Value {
     let mut keys = serde_json::Map::new();
     keys.insert(measure.name.to_owned(), json!({ "type": "string", "description": measure.help }));

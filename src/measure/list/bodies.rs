@@ -1,8 +1,9 @@
 //! Measures of rigid bodies and their contacts.
 
-use super::{Bodies, Column, DIMENSIONLESS, Measure, Of, OfBodies, Taken, Which};
+use super::{Bodies, Column, DIMENSIONLESS, Measure, Of, OfBodies, OfBody, OneBody, Taken, Which};
 use crate::body::Body;
 use crate::measure::{MeasureError, bodies};
+use crate::shape::Wrench;
 
 const ENERGY: [Column; 1] =
     [Column::new("kinetic_energy", "kinetic energy of the bodies", DIMENSIONLESS, "kinetic energy")];
@@ -13,24 +14,24 @@ const ON_WALLS: [Column; 2] = [
     Column::new("wall_force_x1", "force on all walls along x₁", DIMENSIONLESS, "along x₁"),
     Column::new("wall_force_x2", "force on all walls along x₂", DIMENSIONLESS, "along x₂"),
 ];
-const FIRST: [Column; 6] = [
-    Column::new("body_x1", "x₁ of the first body", "", "x₁"),
-    Column::new("body_x2", "x₂ of the first body", "", "x₂"),
-    Column::new("body_angle", "angle θ of the first body", "", "θ"),
-    Column::new("body_velocity_1", "velocity V₁ of the first body", DIMENSIONLESS, "V₁"),
-    Column::new("body_velocity_2", "velocity V₂ of the first body", DIMENSIONLESS, "V₂"),
-    Column::new("body_spin", "spin ω of the first body", DIMENSIONLESS, "ω"),
+const PLACE: [Column; 6] = [
+    Column::new("body_x1", "x₁ of the body", "", "x₁"),
+    Column::new("body_x2", "x₂ of the body", "", "x₂"),
+    Column::new("body_angle", "angle θ of the body", "", "θ"),
+    Column::new("body_velocity_1", "velocity V₁ of the body", DIMENSIONLESS, "V₁"),
+    Column::new("body_velocity_2", "velocity V₂ of the body", DIMENSIONLESS, "V₂"),
+    Column::new("body_spin", "spin ω of the body", DIMENSIONLESS, "ω"),
 ];
 const HELD: [Column; 3] = [
-    Column::new("holding_x1", "force along x₁ that holds the first body", DIMENSIONLESS, "f₁"),
-    Column::new("holding_x2", "force along x₂ that holds the first body", DIMENSIONLESS, "f₂"),
-    Column::new("holding_torque", "torque that holds the first body", DIMENSIONLESS, "torque"),
+    Column::new("holding_x1", "force along x₁ that holds the body", DIMENSIONLESS, "f₁"),
+    Column::new("holding_x2", "force along x₂ that holds the body", DIMENSIONLESS, "f₂"),
+    Column::new("holding_torque", "torque that holds the body", DIMENSIONLESS, "torque"),
 ];
 
 const FLOWN: [Column; 3] = [
-    Column::new("wrench_x1", "force of the flow along x₁ on the first body", DIMENSIONLESS, "f₁"),
-    Column::new("wrench_x2", "force of the flow along x₂ on the first body", DIMENSIONLESS, "f₂"),
-    Column::new("wrench_torque", "torque of the flow on the first body", DIMENSIONLESS, "torque"),
+    Column::new("wrench_x1", "force of the flow along x₁ on the body", DIMENSIONLESS, "f₁"),
+    Column::new("wrench_x2", "force of the flow along x₂ on the body", DIMENSIONLESS, "f₂"),
+    Column::new("wrench_torque", "torque of the flow on the body", DIMENSIONLESS, "torque"),
 ];
 
 /// A measure of bodies.
@@ -42,6 +43,17 @@ const fn of(
     take: OfBodies,
 ) -> Measure {
     Measure { name, help, columns, of: Of::Bodies(which, take), needs: &[], with_residuals: false }
+}
+
+/// A measure of a body.
+const fn of_one(
+    name: &'static str,
+    help: &'static str,
+    columns: &'static [Column],
+    which: Which,
+    take: OfBody,
+) -> Measure {
+    Measure { name, help, columns, of: Of::Body(which, take), needs: &[], with_residuals: false }
 }
 
 /// `½ Σ m|V|² + ½ Σ I ω²` of the bodies.
@@ -57,19 +69,25 @@ pub const CONTACTS: Measure = of("contacts", "pairs with a force, `λ ≠ 0`", &
 /// Force on all walls.
 pub const WALL_FORCE: Measure =
     of("wall_force", "force of all bodies on all walls", &ON_WALLS, Which::Moving, wall_force);
-/// Place and motion of the first body.
-pub const BODY: Measure = of("body", "place and motion of the first body", &FIRST, Which::Any, body);
-/// Force and torque that hold the first body to what is prescribed of its motion in a flow.
-pub const HOLDING: Measure = of(
+/// Place and motion of a body.
+pub const BODY: Measure =
+    of_one("body", "place and motion of the first body, or of one that is named", &PLACE, Which::Any, body);
+/// Force and torque that hold a body to what is prescribed of its motion in a flow.
+pub const HOLDING: Measure = of_one(
     "holding",
-    "force and torque that hold the first body to what is prescribed of its motion",
+    "force and torque that hold the first body, or one that is named, to what is prescribed of its motion",
     &HELD,
     Which::InAFlow,
     holding,
 );
-/// Force and torque of a Stokes flow on the first body; `bodies.csv` has those on all.
-pub const WRENCH: Measure =
-    of("wrench", "force and torque of the flow on the first body", &FLOWN, Which::InAStokesFlow, wrench);
+/// Force and torque of a Stokes flow on a body; `bodies.csv` has those on all.
+pub const WRENCH: Measure = of_one(
+    "wrench",
+    "force and torque of the flow on the first body, or on one that is named",
+    &FLOWN,
+    Which::InAStokesFlow,
+    wrench,
+);
 
 fn kinetic_energy(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
     let masses: Vec<f64> = at.bodies.iter().map(Body::mass).collect();
@@ -100,22 +118,22 @@ fn wall_force(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
     Ok(())
 }
 
-fn body(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
-    if let (Some(pose), Some(twist)) = (at.poses.first(), at.twists.first()) {
-        let (x, v) = (pose.position, twist.velocity);
-        taken.put(&FIRST, [x.x, x.y, pose.angle, v.x, v.y, twist.spin]);
-    }
-    Ok(())
+fn body(at: &OneBody) -> Result<Vec<f64>, MeasureError> {
+    let (Some(pose), Some(twist)) = (at.all.poses.get(at.index), at.all.twists.get(at.index)) else {
+        return Ok(Vec::new());
+    };
+    let (x, v) = (pose.position, twist.velocity);
+    Ok(vec![x.x, x.y, pose.angle, v.x, v.y, twist.spin])
 }
 
-fn holding(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
-    if let Some(held) = (at.holding)()? {
-        taken.put(&HELD, [held.force.x, held.force.y, held.torque]);
-    }
-    Ok(())
+fn holding(at: &OneBody) -> Result<Vec<f64>, MeasureError> {
+    Ok(at.held()?.map_or_else(Vec::new, numbers))
 }
 
-fn wrench(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
-    at.flow.first().iter().for_each(|flow| taken.put(&FLOWN, [flow.force.x, flow.force.y, flow.torque]));
-    Ok(())
+fn wrench(at: &OneBody) -> Result<Vec<f64>, MeasureError> {
+    Ok(at.all.flow.get(at.index).copied().map_or_else(Vec::new, numbers))
+}
+
+fn numbers(Wrench { force, torque }: Wrench) -> Vec<f64> {
+    vec![force.x, force.y, torque]
 }

@@ -24,12 +24,12 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-pub use asked::{Asked, OnTag};
+pub use asked::{Asked, On};
 pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE, WRENCH};
 pub use column::{Column, DIMENSIONLESS};
 pub use subject::{
-    Bodies, Boundary, Domain, Flow, Gauge, OfBodies, OfBoundary, OfFlow, OfMarch, OfState, Prepared, Spot, Subject,
-    Taken, Tissue,
+    Bodies, Boundary, Domain, Flow, Gauge, Holding, OfBodies, OfBody, OfBoundary, OfFlow, OfMarch, OfState, OneBody,
+    Prepared, Spot, Subject, Taken, Tissue,
 };
 
 pub use self::asymmetry::ASYMMETRY;
@@ -105,6 +105,8 @@ pub enum Of {
     Compressible(Taking),
     /// Rigid bodies.
     Bodies(Which, OfBodies),
+    /// One rigid body: the first, or one that a scene names.
+    Body(Which, OfBody),
 }
 
 /// How a measure of a tissue is taken.
@@ -173,10 +175,18 @@ impl Measure {
             Of::Tissue(Region::OutsideOfBodies, _) => "tissue",
             Of::Tissue(Region::WholeMesh, _) => "tissue without bodies",
             Of::Compressible(_) => "compressible tissue",
-            Of::Bodies(Which::Any, _) => "bodies",
-            Of::Bodies(Which::InAFlow, _) => "bodies in a flow",
-            Of::Bodies(Which::InAStokesFlow, _) => "bodies in a Stokes flow",
-            Of::Bodies(Which::Moving, _) => "bodies that move",
+            Of::Bodies(which, _) => match which {
+                Which::Any => "bodies",
+                Which::InAFlow => "bodies in a flow",
+                Which::InAStokesFlow => "bodies in a Stokes flow",
+                Which::Moving => "bodies that move",
+            },
+            Of::Body(which, _) => match which {
+                Which::Any => "a body",
+                Which::InAFlow => "a body in a flow",
+                Which::InAStokesFlow => "a body in a Stokes flow",
+                Which::Moving => "a body that moves",
+            },
         }
     }
 
@@ -187,16 +197,18 @@ impl Measure {
             Of::Boundary { .. } => WITH_PRESSURE,
             Of::Tissue(..) => TISSUE,
             Of::Compressible(_) => "compressible",
-            Of::Bodies(Which::InAFlow, _) => IN_A_FLOW,
-            Of::Bodies(Which::InAStokesFlow, _) => "stokes",
-            Of::Bodies(Which::Any | Which::Moving, _) => WITH_BODIES,
+            Of::Bodies(which, _) | Of::Body(which, _) => match which {
+                Which::InAFlow => IN_A_FLOW,
+                Which::InAStokesFlow => "stokes",
+                Which::Any | Which::Moving => WITH_BODIES,
+            },
         }
     }
 
     /// Whether it is about rigid bodies.
     pub fn is_of_bodies(&self) -> bool {
         match self.of {
-            Of::Bodies(..) => true,
+            Of::Bodies(..) | Of::Body(..) => true,
             Of::Flow(_) | Of::Boundary { .. } | Of::Tissue(..) | Of::Compressible(_) => false,
         }
     }
@@ -204,6 +216,11 @@ impl Measure {
     /// Whether it is taken on a boundary tag, which a scene names beside it.
     pub fn is_on_a_tag(&self) -> bool {
         matches!(self.of, Of::Boundary { .. })
+    }
+
+    /// Whether it is taken of one body, which a scene may name.
+    pub fn is_of_a_body(&self) -> bool {
+        matches!(self.of, Of::Body(..))
     }
 
     /// Whether it is taken about a point, which a scene names beside it.
@@ -215,14 +232,14 @@ impl Measure {
     pub fn is_of_tissue(&self) -> bool {
         match self.of {
             Of::Tissue(..) | Of::Compressible(_) => true,
-            Of::Flow(_) | Of::Boundary { .. } | Of::Bodies(..) => false,
+            Of::Flow(_) | Of::Boundary { .. } | Of::Bodies(..) | Of::Body(..) => false,
         }
     }
 
     /// Whether it says nothing of bodies at rest.
     pub fn needs_motion(&self) -> bool {
         match self.of {
-            Of::Bodies(which, _) => which == Which::Moving,
+            Of::Bodies(which, _) | Of::Body(which, _) => which == Which::Moving,
             Of::Flow(_) | Of::Boundary { .. } | Of::Tissue(..) | Of::Compressible(_) => false,
         }
     }
@@ -231,22 +248,23 @@ impl Measure {
     pub fn reads_bodies(&self) -> bool {
         match self.of {
             Of::Tissue(region, _) => region == Region::WholeMesh,
-            Of::Flow(_) | Of::Boundary { .. } | Of::Compressible(_) | Of::Bodies(..) => false,
+            Of::Flow(_) | Of::Boundary { .. } | Of::Compressible(_) | Of::Bodies(..) | Of::Body(..) => false,
         }
     }
 }
 
-/// The column of this name, if a measure has it; of one on a boundary tag that without the tag.
+/// The column of this name, if a measure has it; of one on a boundary tag or a body that without their names.
 pub fn column(name: &str) -> Option<&'static Column> {
-    let name = on_tag(name).map_or(name, |(name, _)| name);
+    let name = on(name).map_or(name, |(name, _)| name);
     ALL.iter().flat_map(|measure| measure.columns).find(|column| column.name == name)
 }
 
-/// `force_x1` and `disc` of the column `force_x1:disc` of a measure on a boundary tag.
-pub fn on_tag(column: &str) -> Option<(&str, &str)> {
-    let (name, tag) = column.split_once(':')?;
-    let has = |measure: &&&Measure| measure.is_on_a_tag() && measure.column_names().any(|own| own == name);
-    ALL.iter().find(has).map(|_| (name, tag))
+/// `force_x1` and `disc` of the column `force_x1:disc` of a measure on a boundary tag or a body.
+pub fn on(column: &str) -> Option<(&str, &str)> {
+    let (name, on) = column.split_once(':')?;
+    let takes = |measure: &Measure| measure.is_on_a_tag() || measure.is_of_a_body();
+    let has = |measure: &&&Measure| takes(measure) && measure.column_names().any(|own| own == name);
+    ALL.iter().find(has).map(|_| (name, on))
 }
 
 /// Whether a column belongs to a march in time, or to bodies that move: a steady state by itself has none of them.

@@ -78,6 +78,8 @@ pub struct Subject<'a> {
     pub boundary: Option<&'a Boundary<'a>>,
     /// What is rigid.
     pub bodies: Option<Bodies<'a>>,
+    /// What holds the bodies of a flow.
+    pub holding: Option<&'a Holding<'a>>,
     /// What only a tissue has.
     pub tissue: Option<Tissue<'a>>,
 }
@@ -91,19 +93,24 @@ pub struct Flow<'a> {
     pub loops: &'a Integrator,
 }
 
-/// The boundary of a flow; the forces on it are found when they are first asked for.
-pub struct Boundary<'a> {
-    find: &'a dyn Fn() -> Result<Reactions, MomentumError>,
-    found: OnceCell<Reactions>,
+/// Forces of a flow that are found when they are first asked for.
+pub struct Forces<'a, T> {
+    find: &'a dyn Fn() -> Result<T, MomentumError>,
+    found: OnceCell<T>,
 }
 
-impl<'a> Boundary<'a> {
-    /// With what finds the forces.
-    pub fn new(find: &'a dyn Fn() -> Result<Reactions, MomentumError>) -> Self {
+/// On its boundary.
+pub type Boundary<'a> = Forces<'a, Reactions>;
+/// Those that hold every body to what is prescribed of its motion.
+pub type Holding<'a> = Forces<'a, Vec<Wrench>>;
+
+impl<'a, T> Forces<'a, T> {
+    /// With what finds them.
+    pub fn new(find: &'a dyn Fn() -> Result<T, MomentumError>) -> Self {
         Self { find, found: OnceCell::new() }
     }
 
-    fn reactions(&self) -> Result<&Reactions, MeasureError> {
+    fn get(&self) -> Result<&T, MeasureError> {
         if let Some(found) = self.found.get() {
             return Ok(found);
         }
@@ -146,6 +153,28 @@ impl Bodies<'_> {
     }
 }
 
+/// A rigid body.
+#[derive(Clone, Copy)]
+pub struct OneBody<'a> {
+    /// It and the others.
+    pub all: &'a Bodies<'a>,
+    /// Its number.
+    pub index: usize,
+    /// What holds the bodies of a flow.
+    pub holding: Option<&'a Holding<'a>>,
+}
+
+impl OneBody<'_> {
+    /// Force and torque that hold it to what is prescribed of its motion; `None` where nothing flows.
+    ///
+    /// # Errors
+    /// Forces that cannot be found.
+    pub fn held(&self) -> Result<Option<Wrench>, MeasureError> {
+        let Some(holding) = self.holding else { return Ok(None) };
+        Ok(holding.get()?.get(self.index).copied())
+    }
+}
+
 /// What was measured.
 #[derive(Debug, Clone, Default)]
 pub struct Taken {
@@ -170,6 +199,8 @@ pub type OfFlow = fn(&Flow<'_>, &mut Taken) -> Result<(), MeasureError>;
 pub type OfBoundary = fn(&Reactions, &Spot) -> Vec<f64>;
 /// Takes a measure of bodies.
 pub type OfBodies = fn(&Bodies<'_>, &mut Taken) -> Result<(), MeasureError>;
+/// The numbers of a measure of a body, in the order of its columns; none where they do not exist.
+pub type OfBody = fn(&OneBody<'_>) -> Result<Vec<f64>, MeasureError>;
 
 /// Takes one measure of a tissue, with what it has prepared.
 pub trait Gauge: fmt::Debug + Send + Sync {
@@ -206,6 +237,15 @@ pub enum Prepared {
     },
     /// Of bodies.
     Bodies(OfBodies),
+    /// Of a body.
+    Body {
+        /// From the bodies.
+        take: OfBody,
+        /// Which one; `None` is the first.
+        name: Option<String>,
+        /// Of the body.
+        columns: Vec<&'static str>,
+    },
     /// Of a tissue.
     Tissue(Box<dyn Gauge>),
 }
@@ -220,11 +260,19 @@ impl Prepared {
             Prepared::Flow(take) => at.flow.map_or(Ok(()), |flow| take(&flow, taken)),
             Prepared::Boundary { take, spot, columns } => {
                 let Some(boundary) = at.boundary else { return Ok(()) };
-                let numbers = take(boundary.reactions()?, spot);
+                let numbers = take(boundary.get()?, spot);
                 taken.values.extend(columns.iter().copied().zip(numbers));
                 Ok(())
             }
             Prepared::Bodies(take) => at.bodies.map_or(Ok(()), |bodies| take(&bodies, taken)),
+            Prepared::Body { take, name, columns } => {
+                let Some(all) = &at.bodies else { return Ok(()) };
+                let is_meant = |body: &Body| name.as_ref().is_none_or(|name| *name == body.name);
+                let Some(index) = all.bodies.iter().position(is_meant) else { return Ok(()) };
+                let numbers = take(&OneBody { all, index, holding: at.holding })?;
+                taken.values.extend(columns.iter().copied().zip(numbers));
+                Ok(())
+            }
             Prepared::Tissue(gauge) => at.tissue.map_or(Ok(()), |tissue| gauge.take(&tissue, taken)),
         }
     }

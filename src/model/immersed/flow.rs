@@ -36,6 +36,7 @@ use std::sync::Arc;
 
 use super::nitsche::Placement;
 use super::penalty::Immersion;
+pub use super::penalty::{Penalty, Strength};
 use super::{Embedding, FlowWithBodies, Rigidity};
 use crate::body::Body;
 use crate::body::guide::{Guide, Rule};
@@ -56,10 +57,7 @@ use crate::space::{Continuity, Space};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
     /// A fluid that is 1/ε times as viscous [L1.13].
-    Penalty {
-        /// ε, relative to the viscosity of the fluid.
-        epsilon: f64,
-    },
+    Penalty(Penalty),
     /// A boundary of the fluid, see [`nitsche`](super::nitsche).
     Nitsche,
 }
@@ -73,13 +71,13 @@ pub struct Settings {
     pub order: usize,
 }
 
-/// ε that is small enough for any use.
+/// ε of the penalty that is small enough for any use.
 pub const EPSILON: f64 = 1e-8;
 
 impl Default for Settings {
-    /// By penalty with ε = 1e-8, and the second order.
+    /// By Nitsche's method, and the second order.
     fn default() -> Self {
-        Self { method: Method::Penalty { epsilon: EPSILON }, order: 2 }
+        Self { method: Method::Nitsche, order: 2 }
     }
 }
 
@@ -121,9 +119,9 @@ impl Flow {
         let loops = Integrator::new(mesh);
         let cover = Arc::new(Cover::new(mesh, None, &placed(&guide.bodies, &poses)));
         let bodies = match settings.method {
-            Method::Penalty { epsilon } => {
+            Method::Penalty(Penalty { epsilon, strength }) => {
                 let names: Vec<String> = guide.bodies.iter().map(|body| body.name.clone()).collect();
-                let immersion = Immersion::new(&loops, &velocity, cover, &names, &poses)?;
+                let immersion = Immersion::new(&loops, &velocity, cover, &names, (&poses, strength))?;
                 let friction = guide.bodies.iter().map(|body| body.friction).collect();
                 Embedding::Penalty(immersion, Rigidity { epsilon, friction })
             }
@@ -152,14 +150,20 @@ impl Flow {
     /// # Errors
     /// As [`Flow::solve`].
     pub fn solve_pushed(&self, force: &Linear<Vector>, pushes: &[Wrench]) -> Result<FlowWithBodies, MomentumError> {
-        let f = match (self.method, self.momentum.cover()) {
-            (Method::Nitsche, Some(cover)) => self.loops.outside(cover).vector(force, &self.momentum.velocity),
-            (_, _) => self.loops.vector(force, &self.momentum.velocity),
-        };
+        let f = self.fluid().vector(force, &self.momentum.velocity);
         let prescribed = self.momentum.frames.prescribed(&self.conditions, self.t)?;
         let (mut loads, rules) = (self.loads()?, self.rules()?);
         loads.iter_mut().zip(pushes).for_each(|(load, push)| *load = *load + *push);
         self.momentum.carry(&f, &prescribed, &loads, &rules)
+    }
+
+    /// The loops over what the equations are posed on: all of the mesh by penalty, and by Nitsche's method all that no
+    /// body covers.
+    pub fn fluid(&self) -> Integrator {
+        match (self.method, self.momentum.cover()) {
+            (Method::Nitsche, Some(cover)) => self.loops.outside(cover),
+            (_, _) => self.loops.clone(),
+        }
     }
 
     /// External forces and torques on the bodies now.

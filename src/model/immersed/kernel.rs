@@ -270,7 +270,7 @@ fn clusters(patches: usize, owners: &BTreeMap<usize, Vec<usize>>) -> Vec<Vec<usi
 }
 
 /// Unit vectors along which the velocity of a node is prescribed; `None` for a node whose components are not its own.
-fn prescribed_directions(frames: &Frames, node: usize) -> Option<Vec<Point>> {
+pub fn prescribed_directions(frames: &Frames, node: usize) -> Option<Vec<Point>> {
     let owned = frames.owned(node);
     let mut free = Matrix2::zeros();
     for component in 0..2 {

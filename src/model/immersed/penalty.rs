@@ -9,7 +9,7 @@
 //! ```
 //! At the surface of a rigid body the strain is that of fluid in layers along it, whose viscosities add up like
 //! resistances in series: the harmonic mean over the cell, `1/(1−θ+θε/(1+ε)) = 1 + θ/(ε+1−θ)`, is what ε_K gives a
-//! constant strain. A cell that is all body has `ε_K = ε`.
+//! constant strain. A cell that is all body has `ε_K = ε`. [`Strength::Full`] keeps `ε_K = ε` everywhere.
 //!
 //! A disc that falls in a box (`cargo run --release --example bodies -- settling`), ε = 1e-8, squares of 2n² triangles
 //! that the disc cuts, n = 10, 20, 40, 80: least-squares orders 1.37 in L², 0.44 in H¹, and 1.3 of the speed, beside
@@ -19,6 +19,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::cut::{Class, Cover};
 use crate::form::{Integrator, mass, stokes};
@@ -29,7 +31,7 @@ use crate::space::Space;
 /// A part of a cell or of a body that is smaller than this, relative to the smaller of both, adds no viscosity: its
 /// corner is within rounding of the body's outline.
 const SLIVER: f64 = 1e-10;
-/// Cells with a larger share of fluid are so soft that the penalty may act on the rigid motions there.
+/// Softer cells are so soft that the penalty may act on the rigid motions there.
 const SOFT: f64 = 1e-3;
 
 /// Why bodies cannot be put into a flow.
@@ -58,6 +60,38 @@ pub enum BodyError {
     Bent { body: String },
 }
 
+/// The penalty in cells that a body cuts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strength {
+    /// `ε_K = ε + 1 − θ_K`, so that a body keeps its size.
+    #[default]
+    Harmonic,
+    /// `ε_K = ε`: every cell with a part of a body is rigid.
+    Full,
+}
+
+/// How viscous bodies are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Penalty {
+    /// ε, relative to the viscosity of what surrounds them.
+    pub epsilon: f64,
+    /// In cells that they cut.
+    pub strength: Strength,
+}
+
+impl Penalty {
+    /// With the harmonic mean in cut cells.
+    pub fn harmonic(epsilon: f64) -> Self {
+        Self { epsilon, strength: Strength::Harmonic }
+    }
+
+    /// With all of it in cut cells.
+    pub fn full(epsilon: f64) -> Self {
+        Self { epsilon, strength: Strength::Full }
+    }
+}
+
 /// What a body and a cell have in common.
 #[derive(Debug, Clone)]
 pub struct CoveredPart {
@@ -69,14 +103,16 @@ pub struct CoveredPart {
     pub area: f64,
     /// `θ = |K ∩ B|/|K|`
     pub share: f64,
+    /// `ε_K − ε`
+    softness: f64,
     /// Whether the [`Kernel`](super::kernel::Kernel) of the penalty is rigid here.
     pub rigid: bool,
 }
 
 impl CoveredPart {
-    /// `1/ε_K = 1/(ε + 1 − θ)`
+    /// `1/ε_K`
     pub fn strength(&self, epsilon: f64) -> f64 {
-        1.0 / (epsilon + 1.0 - self.share)
+        1.0 / (epsilon + self.softness)
     }
 }
 
@@ -116,6 +152,7 @@ pub struct Immersion {
     /// The cells of every body.
     pub parts: Vec<BTreeMap<usize, CoveredPart>>,
     pub means: Vec<Means>,
+    strength: Strength,
     positions: Arc<[Point]>,
 }
 
@@ -129,7 +166,7 @@ impl Immersion {
         velocity: &Arc<Space>,
         cover: Arc<Cover>,
         names: &[String],
-        poses: &[Pose],
+        (poses, strength): (&[Pose], Strength),
     ) -> Result<Self, BodyError> {
         let cells = cover.touched().to_vec();
         let mut new = Self {
@@ -139,6 +176,7 @@ impl Immersion {
             poses: poses.to_vec(),
             parts: vec![BTreeMap::new(); names.len()],
             means: Vec::new(),
+            strength,
             positions: velocity.node_positions().into(),
         };
         new.integrate(loops, &cells)?;
@@ -178,7 +216,8 @@ impl Immersion {
                     Class::Inside(_) => 1.0,
                     Class::Outside | Class::Cut(_) => f64::min(area / loops.mesh.cell_area(cell), 1.0),
                 };
-                let part = CoveredPart { viscosity: Some(viscosity), mass, area, share, rigid: false };
+                let softness = if self.strength == Strength::Full { 0.0 } else { 1.0 - share };
+                let part = CoveredPart { viscosity: Some(viscosity), mass, area, share, softness, rigid: false };
                 self.parts[body].insert(cell, part);
             }
         }
@@ -188,7 +227,7 @@ impl Immersion {
                 if part.area < SLIVER * means.area.min(loops.mesh.cell_area(cell)) {
                     part.viscosity = None;
                 }
-                part.rigid = part.viscosity.is_some() && part.share > 1.0 - SOFT;
+                part.rigid = part.viscosity.is_some() && part.softness < SOFT;
             }
         }
         let domain = loops.mesh.area();

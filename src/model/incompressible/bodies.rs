@@ -9,6 +9,7 @@ use crate::form::Integrator;
 use crate::mesh::Mesh;
 use crate::model::fields::{POLARITY, VELOCITY};
 use crate::model::floating::{Floating, immerse};
+use crate::model::immersed::penalty::Penalty;
 use crate::model::immersed::{Embedding, FlowWithBodies, Rigidity};
 use crate::model::momentum::{Momentum, MomentumError};
 use crate::model::polarity::Polarity;
@@ -26,16 +27,17 @@ impl Incompressible {
         description: &Description,
         guide: &Arc<Guide>,
         poses: &[Pose],
-        epsilon: f64,
+        penalty: Penalty,
     ) -> Result<Self, MomentumError> {
         let Description { parameters, degrees, conditions, sources, slip } = description;
         let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.velocity, 2));
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.pressure, 1));
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
-        let immersion = immerse(&loops, &velocity, &guide.bodies, poses)?;
+        let immersion = immerse(&loops, &velocity, &guide.bodies, (poses, penalty.strength))?;
         let floating = Arc::new(Floating::new(&loops, guide, &immersion));
-        let rigidity = Rigidity { epsilon, friction: guide.bodies.iter().map(|body| body.friction).collect() };
+        let friction = guide.bodies.iter().map(|body| body.friction).collect();
+        let rigidity = Rigidity { epsilon: penalty.epsilon, friction };
         let (spaces, bodies) = ((&velocity, &pressure), Embedding::Penalty(immersion, rigidity));
         let momentum = Momentum::with_bodies(&loops, spaces, conditions, &FlowTerms::of(parameters), *slip, bodies)?;
         Self::assemble(loops, Some(floating), Arc::new(momentum), &space, (parameters, conditions, sources))

@@ -18,7 +18,7 @@ const GROUPS: [Group; 3] = [
     },
     Group {
         file: "body-place",
-        title: "Place of the first body",
+        title: "Place of the body",
         quantity: "position",
         scale: Scale::Linear,
         columns: &["body_x1", "body_x2"],
@@ -26,7 +26,7 @@ const GROUPS: [Group; 3] = [
     },
     Group {
         file: "body-velocity",
-        title: "Velocity of the first body",
+        title: "Velocity of the body",
         quantity: "velocity (dimensionless)",
         scale: Scale::Linear,
         columns: &["body_velocity_1", "body_velocity_2"],

@@ -50,11 +50,11 @@ pub fn wake(scene: &Scene) -> Option<(Point, f64)> {
 pub fn around(mesh: &Arc<Mesh>, description: &Description, bodies: &Bodies) -> Result<Incompressible, MomentumError> {
     let guide = Arc::new(Guide::new(bodies.bodies.clone())?);
     let poses = guide.starts(0.0)?;
-    let epsilon = match bodies.rigid.method {
-        Method::Penalty { epsilon } => epsilon,
+    let penalty = match bodies.rigid.method {
+        Method::Penalty(penalty) => penalty,
         Method::Nitsche => unreachable!("refused with the scene"),
     };
-    Incompressible::around(mesh, description, &guide, &poses, epsilon)
+    Incompressible::around(mesh, description, &guide, &poses, penalty)
 }
 
 /// Refuses what would read the inside of bodies as tissue, or what does not exist with bodies that move.

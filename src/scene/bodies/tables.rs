@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 use crate::contact::in_flow::FlowCoupling;
 use crate::contact::{MOST_FRICTION, Method};
 use crate::expression::{Formula, VectorFormula};
-use crate::model::immersed::flow::Settings;
+use crate::model::immersed::flow::{Settings, Strength};
 use crate::schema::{self, IN_A_FLOW, Range};
 use crate::shape::{LENGTHS, ShapeTable};
 
@@ -35,11 +35,17 @@ impl BodyTables {
 #[schemars(transform = schema::in_order::<Self>)]
 pub struct RigidTable {
     /// What a body is to the flow.
-    pub method: MethodName,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-default" = "in a Stokes flow `\"nitsche\"`; in tissue, and beside `epsilon` and `strength`, `\"penalty\"`"))]
+    pub method: Option<MethodName>,
     /// Penalty: `ε` of `(2/ε) ∫_B D(v):D(w)`; a body is 1/ε times as viscous as what is around it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(transform = RigidTable::EPSILON.said(), extend("x-default" = "1e-8"))]
     pub epsilon: Option<f64>,
+    /// Penalty: in cells that a body cuts, θ the share of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = "harmonic"))]
+    pub strength: Option<Strength>,
     /// Order of the motion in time.
     #[schemars(transform = RigidTable::ORDER.said())]
     pub order: usize,
@@ -52,7 +58,7 @@ impl RigidTable {
 
 impl Default for RigidTable {
     fn default() -> Self {
-        Self { method: MethodName::Penalty, epsilon: None, order: Settings::default().order }
+        Self { method: None, epsilon: None, strength: None, order: Settings::default().order }
     }
 }
 

@@ -7,11 +7,12 @@ use crate::contact::{Partner, Wall};
 use crate::expression::{Expression, Formula, VectorFormula};
 use crate::mesh::Point;
 use crate::model::ModelError;
-use crate::model::immersed::flow::{EPSILON, Method, Settings};
+use crate::model::immersed::flow::{EPSILON, Method, Penalty, Settings, Strength};
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
 use crate::scene::bodies::tables::{BodyTable, BodyTables, MOST, MethodName, MotionTable, RigidTable, zero};
 use crate::scene::error::SceneError;
+use crate::scene::kinds;
 use crate::schema::Range;
 use crate::shape::{Pose, Rules, Shape, ShapeError, Twist};
 
@@ -102,20 +103,37 @@ impl Checker<'_> {
         }
     }
 
+    /// Where nobody says it: a key of the penalty asks for it, and a tissue has its bodies by it.
+    fn usual_method(&self, table: &RigidTable) -> MethodName {
+        let tissue = *self.source.kind() == kinds::TISSUE;
+        let penalty = tissue || table.epsilon.is_some() || table.strength.is_some();
+        if penalty { MethodName::Penalty } else { MethodName::Nitsche }
+    }
+
     fn method(&self, table: &mut RigidTable) -> Result<Method, SceneError> {
-        match (table.method, table.epsilon) {
-            (MethodName::Penalty, given) => {
-                let epsilon = *table.epsilon.insert(given.unwrap_or(EPSILON));
+        let method = table.method.unwrap_or_else(|| self.usual_method(table));
+        table.method = Some(method);
+        match method {
+            MethodName::Penalty => {
+                let epsilon = *table.epsilon.get_or_insert(EPSILON);
+                let strength = *table.strength.get_or_insert_default();
                 let rule = "must lie between 0 and 1, both excluded";
                 let hint = "1/ε is how much more viscous a body is than what surrounds it; 1e-8 is usual";
                 let holds = RigidTable::EPSILON.has(epsilon);
                 self.require(holds, "rigid.epsilon", shown(epsilon), rule, hint)?;
-                Ok(Method::Penalty { epsilon })
+                Ok(Method::Penalty(Penalty { epsilon, strength }))
             }
-            (MethodName::Nitsche, None) => Ok(Method::Nitsche),
-            (MethodName::Nitsche, Some(epsilon)) => {
-                let rule = "only the penalty has it, and `rigid.method` is \"nitsche\"";
-                Err(self.error("rigid.epsilon", shown(epsilon), rule, "remove it, or set `rigid.method = \"penalty\"`"))
+            MethodName::Nitsche => {
+                let strength = table.strength.map(|strength| match strength {
+                    Strength::Harmonic => "\"harmonic\"".to_owned(),
+                    Strength::Full => "\"full\"".to_owned(),
+                });
+                for (key, given) in [("rigid.epsilon", table.epsilon.map(shown)), ("rigid.strength", strength)] {
+                    let rule = "only the penalty has it, and `rigid.method` is \"nitsche\"";
+                    let hint = "remove it, or set `rigid.method = \"penalty\"`";
+                    self.require(given.is_none(), key, given.unwrap_or_default(), rule, hint)?;
+                }
+                Ok(Method::Nitsche)
             }
         }
     }

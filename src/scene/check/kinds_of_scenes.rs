@@ -115,7 +115,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
     let bodies = bodies.ok_or_else(missing)?;
     BodyTables { body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact, .. } = tables;
     let time = checker.motion_time(&mut file.time)?;
-    let scope = Scope { tissue: None, kind: &kinds::particles::KIND, bodies: true, boundary: None };
+    let scope = Scope { tissue: None, kind: &kinds::particles::KIND, bodies: &bodies.bodies, boundary: None };
     let outputs = checker.outputs(&file.output, scope)?;
     let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
@@ -156,10 +156,9 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
     BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
         tables;
     let time = checker.motion_time(&mut file.time)?;
-    let (kind, some) = (&kinds::stokes::KIND, bodies.is_some());
-    let scope = Scope { tissue: None, kind, bodies: some, boundary: Some(&boundary) };
+    let (kind, listed) = (&kinds::stokes::KIND, bodies.as_ref().map_or(&[][..], |bodies| &bodies.bodies));
+    let scope = Scope { tissue: None, kind, bodies: listed, boundary: Some(&boundary) };
     let outputs = checker.outputs(&file.output, scope)?;
-    checker.no_force_on_tags(bodies.as_ref(), &outputs)?;
     let course = Course { step: time.bounds.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;
     let (title, mesh) = (file.title.clone(), file.mesh.clone());

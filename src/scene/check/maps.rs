@@ -67,7 +67,7 @@ impl Checker<'_> {
             let rule = "a picture of the bodies has no field for `arrows`, `streamlines`, `mesh` and `range`";
             self.require(!field, key, "(a table)", rule, "only `name` and `window` have a meaning")?;
             let (rule, hint) = ("the scene has no rigid body", "add a [[body]], or remove it");
-            self.require(scope.bodies, &of_key, "\"bodies\"", rule, hint)?;
+            self.require(!scope.bodies.is_empty(), &of_key, "\"bodies\"", rule, hint)?;
             options.check_frame()
         };
         if let Err(broken) = checked {

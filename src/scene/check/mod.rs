@@ -61,8 +61,8 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
     let bodies = checker.bodies_of_tissue(&mut file, parameters.kind(), &parameters.symbols())?;
-    let (kind, some) = (&kinds::TISSUE, bodies.is_some());
-    let scope = Scope { tissue: Some(&parameters), kind, bodies: some, boundary: Some(&boundary) };
+    let (kind, listed) = (&kinds::TISSUE, bodies.as_ref().map_or(&[][..], |bodies| &bodies.bodies));
+    let scope = Scope { tissue: Some(&parameters), kind, bodies: listed, boundary: Some(&boundary) };
     let outputs = checker.outputs(&file.output, scope)?;
     let course = Course { step: time.control.step, end: time.end, max_steps: time.max_steps };
     checker.amounts(&outputs, course)?;

@@ -3,23 +3,26 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND, broken_by};
+use crate::body::Body;
 use crate::measure::fields::ALL;
-use crate::measure::list::{self, Asked, Of, OnTag, Premise, Which};
+use crate::measure::list::{self, Asked, Of, On, Premise, Which};
 use crate::measure::{Measure, OutputField};
 use crate::mesh::Point;
 use crate::mesh::generate::{GENERATORS, MeshScene};
-use crate::model::immersed::flow::Method;
 use crate::model::{Conditions, ModelKind, Parameters};
 use crate::names;
+use crate::scene::Initial;
 use crate::scene::error::SceneError;
 use crate::scene::kinds::{self, SceneKind};
 use crate::scene::maps::{MapRequest, MapTable};
 use crate::scene::output::{
     Cut, CutTable, EveryTable, LEAST_ON_A_CIRCLE, MOST_POINTS, Output, OutputTable, SectionTable, What,
 };
-use crate::scene::{Bodies, Initial};
 use crate::schema::Range;
 use crate::scheme::Schedule;
+
+/// Most bodies that a message names.
+const TOLD: usize = 12;
 
 /// What there is to be written.
 #[derive(Debug, Clone, Copy)]
@@ -27,8 +30,8 @@ pub(in crate::scene) struct Scope<'a> {
     /// Of a tissue.
     pub tissue: Option<&'a Parameters>,
     pub kind: &'static SceneKind,
-    /// Whether there are rigid bodies.
-    pub bodies: bool,
+    /// The rigid bodies that there are.
+    pub bodies: &'a [Body],
     /// By tag, where forces act on the boundary of a flow.
     pub boundary: Option<&'a BTreeMap<String, Conditions>>,
 }
@@ -63,21 +66,6 @@ impl Checker<'_> {
             for asked in goes_around {
                 let (key, shown) = (format!("output.{at}.measures"), asked.to_string());
                 self.require(closed, &key, shown, &rule, "take one of these shapes, or remove it")?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Forces on boundary tags come from a balance that bodies by Nitsche's method do not tell of yet.
-    pub(super) fn no_force_on_tags(&self, bodies: Option<&Bodies>, outputs: &[Output]) -> Result<(), SceneError> {
-        if bodies.is_none_or(|bodies| bodies.rigid.method != Method::Nitsche) {
-            return Ok(());
-        }
-        for (at, output) in outputs.iter().enumerate() {
-            let rule = "with `rigid.method = \"nitsche\"` there are no forces on boundary tags";
-            let hint = "remove it, or set `rigid.method = \"penalty\"`; `wrench` is the force on the first body";
-            for asked in output.what.measures().iter().filter(|asked| asked.on.is_some()) {
-                self.require(false, &format!("output.{at}.measures"), asked, rule, hint)?;
             }
         }
         Ok(())
@@ -180,13 +168,13 @@ impl Checker<'_> {
 
     fn measure(&self, key: &str, asked: &Asked, scope: Scope) -> Result<(), SceneError> {
         let (measure, shown) = (asked.measure, || asked.to_string());
-        if let (Some(on), Some(boundary)) = (&asked.on, scope.boundary) {
+        if let (true, Some(on), Some(boundary)) = (measure.is_on_a_tag(), &asked.on, scope.boundary) {
             return self.tag(key, asked, on, boundary);
         }
         match (measure.of, scope.tissue) {
-            (Of::Bodies(which, _), _) => {
+            (Of::Bodies(which, _) | Of::Body(which, _), _) => {
                 let hint = "add a [[body]], or remove it";
-                self.require(scope.bodies, key, shown(), "the scene has no rigid body", hint)?;
+                self.require(!scope.bodies.is_empty(), key, shown(), "the scene has no rigid body", hint)?;
                 let in_flow = scope.kind.flows();
                 let (holds, rule) = match which {
                     Which::Any | Which::Moving => (true, ""),
@@ -195,7 +183,8 @@ impl Checker<'_> {
                         (in_flow && scope.tissue.is_none(), "only a Stokes flow tells what it does to bodies")
                     }
                 };
-                self.require(holds, key, shown(), rule, "remove it")
+                self.require(holds, key, shown(), rule, "remove it")?;
+                asked.on.as_ref().map_or(Ok(()), |on| self.named_body(key, asked, &on.name, scope.bodies))
             }
             (Of::Flow(_) | Of::Boundary { .. } | Of::Tissue(..), Some(_)) => Ok(()),
             (Of::Compressible(_), Some(p)) => {
@@ -213,18 +202,30 @@ impl Checker<'_> {
         }
     }
 
+    /// A measure of a body that there is.
+    fn named_body(&self, key: &str, asked: &Asked, name: &str, bodies: &[Body]) -> Result<(), SceneError> {
+        if bodies.iter().any(|body| body.name == name) {
+            return Ok(());
+        }
+        let known: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+        let rule = format!("there is no body `{name}`{}", names::did_you_mean(name, &known));
+        let dots = if known.len() > TOLD { ", …" } else { "" };
+        let told: Vec<&str> = known.into_iter().take(TOLD).collect();
+        Err(self.error(key, asked, &rule, &format!("the bodies are {}{dots}", told.join(", "))))
+    }
+
     /// A measure on a tag that the boundary has.
     fn tag(
         &self,
         key: &str,
         asked: &Asked,
-        on: &OnTag,
+        on: &On,
         boundary: &BTreeMap<String, Conditions>,
     ) -> Result<(), SceneError> {
         let known: Vec<&str> = boundary.keys().map(String::as_str).collect();
-        let rule = format!("there is no boundary tag `{}`{}", on.tag, names::did_you_mean(&on.tag, &known));
+        let rule = format!("there is no boundary tag `{}`{}", on.name, names::did_you_mean(&on.name, &known));
         let hint = format!("the tags with conditions are {}", known.join(", "));
-        self.require(boundary.contains_key(&on.tag), key, asked, &rule, &hint)?;
+        self.require(boundary.contains_key(&on.name), key, asked, &rule, &hint)?;
         let finite = on.around.is_none_or(|around| around.iter().all(|c| c.is_finite()));
         self.require(finite, key, asked, "`around` must be finite", "two numbers, such as [0, 0]")
     }
@@ -271,7 +272,7 @@ impl Checker<'_> {
 
     fn bodies_of(&self, key: &str, table: &OutputTable, scope: Scope) -> Result<What, SceneError> {
         let rule = "the scene has no rigid body";
-        self.require(scope.bodies, &format!("{key}.bodies"), true, rule, "add a [[body]], or remove it")?;
+        self.require(!scope.bodies.is_empty(), &format!("{key}.bodies"), true, rule, "add a [[body]], or remove it")?;
         Ok(What::Bodies { contacts: table.contacts.unwrap_or(false) })
     }
 

@@ -221,7 +221,7 @@ impl AdvectionScene {
         checker.require(holds, "time.order", shown(order as f64), &rule, "2 is usual")?;
         checker.most_steps(max_steps)?;
         let outputs =
-            checker.outputs(&file.output, Scope { tissue: None, kind: &KIND, bodies: false, boundary: None })?;
+            checker.outputs(&file.output, Scope { tissue: None, kind: &KIND, bodies: &[], boundary: None })?;
         checker.amounts(&outputs, Course { step, end, max_steps })?;
         let (title, mesh) = (file.title.clone(), file.mesh.clone());
         Ok(Self {

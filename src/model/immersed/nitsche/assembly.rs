@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::domain::Domain;
 use super::elements::{Blocks, CutCell, GHOST, GhostFace, place_flow};
 use super::twists::Twists;
+use super::walls::walls;
 use super::{Forms, gamma};
 use crate::body::Body;
 use crate::cut::{Class, Cover};
@@ -41,7 +42,8 @@ pub(super) fn prepare(
     let (velocity, pressure) = (ground.velocity, ground.pressure);
     let mut domain = Domain::new(cover, poses, (forms.loops, pressure), open);
     check_bodies(&domain, bodies)?;
-    let twists = Twists::new(bodies, poses);
+    let walls = walls(ground, &domain, bodies, &ground.velocity.node_positions());
+    let twists = Twists::new(bodies, poses, walls);
     domain.settle_means(&twists);
     let flows = flows(ground, forms, &domain, &blocks);
     let with_bodies = |(cell, flow)| (cell, Arc::new(cut_cell(ground, forms, &domain, cell, flow)));

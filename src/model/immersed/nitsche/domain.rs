@@ -17,7 +17,7 @@ use crate::space::Space;
 const NONE: u32 = u32::MAX;
 /// Openings of the boundary in which a body stands, in sizes of cells, that are none: what does not touch a wall by
 /// more moves as if it did not touch it.
-const CLOSED: f64 = 0.1;
+pub(super) const CLOSED: f64 = 0.1;
 /// Singular values below this, relative to the largest one, are zero.
 const RANK: f64 = 1e-9;
 /// Largest net flux through the boundary of a closed pool, relative to its size and the largest velocity.
@@ -84,15 +84,29 @@ impl Domain {
         Self { surface, poses: poses.to_vec(), active, ghosts, parts, pools, cover }
     }
 
+    /// How the motions of a body change the volumes of the closed pools that it bounds.
+    pub fn closed_passages(&self, body: usize) -> Vec<[f64; 3]> {
+        let own = self.pools.passages.iter().filter(|((pool, other), _)| *other == body && !self.pools.open[*pool]);
+        own.map(|(_, flux)| *flux).collect()
+    }
+
     /// Finds out which pressures nothing determines: those of closed parts, unless they push a body that may move.
     pub fn settle_means(&mut self, twists: &Twists) {
         let closed = self.parts.last.len();
         let mut fluxes = DMatrix::<f64>::zeros(twists.count().max(closed), closed);
         for (&(pool, body), flux) in &self.pools.passages {
             let Some(part) = self.parts.of_cell(self.pools.first[pool]) else { continue };
+            let length = flux[0].hypot(flux[1]);
+            let mut sums: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
             for (k, flux) in flux.iter().enumerate() {
-                twists.of(body, k).for_each(|(unknown, a)| fluxes[(unknown, part)] += a * flux);
+                for (unknown, a) in twists.of(body, k) {
+                    let [sum, size] = sums.entry(unknown).or_default();
+                    let least = if k < 2 { length } else { 0.0 };
+                    (*sum, *size) = (*sum + a * flux, size.max(a.abs() * flux.abs().max(least)));
+                }
             }
+            let counts = sums.into_iter().filter(|(_, [sum, size])| sum.abs() > RANK * size);
+            counts.for_each(|(unknown, [sum, _])| fluxes[(unknown, part)] += sum);
         }
         self.parts.means = kernel(fluxes);
     }

@@ -285,9 +285,17 @@ impl Elements<'_> {
             quantities != other.quantities(e)
                 || blocks(self) != blocks(other)
                 || (!means && quantities.iter().any(|quantity| matches!(quantity, Quantity::Mean(_))))
-                || quantities.iter().any(|quantity| self.unknowns(*quantity).any(|(unknown, _)| differs(unknown)))
+                || quantities.iter().any(|quantity| {
+                    self.unknowns(*quantity).any(|(unknown, _)| differs(unknown)) || self.turns(other, *quantity)
+                })
         };
         (0..self.count()).filter(changed).collect()
+    }
+
+    /// Whether a motion is made of other unknowns than in another placement.
+    fn turns(&self, other: &Elements, quantity: Quantity) -> bool {
+        let Quantity::Twist(body, k) = quantity else { return false };
+        !self.twists.of(body, k).eq(other.twists.of(body, k))
     }
 
     /// `r ← r − A x`, in the order of the elements.

@@ -12,7 +12,8 @@
 //! ```
 //! Functions live on the cells with fluid; S are the faces between two of them one of which at least is cut, and g_S is
 //! the ghost penalty of [`form::ghost`](crate::form::ghost) with whole polynomials. The motion of a body that is fixed
-//! or held is given, and so exact; a pinned one has its spin alone. A part of the fluid that no condition fixes the
+//! or held is given, and so exact; a pinned one has its spin alone, and one that stands in a wall moves as the wall lets
+//! it, which carries it. A part of the fluid that no condition fixes the
 //! pressure of has zero mean of it, unless a body that may move feels it.
 
 mod assembly;
@@ -20,6 +21,7 @@ mod domain;
 mod elements;
 mod structure;
 mod twists;
+mod walls;
 
 use std::sync::Arc;
 
@@ -28,12 +30,12 @@ use super::{FlowWithBodies, Ground};
 use crate::body::Body;
 use crate::body::guide::Rule;
 use crate::cut::Cover;
-use crate::form::Integrator;
+use crate::form::{Integrator, nitsche};
 use crate::mesh::Point;
 use crate::model::momentum::{MomentumError, Stiffness};
 use crate::shape::{Pose, Twist, Wrench, rigid_motion};
 use crate::solve::multifrontal::Multifrontal;
-use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy};
+use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, dot};
 use assembly::{Prepared, prepare};
 use domain::Domain;
 use elements::{Blocks, Elements};
@@ -184,7 +186,7 @@ impl Nitsche {
     ) -> Result<FlowWithBodies, MomentumError> {
         let elements = self.elements(ground);
         let [first, _, count] = elements.firsts();
-        let given = self.twists.given(rules);
+        let given = self.twists.given(rules, prescribed)?;
         self.domain.check_flux(&self.loops, (ground.velocity, prescribed), (&given, &self.twists))?;
         let mut right = vec![0.0; count];
         right[..ground.frames.free].copy_from_slice(&ground.frames.restrict(f));
@@ -281,16 +283,52 @@ impl Nitsche {
             cut.bodies.iter().for_each(|&body| local.extend(motions[body]));
             let rows = cut.matrix.chunks_exact(local.len()).skip(first);
             for (k, row) in rows.enumerate() {
-                sums[cut.bodies[k / 3]][k % 3] -= crate::solve::dot(row, &local);
+                sums[cut.bodies[k / 3]][k % 3] -= dot(row, &local);
             }
         }
         sums.into_iter().map(|[x, y, torque]| Wrench { force: Point::new(x, y), torque }).collect()
     }
 
+    /// Adds what the boundaries of the bodies and the ghost penalty add to the balance of the fluid, test by test.
+    pub(in crate::model) fn add_residual(&self, ground: Ground, flow: &FlowWithBodies, out: &mut [f64]) {
+        let (velocity, pressure) = (ground.velocity, ground.pressure);
+        let dofs = |cell: usize| -> Vec<usize> {
+            (0..velocity.cell_dof_count()).map(|k| velocity.dof(cell, k / velocity.n, k % velocity.n)).collect()
+        };
+        for (&cell, cut) in &self.blocks.cut {
+            let rows = dofs(cell);
+            let mut local: Vec<f64> = rows.iter().map(|&dof| flow.v[dof]).collect();
+            local.extend((0..pressure.n).map(|k| flow.pi[pressure.dof(cell, 0, k)]));
+            let first = local.len();
+            for &body in &cut.bodies {
+                let (centre, Twist { velocity: v, spin }) = (self.domain.poses[body].position, flow.twists[body]);
+                local.truncate(first);
+                local.extend([v.x, v.y, spin]);
+                let (at, gamma) = ((cell, body), gamma(velocity.degree));
+                let surface = &self.domain.surface;
+                let block = nitsche::block(&self.loops, (velocity, pressure), surface, at, centre, gamma);
+                let products = block.chunks_exact(local.len()).map(|row| dot(row, &local));
+                rows.iter().zip(products).for_each(|(&dof, value)| out[dof] += value);
+            }
+        }
+        for &face in &self.domain.ghosts {
+            let sides = &velocity.mesh.faces[face];
+            let plus = sides.plus.expect("an interior face").cell;
+            let (minus, plus) = (dofs(sides.minus.cell), dofs(plus));
+            for c in [0, velocity.n] {
+                let own = c..c + velocity.n;
+                let rows: Vec<usize> = minus[own.clone()].iter().chain(&plus[own]).copied().collect();
+                let local: Vec<f64> = rows.iter().map(|&dof| flow.v[dof]).collect();
+                let products = self.blocks.ghosts[&face].velocity.chunks_exact(local.len());
+                rows.iter().zip(products).for_each(|(&dof, row)| out[dof] += dot(row, &local));
+            }
+        }
+    }
+
     /// What bodies with a given motion or a pin need besides the fluid's force and their loads.
     fn holding(&self, motions: &[[f64; 3]], loads: &[Wrench], wrenches: &[Wrench]) -> Vec<Wrench> {
         let held = |body: usize| {
-            if self.twists.is_free(body) {
+            if !self.twists.is_held(body) {
                 return Wrench::ZERO;
             }
             let ([x, y, spin], [c, _, turning]) = (motions[body], self.friction[body]);
