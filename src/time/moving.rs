@@ -19,7 +19,6 @@ use crate::body::motion::Motion;
 use crate::body::stiffness::{DECAY, Stiffness, Stride};
 use crate::expression::ExpressionError;
 use crate::model::State;
-use crate::model::fields::VELOCITY;
 use crate::model::incompressible::Incompressible;
 use crate::model::mobility::Mobility;
 use crate::model::momentum::MomentumError;
@@ -99,7 +98,7 @@ impl MovingMarch {
     ) -> Result<Self, StepFailure> {
         let parked = March::start(&model, settings, p)?.park();
         let motion = Motion::new(model.poses().to_vec(), order);
-        let twists = model.twists(&parked.state[VELOCITY]);
+        let twists = model.twists(&parked.state, parked.time())?;
         let stiffness = stiffness_of(&model)?;
         Ok(Self { model, motion, twists, stiffness, parked: Some(parked) })
     }
@@ -193,8 +192,7 @@ impl MovingMarch {
             match moved {
                 Ok((motion, report)) => {
                     correction.accept();
-                    let state = &self.parked.as_ref().expect("a march is parked between steps").state;
-                    self.twists = self.model.twists(&state[VELOCITY]);
+                    self.twists = self.model.twists(self.state(), self.time()).map_err(|e| stop(e.to_string()))?;
                     self.motion = motion;
                     return Ok(report);
                 }

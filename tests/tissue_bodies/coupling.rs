@@ -9,6 +9,7 @@ use monolayer::body::{Body, Hold};
 use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::fields::{PRESSURE, VELOCITY};
+use monolayer::model::immersed::flow::Method;
 use monolayer::model::incompressible::{Description, Incompressible, State};
 use monolayer::model::{Conditions, ElasticForce, Parameters};
 use monolayer::scheme::ControlSettings;
@@ -46,7 +47,7 @@ fn around(
     let description = Description::new(mesh, parameters, condition);
     let guide = Arc::new(Guide::new(vec![body]).unwrap());
     let poses = guide.starts(0.0).unwrap();
-    Incompressible::around(mesh, &description, &guide, &poses, EPSILON).unwrap()
+    Incompressible::around(mesh, &description, &guide, &poses, Method::Penalty { epsilon: EPSILON }).unwrap()
 }
 
 fn closed(_: &str) -> Conditions {

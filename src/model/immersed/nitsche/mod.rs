@@ -18,6 +18,8 @@
 mod assembly;
 mod domain;
 mod elements;
+mod soft;
+mod state;
 mod structure;
 mod twists;
 
@@ -36,6 +38,7 @@ use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, norm};
 use assembly::{Prepared, prepare};
 use domain::Domain;
 use elements::{Blocks, Elements};
+pub(in crate::model) use state::Moved;
 use structure::Skeleton;
 use twists::Twists;
 

@@ -61,6 +61,11 @@ impl Twists {
         matches!(self.unknowns[body], Unknown::Free(_))
     }
 
+    /// Whether something of a body's motion is unknown.
+    pub fn has_unknowns(&self, body: usize) -> bool {
+        !matches!(self.unknowns[body], Unknown::Given)
+    }
+
     /// Rules under which what is given stays.
     pub fn rules_of_change(&self, poses: &[Pose]) -> Vec<Rule> {
         let rule = |(unknown, pose): (&Unknown, &Pose)| match *unknown {
