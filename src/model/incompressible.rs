@@ -2,6 +2,7 @@
 
 mod bodies;
 mod force;
+mod power;
 
 use std::sync::Arc;
 

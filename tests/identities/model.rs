@@ -221,7 +221,7 @@ fn a_polynomial_flow_is_reproduced() {
     });
     assert!(error.sqrt() < 1e-12, "{error}");
     let force = model.force(&model.zero().into_field(POLARITY), &v, &model.inputs(0.0).unwrap());
-    let residuals = model.momentum.residual_norms(&force, &v.values, &pi.values).unwrap();
+    let residuals = model.momentum.residual_norms(&force.flow, &v.values, &pi.values).unwrap();
     assert!(residuals.iter().all(|r| *r < 1e-10), "{residuals:?}");
 }
 
