@@ -2,7 +2,7 @@
 
 mod bodies;
 mod force;
-mod power;
+mod law;
 
 use std::sync::Arc;
 

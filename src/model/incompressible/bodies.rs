@@ -15,7 +15,7 @@ use crate::model::momentum::{Momentum, MomentumError};
 use crate::model::polarity::Polarity;
 use crate::model::terms::FlowTerms;
 use crate::shape::{Pose, Twist, Wrench};
-use crate::space::{Continuity, Field, Space};
+use crate::space::{Continuity, Space};
 
 impl Incompressible {
     /// As [`Incompressible::new`] with rigid bodies in the tissue.

@@ -13,8 +13,7 @@ use crate::form::words::Vector;
 use crate::form::{Linear, power, traction};
 use crate::mesh::Point;
 use crate::model::parameters::ElasticForce;
-use crate::shape::{Twist, Wrench, rigid_motion};
-use crate::solve::dot;
+use crate::shape::{Wrench, rigid_motion};
 use crate::space::{Field, Space};
 
 /// A functional on the velocity space, and forces and torques on bodies.
@@ -43,12 +42,6 @@ impl Force {
             true => outer,
             false => outer.into_iter().zip(&self.bodies).map(|(load, own)| load + *own).collect(),
         }
-    }
-
-    /// The power in a flow v with bodies that move with twists.
-    pub fn power(&self, v: &[f64], twists: &[Twist]) -> f64 {
-        let of_bodies = self.bodies.iter().zip(twists).map(|(wrench, twist)| wrench.power(twist));
-        dot(&self.flow, v) + of_bodies.sum::<f64>()
     }
 }
 
