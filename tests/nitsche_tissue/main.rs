@@ -9,4 +9,5 @@ mod force;
 mod moving;
 mod newton;
 mod order;
+mod scene;
 mod setting;

@@ -21,15 +21,15 @@ fn the_tissue_carries_bodies_without_friction_at_its_own_speed() {
         _ => Conditions::slip(),
     };
     // with the active stress on: a uniform one moves nothing
-    let bodies = vec![disc(0.17, [0.3, 0.52], Hold::Free), capsule([0.4, 0.2], 0.3, Hold::Free)];
+    let bodies = vec![round(0.17, [0.3, 0.52], Hold::Free), capsule([0.4, 0.2], 0.3, Hold::Free)];
     let model = around(&mesh, ACTIVE, &open, bodies);
     let p = project::interpolate_vector(&model.polarity.space, |_| Point::new(1.0, 0.0));
     let mut march = MovingMarch::start(model, settings(0.05, 2, ANDERSON), p.values, 2).unwrap();
     for step in 1..=5 {
         march.advance(10.0, &AtomicBool::new(false), &mut NoCorrection).unwrap();
         for (twist, from) in march.twists().iter().zip([0.3, 0.4]).map(|(twist, from)| (*twist, from)) {
-            assert!((twist.velocity - Point::new(1.0, 0.0)).norm() < 1e-9 && twist.spin.abs() < 1e-8, "{twist:?}");
-            let there = march.poses().iter().any(|p| (p.position.x - from - 0.05 * f64::from(step)).abs() < 1e-9);
+            assert!((twist.velocity - Point::new(1.0, 0.0)).norm() < 1e-8 && twist.spin.abs() < 1e-7, "{twist:?}");
+            let there = march.poses().iter().any(|p| (p.position.x - from - 0.05 * f64::from(step)).abs() < 1e-8);
             assert!(there, "{:?}", march.poses());
         }
     }
@@ -39,14 +39,14 @@ fn the_tissue_carries_bodies_without_friction_at_its_own_speed() {
 fn the_force_that_holds_a_disc_holds_it_as_an_outer_force_too() {
     let mesh = square(5);
     let at = [0.47, 0.52];
-    let fixed = around(&mesh, with_factors(), &slip, vec![disc(0.2, at, Hold::Fixed)]);
+    let fixed = around(&mesh, with_factors(), &slip, vec![round(0.2, at, Hold::Fixed)]);
     let p = swirl(&fixed);
     let inputs = fixed.inputs(0.0).unwrap();
     let force = fixed.force(&p, &Field::zero(&fixed.momentum.velocity), &inputs);
     let held = fixed.carry(&force, &inputs).unwrap();
     let load = held.holding[0];
     assert!(load.force.norm() > 1e-2 && load.torque.abs() > 1e-4, "something is to be held: {load:?}");
-    let mut body = disc(0.2, at, Hold::Free);
+    let mut body = round(0.2, at, Hold::Free);
     body.force = [load.force.x, load.force.y].map(|f| formula(&format!("{f:e}")));
     body.torque = formula(&format!("{:e}", load.torque));
     let free = around(&mesh, with_factors(), &slip, vec![body]);
@@ -64,7 +64,7 @@ const RADIUS: f64 = 0.12;
 fn dragged(steps: usize, resume_after: Option<usize>) -> (MovingMarch, f64) {
     let mesh = square(8);
     let hold = Hold::Held { velocity: [formula("0.6"), formula("0.2")], spin: formula("2") };
-    let bodies = || vec![disc(RADIUS, [0.35, 0.42], hold.clone()), disc(0.1, [0.3, 0.75], Hold::Free)];
+    let bodies = || vec![round(RADIUS, [0.35, 0.42], hold.clone()), round(0.1, [0.3, 0.75], Hold::Free)];
     let build = || around(&mesh, ACTIVE, &slip, bodies());
     let settings = settings(0.05, 2, ANDERSON);
     let model = build();

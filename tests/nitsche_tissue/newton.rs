@@ -27,7 +27,7 @@ fn residual(model: &Incompressible, p: &[f64], from: &[f64]) -> (State, Vec<f64>
 }
 
 fn cases() -> Vec<Vec<Body>> {
-    let pair = |hold: fn() -> Hold| vec![disc(0.15, [0.33, 0.42], hold()), capsule([0.68, 0.61], 0.7, hold())];
+    let pair = |hold: fn() -> Hold| vec![round(0.15, [0.33, 0.42], hold()), capsule([0.68, 0.61], 0.7, hold())];
     vec![pair(|| Hold::Free), pair(|| Hold::Fixed)]
 }
 
@@ -36,24 +36,28 @@ fn newtons_method_converges_quadratically_around_bodies() {
     for bodies in cases() {
         let model = around(&square(6), with_factors(), &slip, bodies);
         let start = swirl(&model).values;
-        let (mut p, mut sizes, mut products) = (start.clone(), Vec::new(), Vec::new());
-        for _ in 0..6 {
+        let (mut p, mut sizes, mut products) = (start.clone(), Vec::<f64>::new(), Vec::new());
+        for _ in 0..8 {
             let (state, r) = residual(&model, &p, &start);
-            sizes.push(dot(&r, &r).sqrt());
+            let size = dot(&r, &r).sqrt();
+            sizes.push(size);
+            if size < 1e-12 * sizes[0] {
+                break;
+            }
             let tangent = Tangent::new(&model, &state, &state[VELOCITY], WEIGHT, 0.0);
             let factors = Lagged::new(model.structure().unwrap(), &Parts::new(&tangent)).unwrap();
             let right: Vec<f64> = r.iter().map(|r| -r).collect();
             let mut step = vec![0.0; p.len()];
             let apply = |x: &[f64], y: &mut [f64]| tangent.times(x, y).unwrap();
             let precondition = |x: &mut [f64]| factors.solve(x);
-            let outcome = gmres(&apply, &precondition, &right, &mut step, 1e-12 * sizes[0], 100);
+            let outcome = gmres(&apply, &precondition, &right, &mut step, 1e-8 * size, 100);
             assert!(outcome.converged);
             products.push(outcome.iterations);
             p.iter_mut().zip(&step).for_each(|(p, s)| *p += s);
         }
-        println!("residuals {sizes:.1e?}, products {products:?}");
-        let quadratic = |k: usize| sizes[k + 1] < 3.0 * sizes[k].powi(2) / sizes[0] || sizes[k + 1] < 1e-11 * sizes[0];
-        assert!((0..5).all(quadratic) && sizes[4] < 1e-11 * sizes[0], "{sizes:?}");
+        println!("residuals {}, products {products:?}", shown(&sizes));
+        let quadratic = |k: usize| sizes[k + 1] < 3.0 * sizes[k].powi(2) / sizes[0] || sizes[k + 1] < 1e-10 * sizes[0];
+        assert!((0..sizes.len() - 1).all(quadratic) && sizes.last().unwrap() < &(1e-10 * sizes[0]), "{sizes:?}");
         assert!(products.iter().all(|count| *count <= 30), "the factors come near the inverse: {products:?}");
     }
 }

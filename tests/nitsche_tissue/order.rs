@@ -109,7 +109,7 @@ fn velocity_and_drag_of_a_fixed_disc_have_the_order_of_the_degree() {
     println!("fitted: {wrench:.6?}");
     let errors = [8, 16, 32].map(|n| {
         let mesh = mesh(&format!("shape = \"square\"\nn = {n}"));
-        let model = around(&mesh, with_factors(), &walls(CENTRE), vec![disc(RADIUS, CENTRE.into(), Hold::Fixed)]);
+        let model = around(&mesh, with_factors(), &walls(CENTRE), vec![round(RADIUS, CENTRE.into(), Hold::Fixed)]);
         let (v, found) = flow(&model, CENTRE);
         let drag = (found.force - wrench.force).norm() / wrench.force.norm();
         let torque = (found.torque - wrench.torque).abs() / wrench.torque.abs();

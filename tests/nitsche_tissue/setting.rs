@@ -37,14 +37,14 @@ pub fn formula(text: &str) -> Expression {
     Expression::of_body(text, &[]).expect("the test's formula parses")
 }
 
-pub fn disc(radius: f64, at: [f64; 2], hold: Hold) -> Body {
+pub fn round(radius: f64, at: [f64; 2], hold: Hold) -> Body {
     let start = Pose { position: Point::from(at), angle: 0.0 };
     Body { hold, ..Body::new("disc", Shape::from(Disc { radius }), start) }
 }
 
 pub fn capsule(at: [f64; 2], angle: f64, hold: Hold) -> Body {
     let start = Pose { position: Point::from(at), angle };
-    Body { hold, ..Body::new("capsule", Shape::from(Capsule { length: 0.14, radius: 0.06 }), start) }
+    Body { hold, ..Body::new("capsule", Shape::from(Capsule { half_length: 0.07, radius: 0.06 }), start) }
 }
 
 pub fn around(
@@ -79,4 +79,9 @@ pub fn swirl(model: &Incompressible) -> Field {
     project::interpolate_vector(&model.polarity.space, |x| {
         Point::new((2.0 * x.y).cos() + 0.2 * x.x, 0.8 * (2.0 * x.x).sin())
     })
+}
+
+/// Short numbers.
+pub fn shown(values: &[f64]) -> String {
+    values.iter().map(|value| format!("{value:.2e}")).collect::<Vec<_>>().join(", ")
 }
