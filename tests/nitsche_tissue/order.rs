@@ -1,4 +1,5 @@
-//! Errors of the flow around a fixed disc in a tissue with all its stresses, against a mesh with a hole.
+//! Errors of the flow around a fixed disc in a tissue with all its stresses and a given polarity, against a mesh with a
+//! hole.
 
 use std::sync::Arc;
 
@@ -21,11 +22,11 @@ const RADIUS: f64 = 0.17;
 /// From the unit square to the strip with the hole.
 const SHIFT: Point = Point::new(0.0, -0.5);
 
-/// `c + A (y + R² y/|y|²)`, `y = x − x_c`: harmonic with `∂p/∂n = 0` on the disc.
+/// `c + A y (1 − |y|²/(3R²))`, `y = x − x_c`: `∂p/∂n = 0` on the disc, and smooth inside of it.
 fn polarity(centre: Point) -> [Expression; 2] {
-    let (a, b, r2) = (centre.x, centre.y, RADIUS * RADIUS);
-    let factor = format!("(1 + {r2}/((x-({a}))^2 + (y-({b}))^2))");
-    [format!("0.5 + 1.1*(x-({a}))*{factor}"), format!("0.3 + (0.9*(y-({b})) + 0.7*(x-({a})))*{factor}")]
+    let (a, b, r2) = (centre.x, centre.y, 3.0 * RADIUS * RADIUS);
+    let factor = format!("(1 - ((x-({a}))^2 + (y-({b}))^2)/{r2})");
+    [format!("0.6 + 0.22*(x-({a}))*{factor}"), format!("0.3 + (0.18*(y-({b})) + 0.14*(x-({a})))*{factor}")]
         .map(|text| formula(&text))
 }
 
@@ -40,9 +41,6 @@ fn walls(centre: Point) -> impl Fn(&str) -> Conditions {
 fn flow(model: &Incompressible, centre: Point) -> (Field, Wrench) {
     let formulas = polarity(centre);
     let p = project::interpolate_vector(&model.polarity.space, |x| {
-        // inside of the disc anything will do
-        let y = x - centre;
-        let x = if y.norm() < 0.5 * RADIUS { centre + Point::x() * RADIUS } else { x };
         Point::new(formulas[0].eval(x, 0.0), formulas[1].eval(x, 0.0))
     });
     let inputs = model.inputs(0.0).unwrap();
