@@ -24,11 +24,13 @@ fn bodies() -> Vec<Body> {
 #[test]
 fn a_uniform_stress_moves_nothing() {
     type Condition = fn(&str) -> Conditions;
-    for (condition, friction) in [(no_slip as Condition, 0.0), (slip as Condition, 1.0)] {
+    // walls with slip bear no shear
+    let cases = [(no_slip as Condition, 0.0, Point::new(0.6, -0.8)), (slip as Condition, 1.0, Point::new(1.0, 0.0))];
+    for (condition, friction, uniform) in cases {
         let parameters = Parameters { traction: 0.0, friction, ..with_factors() };
         let model = around(&square(6), parameters, &condition, bodies());
         // of length 1: no molecular field
-        let p = project::interpolate_vector(&model.polarity.space, |_| Point::new(0.6, -0.8));
+        let p = project::interpolate_vector(&model.polarity.space, |_| uniform);
         let inputs = model.inputs(0.0).unwrap();
         let force = model.force(&p, &Field::zero(&model.momentum.velocity), &inputs);
         let carried = model.carry(&force, &inputs).unwrap();

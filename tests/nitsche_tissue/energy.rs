@@ -39,7 +39,7 @@ fn the_energy_law_holds_around_fixed_bodies() {
         let state = State::incompressible(v, pi, p);
         let residual = model.polarity_residual(&state, 0.0);
         let rate: Vec<f64> = residual.iter().map(|r| -r / parameters.peclet).collect();
-        let budget = Budget::at(&model, &state, &model.polarity.mass_solve(&rate), 0.0).unwrap();
+        let budget = Budget::at(&model, &state, &model.polarity.project(&rate), 0.0).unwrap();
         println!("{budget:?}: {:.1e}", budget.defect());
         assert!(budget.bodies.abs() > 1e-3 * size(&budget), "bodies take something");
         assert!(budget.defect().abs() < 1e-12 * size(&budget));
@@ -101,8 +101,8 @@ fn left(n: usize, step: f64) -> f64 {
 }
 
 #[test]
-fn with_elasticity_the_law_closes_with_the_steps_and_the_cells() {
-    let rows = [(6, 0.03), (6, 0.015), (12, 0.03), (12, 0.015), (24, 0.015)].map(|(n, step)| left(n, step));
+fn with_elasticity_the_law_closes_with_the_cells() {
+    let rows = [6, 12, 24].map(|n| left(n, 0.03));
     println!("{}", shown(&rows));
-    assert!(rows[4] < 1e-2);
+    assert!(rows[1] < 0.4 * rows[0] && rows[2] < 0.4 * rows[1] && rows[2] < 5e-5);
 }
