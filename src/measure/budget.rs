@@ -50,12 +50,7 @@ impl Budget {
         }
     }
 
-    fn incompressible(
-        model: &Incompressible,
-        state: &State,
-        rate_of_p: &[f64],
-        t: f64,
-    ) -> Result<Self, MomentumError> {
+    fn incompressible(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Result<Self, MomentumError> {
         let (m, v, p) = (&model.parameters, &state[VELOCITY], &state[POLARITY]);
         let (given, l) = (model.given(t), model.molecular(p, t));
         let at = At::new(m, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());

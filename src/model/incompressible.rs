@@ -7,6 +7,7 @@ mod law;
 use std::sync::Arc;
 
 pub use self::force::Force;
+use self::force::check_tractions;
 use super::boundary::{Conditions, Held};
 pub use super::description::{Degrees, Description};
 pub use super::fields::{Residuals, State};
@@ -134,6 +135,7 @@ impl Incompressible {
         let polarity = match &bodies {
             None => Polarity::new(&loops, space, conditions, parameters, slopes)?,
             Some(floating) => {
+                check_tractions(parameters, floating.bodies())?;
                 let covered = &floating.covered;
                 let passive = Some(&covered.passive);
                 Polarity::around(&covered.tissue, space, conditions, parameters, slopes, passive)?

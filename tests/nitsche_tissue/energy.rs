@@ -48,8 +48,7 @@ fn the_energy_law_holds_around_fixed_bodies() {
 
 #[test]
 fn a_passive_sheet_around_fixed_bodies_never_gains_energy() {
-    let parameters =
-        Parameters { elastic_force: ElasticForce::Energy, traction: 0.0, active_stress: 0.0, ..ACTIVE };
+    let parameters = Parameters { elastic_force: ElasticForce::Energy, traction: 0.0, active_stress: 0.0, ..ACTIVE };
     let model = around(&square(4), parameters, &slip, fixed());
     let start = random(&model.polarity.space, 2);
     for kind in [CouplingKind::Newton, ANDERSON] {

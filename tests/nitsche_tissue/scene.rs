@@ -29,6 +29,7 @@ velocity = "traction"
 polarity = { dirichlet = ["1", "0"] }
 [boundary.walls]
 velocity = "slip"
+polarity = "neumann"
 
 [initial]
 polarity = ["1", "0"]
@@ -76,8 +77,10 @@ fn summary(folder: &Path) -> serde_json::Value {
 }
 
 fn moving() -> String {
-    let other = "[[body]]\nname = \"free\"\nshape = { disc = { radius = 0.5 } }\nposition = [-1.5, -1.6]\nfriction = 1.0\n";
-    let held = FIXED.replace("motion = \"fixed\"", "motion = { held = { velocity = [\"0.4\", \"0.1\"], spin = \"0.5\" } }");
+    let other =
+        "[[body]]\nname = \"free\"\nshape = { disc = { radius = 0.5 } }\nposition = [-1.5, -1.6]\nfriction = 1.0\n";
+    let held =
+        FIXED.replace("motion = \"fixed\"", "motion = { held = { velocity = [\"0.4\", \"0.1\"], spin = \"0.5\" } }");
     let wall = "[[wall]]\ntag = \"walls\"\n[contact]\nmargin = 0.1\n";
     held + other + wall + MEASURES
 }
@@ -105,7 +108,22 @@ fn bodies_that_are_fixed_march_and_rest() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     write(folder, &(FIXED.to_owned() + MEASURES));
-    good(&["run", "scene.toml", "-q", "--out", "march", "--set", "time.end=40", "--set", "time.step=0.5", "--set", "time.stop.residual=1e-7"], folder);
+    good(
+        &[
+            "run",
+            "scene.toml",
+            "-q",
+            "--out",
+            "march",
+            "--set",
+            "time.end=40",
+            "--set",
+            "time.step=0.5",
+            "--set",
+            "time.stop.residual=1e-7",
+        ],
+        folder,
+    );
     good(&["run", "scene.toml", "-q", "--out", "rest", "--steady", "--set", "steady.residual=1e-9"], folder);
     let [march, rest] = ["march", "rest"].map(|run| summary(&folder.join(run)));
     println!("{}\n{}", march["status"], rest["steady"]);

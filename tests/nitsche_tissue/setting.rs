@@ -8,6 +8,7 @@ use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::immersed::flow::Method;
 use monolayer::model::incompressible::{Description, Incompressible};
+use monolayer::model::momentum::MomentumError;
 use monolayer::model::terms::factor;
 use monolayer::model::{Conditions, Parameters};
 use monolayer::scheme::ControlSettings;
@@ -47,16 +48,25 @@ pub fn capsule(at: [f64; 2], angle: f64, hold: Hold) -> Body {
     Body { hold, ..Body::new("capsule", Shape::from(Capsule { half_length: 0.07, radius: 0.06 }), start) }
 }
 
+pub fn try_around(
+    mesh: &Arc<Mesh>,
+    parameters: Parameters,
+    condition: &dyn Fn(&str) -> Conditions,
+    bodies: Vec<Body>,
+) -> Result<Incompressible, MomentumError> {
+    let description = Description::new(mesh, parameters, condition);
+    let guide = Arc::new(Guide::new(bodies).unwrap());
+    let poses = guide.starts(0.0).unwrap();
+    Incompressible::around(mesh, &description, &guide, &poses, Method::Nitsche)
+}
+
 pub fn around(
     mesh: &Arc<Mesh>,
     parameters: Parameters,
     condition: &dyn Fn(&str) -> Conditions,
     bodies: Vec<Body>,
 ) -> Incompressible {
-    let description = Description::new(mesh, parameters, condition);
-    let guide = Arc::new(Guide::new(bodies).unwrap());
-    let poses = guide.starts(0.0).unwrap();
-    Incompressible::around(mesh, &description, &guide, &poses, Method::Nitsche).unwrap()
+    try_around(mesh, parameters, condition, bodies).unwrap()
 }
 
 pub fn slip(_: &str) -> Conditions {

@@ -4,6 +4,7 @@ use super::{Column, DIMENSIONLESS, Measure, Of, Region, Taken, Taking, Tissue};
 use crate::measure::{Budget, MeasureError};
 use crate::model::terms::Side;
 use crate::model::terms::power::{COUNT, LINES};
+use crate::time::SheetKind;
 
 const RATE: Column = Column::new("budget_rate", "energy law: dF/dt", DIMENSIONLESS, "dF/dt");
 const RELAXATION: Column = Column::new("budget_relaxation", "energy law: relaxation", DIMENSIONLESS, "relaxation");
@@ -66,9 +67,11 @@ pub const ENERGY_BUDGET: Measure = Measure {
 fn take(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
     let budget = Budget::at(at.model, at.state, at.rate_of_p, at.t)?;
     let walls = (WALL_FRICTION, budget.wall_friction);
-    let bodies = (BODIES, budget.bodies);
-    let others = [(RATE, budget.rate), walls, bodies, (RELAXATION, budget.relaxation), (DEFECT, budget.defect())];
+    let others = [(RATE, budget.rate), walls, (RELAXATION, budget.relaxation), (DEFECT, budget.defect())];
     taken.values.extend(others.map(|(column, value)| (column.name, value)));
+    if matches!(at.model.kind(), SheetKind::Incompressible(model) if model.bodies.is_some()) {
+        taken.values.insert(BODIES.name, budget.bodies);
+    }
     let lines = LINES.iter().zip(budget.lines).filter(|(listed, _)| listed.is_of(at.model.parameters()));
     taken.values.extend(lines.map(|(listed, power)| (listed.line.column, power)));
     Ok(())

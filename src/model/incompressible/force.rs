@@ -9,12 +9,27 @@
 //! `−∫_∂B Ψ n·w_B`.
 
 use super::Incompressible;
+use crate::body::{Body, Hold};
 use crate::form::words::Vector;
 use crate::form::{Linear, power, traction};
 use crate::mesh::Point;
-use crate::model::parameters::ElasticForce;
+use crate::model::momentum::MomentumError;
+use crate::model::parameters::{ElasticForce, Parameters};
 use crate::shape::{Wrench, rigid_motion};
 use crate::space::{Field, Space};
+
+/// Bodies that may move feel a stress; the energy-consistent elastic force is none.
+///
+/// # Errors
+/// [`MomentumError::NoTraction`]
+pub(super) fn check_tractions(m: &Parameters, bodies: &[Body]) -> Result<(), MomentumError> {
+    let has_traction = m.elastic_force == ElasticForce::Stress || m.elasticity == 0.0;
+    let moving = bodies.iter().find(|body| !matches!(body.hold, Hold::Fixed));
+    match moving.filter(|_| !has_traction) {
+        None => Ok(()),
+        Some(body) => Err(MomentumError::NoTraction { body: body.name.clone() }),
+    }
+}
 
 /// A functional on the velocity space, and forces and torques on bodies.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -66,7 +81,8 @@ impl Incompressible {
         force
     }
 
-    /// Adds `−∫_∂B Ψ n·w_B` where the elastic force is the energy-consistent one.
+    /// Adds `−∫_∂B Ψ n·w_B` where the elastic force is the energy-consistent one; bodies are fixed then, so that no
+    /// derivative has it.
     pub(super) fn add_push(&self, p: &Field, force: &mut Force) {
         let m = &self.parameters;
         let Some(outline) = self.momentum.outline() else { return };

@@ -26,8 +26,7 @@ impl Incompressible {
         let (v, p) = (&state[VELOCITY], &state[POLARITY]);
         let Some(penalty) = self.momentum.bodies() else {
             let (given, l) = (self.given(t), self.molecular(p, t));
-            let at =
-                At::new(&self.parameters, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
+            let at = At::new(&self.parameters, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
             let pulled = dot(&self.tractions(&Sum::of(&[MOMENTUM]).value(&at)).flow, &v.values);
             return Ok(self.momentum.power_of_boundaries((&v.values, &state[PRESSURE].values), twists) - pulled);
         };

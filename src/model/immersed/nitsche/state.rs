@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::elements::Elements;
 use super::{Nitsche, gamma};
 use crate::body::guide::Rule;
-use crate::form::traction::Outline;
 use crate::form::nitsche;
+use crate::form::traction::Outline;
 use crate::mesh::Point;
 use crate::model::immersed::Ground;
 use crate::shape::{Twist, Wrench};
@@ -107,11 +107,15 @@ impl Nitsche {
     fn take_off_means(&self, elements: &Elements, volume: &mut [f64]) {
         let (parts, ground) = (&self.domain.parts, elements.ground);
         let count = parts.means.len();
+        if count == 0 {
+            return;
+        }
         let (mut means, mut constants) = (vec![vec![0.0; volume.len()]; count], vec![vec![0.0; volume.len()]; count]);
         for cell in 0..self.domain.active.len() {
             let Some(part) = parts.of_cell(cell) else { continue };
             let np = ground.pressure.n;
-            let own = self.blocks.cut.get(&cell).map_or(&self.blocks.whole[2][cell * np..(cell + 1) * np], |c| &c.means);
+            let own =
+                self.blocks.cut.get(&cell).map_or(&self.blocks.whole[2][cell * np..(cell + 1) * np], |c| &c.means);
             for (k, weights) in parts.means.iter().enumerate() {
                 for (i, value) in own.iter().enumerate() {
                     let dof = ground.pressure.dof(cell, 0, i);
