@@ -247,7 +247,10 @@ fn every_measure_that_a_scene_has_is_taken_and_finite() {
         let bare = |name: &'static str| name.split(':').next().unwrap();
         let header: Vec<&str> = header.iter().map(|name| name.split(':').next().unwrap()).collect();
         let values: BTreeMap<&str, f64> = values.into_iter().map(|(name, value)| (bare(name), value)).collect();
-        let given = |column: &&Column| column.key.is_none_or(|key| text.contains(&format!("\n{key} = ")));
+        let given = |column: &&Column| {
+            (!column.of_bodies || text.contains("[[body]]"))
+                && column.key.is_none_or(|key| text.contains(&format!("\n{key} = ")))
+        };
         let all = has.iter().flat_map(|(measure, _)| measure.columns);
         let columns: Vec<&str> = all.filter(given).map(|column| column.name).collect();
         let last: Vec<&str> = header.iter().rev().take(columns.len()).rev().copied().collect();

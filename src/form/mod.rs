@@ -52,6 +52,7 @@ pub mod power;
 mod restrict;
 pub mod stokes;
 pub mod swip;
+pub mod traction;
 pub mod transport;
 pub mod upwind;
 pub mod words;

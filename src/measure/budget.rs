@@ -5,6 +5,7 @@ use crate::model::State;
 use crate::model::compressible::Compressible;
 use crate::model::fields::{DENSITY, POLARITY, VELOCITY};
 use crate::model::incompressible::Incompressible;
+use crate::model::momentum::MomentumError;
 use crate::model::terms::power::{COUNT, LINES, powers};
 use crate::model::terms::{At, Loops, Side};
 use crate::solve::dot;
@@ -17,8 +18,10 @@ use crate::time::{March, Sheet, SheetKind};
 /// stand on the side of the term.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Budget {
-    /// `dF_h/dt = (L_h|∂_t p)`
+    /// `dF_h/dt = (L_h|∂_t p)`, and `∫_∂B Ψ u·n` where bodies move.
     pub rate: f64,
+    /// What bodies take, see [`Incompressible::power_to_bodies`].
+    pub bodies: f64,
     /// `∫_∂Ω β_w (v·t)²`
     pub wall_friction: f64,
     /// `‖L_h‖²/(Pe B)`
@@ -29,38 +32,46 @@ pub struct Budget {
 
 impl Budget {
     /// The terms at the current state of a march, with `∂_t p` by the time scheme; exact on straight cells.
-    pub fn of(march: &March) -> Self {
+    ///
+    /// # Errors
+    /// As [`Budget::at`].
+    pub fn of(march: &March) -> Result<Self, MomentumError> {
         Self::at(march.model, &march.state, march.rate_of_p(), march.t)
     }
 
     /// The terms at a state with this `∂_t p`.
-    pub fn at(model: &dyn Sheet, state: &State, rate_of_p: &[f64], t: f64) -> Self {
+    ///
+    /// # Errors
+    /// What acts on bodies that is not finite, or cannot be solved for.
+    pub fn at(model: &dyn Sheet, state: &State, rate_of_p: &[f64], t: f64) -> Result<Self, MomentumError> {
         match model.kind() {
             SheetKind::Incompressible(sheet) => Self::incompressible(sheet, state, rate_of_p, t),
-            SheetKind::Compressible(sheet) => Self::compressible(sheet, state, rate_of_p, t),
+            SheetKind::Compressible(sheet) => Ok(Self::compressible(sheet, state, rate_of_p, t)),
         }
     }
 
-    fn incompressible(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
+    fn incompressible(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Result<Self, MomentumError> {
         let (m, v, p) = (&model.parameters, &state[VELOCITY], &state[POLARITY]);
         let (given, l) = (model.given(t), model.molecular(p, t));
         let at = At::new(m, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
-        let loops = Loops { tissue: model.tissue(), whole: &model.loops };
-        let wall_friction = model.momentum.walls().dissipation(&model.loops, v);
-        let mut budget = Self { wall_friction, lines: powers(&at, &loops), ..Self::default() };
+        let flow = if model.momentum.boundaries().is_some() { model.tissue() } else { &model.loops };
+        let loops = Loops { tissue: model.tissue(), flow };
+        let (wall_friction, twists) = (model.momentum.walls().dissipation(flow, v), model.twists(state, t)?);
+        let bodies = model.power_to_bodies(state, &twists, t)?;
+        let mut budget = Self { wall_friction, bodies, lines: powers(&at, &loops), ..Self::default() };
         if let Some(l) = &l {
             let well = model.polarity.molecular_functional(model.tissue(), p, t);
-            budget.rate = m.elasticity * dot(&well, rate_of_p);
+            budget.rate = m.elasticity * dot(&well, rate_of_p) + model.swept_energy(p, &twists);
             budget.relaxation = m.elasticity * dot(&well, &l.values) / m.peclet;
         }
-        budget
+        Ok(budget)
     }
 
     fn compressible(model: &Compressible, state: &State, rate_of_p: &[f64], t: f64) -> Self {
         let (m, v, rho, p) = (&model.parameters, &state[VELOCITY], &state[DENSITY], &state[POLARITY]);
         let (given, l) = (model.given(t), model.molecular(&model.molecular_functional(rho, p, t)));
         let at = model.at(rho, p, v, &given).with_field(l.as_ref());
-        let loops = Loops { tissue: &model.loops, whole: &model.loops };
+        let loops = Loops { tissue: &model.loops, flow: &model.loops };
         let rate = model.energy_rate(state, rate_of_p, t);
         let wall_friction = model.walls.dissipation(&model.loops, v);
         let mut budget = Self { rate, wall_friction, lines: powers(&at, &loops), ..Self::default() };
@@ -93,6 +104,6 @@ impl Budget {
     /// What the terms leave: power through the boundary and of sources, and the error of a discretisation that does not
     /// keep the law.
     pub fn defect(&self) -> f64 {
-        self.rate + self.side(Side::Left) + self.wall_friction + self.relaxation - self.side(Side::Right)
+        self.rate + self.side(Side::Left) + self.wall_friction + self.bodies + self.relaxation - self.side(Side::Right)
     }
 }

@@ -8,7 +8,10 @@ use crate::body::Body;
 use crate::body::guide::Guide;
 use crate::cut::Cover;
 use crate::form::Integrator;
-use crate::model::immersed::penalty::{Immersion, Strength};
+use crate::model::immersed::flow::Method;
+use crate::model::immersed::nitsche::Placement;
+use crate::model::immersed::penalty::{Immersion, Penalty};
+use crate::model::immersed::{Embedding, Rigidity};
 use crate::shape::Pose;
 use crate::space::Space;
 
@@ -24,10 +27,10 @@ pub struct Floating {
 }
 
 impl Floating {
-    /// Of bodies that are in a velocity space already.
-    pub fn new(loops: &Integrator, guide: &Arc<Guide>, immersion: &Immersion) -> Self {
-        let covered = Covered::new(loops, &immersion.cover, Continuation::default());
-        Self { guide: guide.clone(), poses: immersion.poses.clone(), covered }
+    /// Of bodies that lie on the mesh in some way.
+    pub fn new(loops: &Integrator, guide: &Arc<Guide>, cover: &Arc<Cover>, poses: &[Pose]) -> Self {
+        let covered = Covered::new(loops, cover, Continuation::default());
+        Self { guide: guide.clone(), poses: poses.to_vec(), covered }
     }
 
     /// The bodies.
@@ -36,18 +39,27 @@ impl Floating {
     }
 }
 
-/// Puts bodies into a velocity space.
+/// Puts bodies into a flow.
 ///
 /// # Errors
-/// A body outside of the mesh, or all over it.
-pub fn immerse(
+/// By penalty a body outside of the mesh, or all over it.
+pub fn embed(
     loops: &Integrator,
     velocity: &Arc<Space>,
-    bodies: &[Body],
-    (poses, strength): (&[Pose], Strength),
-) -> Result<Immersion, MomentumError> {
+    guide: &Guide,
+    poses: &[Pose],
+    method: Method,
+) -> Result<Embedding, MomentumError> {
+    let bodies = &guide.bodies;
     let placed: Vec<_> = bodies.iter().zip(poses).map(|(body, pose)| (body.shape.clone(), *pose)).collect();
     let cover = Arc::new(Cover::new(&loops.mesh, None, &placed));
-    let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
-    Ok(Immersion::new(loops, velocity, cover, &names, (poses, strength))?)
+    Ok(match method {
+        Method::Penalty(Penalty { epsilon, strength }) => {
+            let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
+            let immersion = Immersion::new(loops, velocity, cover, &names, (poses, strength))?;
+            let friction = bodies.iter().map(|body| body.friction).collect();
+            Embedding::Penalty(immersion, Rigidity { epsilon, friction })
+        }
+        Method::Nitsche => Embedding::Nitsche(Placement { cover, bodies: bodies.clone(), poses: poses.to_vec() }),
+    })
 }

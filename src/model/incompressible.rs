@@ -1,15 +1,18 @@
 //! The incompressible tissue: velocity and pressure that follow the polarity, and a polarity that the flow carries.
 
 mod bodies;
+mod force;
+mod law;
 
 use std::sync::Arc;
 
+pub use self::force::Force;
+use self::force::check_tractions;
 use super::boundary::{Conditions, Held};
 pub use super::description::{Degrees, Description};
 pub use super::fields::{Residuals, State};
 use super::floating::Floating;
 use super::formulas::check_formulas;
-use super::immersed::Embedding;
 use super::lagged::{Found, Layout, Structure};
 use super::momentum::{Momentum, MomentumError, outer_force};
 use super::parameters::{ElasticForce, Parameters};
@@ -109,14 +112,10 @@ impl Incompressible {
         let momentum = if same {
             old.clone()
         } else {
-            let (velocity, pressure) = (&old.velocity, &old.pressure);
-            Arc::new(match old.bodies() {
-                None => Momentum::new(&self.loops, velocity, pressure, conditions, &terms, old.slip)?,
-                Some(bodies) => {
-                    let bodies = Embedding::Penalty(bodies.immersion.clone(), bodies.rigidity.clone());
-                    let spaces = (velocity, pressure);
-                    Momentum::with_bodies(&self.loops, spaces, conditions, &terms, old.slip, bodies)?
-                }
+            let spaces = (&old.velocity, &old.pressure);
+            Arc::new(match self.embedding() {
+                None => Momentum::new(&self.loops, spaces.0, spaces.1, conditions, &terms, old.slip)?,
+                Some(bodies) => Momentum::with_bodies(&self.loops, spaces, conditions, &terms, old.slip, bodies)?,
             })
         };
         Self::assemble(
@@ -139,6 +138,7 @@ impl Incompressible {
         let polarity = match &bodies {
             None => Polarity::new(&loops, space, conditions, parameters, slopes)?,
             Some(floating) => {
+                check_tractions(parameters, floating.bodies())?;
                 let covered = &floating.covered;
                 let passive = Some(&covered.passive);
                 Polarity::around(&covered.tissue, space, conditions, parameters, slopes, passive)?
@@ -207,10 +207,12 @@ impl Incompressible {
     /// [7.11a]
     ///
     /// `molecular` is `L_h/B`, and `sides` is the flow that picks the upwind sides of the energy-consistent force X.
-    pub fn inner_force(&self, p: &Field, molecular: Option<&Field>, sides: &Field, t: f64) -> Vec<f64> {
+    pub fn inner_force(&self, p: &Field, molecular: Option<&Field>, sides: &Field, t: f64) -> Force {
         let (velocity, given) = (&*self.momentum.velocity, self.given(t));
         let at = At::new(&self.parameters, p, &given).with_flow(velocity, Carrier::from(sides)).with_field(molecular);
-        self.tissue().vector(&-Sum::of(&[MOMENTUM]).value(&at), velocity)
+        let mut force = self.with_tractions(&Sum::of(&[MOMENTUM]).value(&at));
+        self.add_push(p, &mut force);
+        force
     }
 
     /// `L_h/B` where the model has elasticity.
@@ -219,14 +221,14 @@ impl Incompressible {
     }
 
     /// All forces of the polarity `p` and from outside   [7.11a]
-    pub fn force(&self, p: &Field, sides: &Field, inputs: &Inputs) -> Vec<f64> {
+    pub fn force(&self, p: &Field, sides: &Field, inputs: &Inputs) -> Force {
         self.force_of(p, self.molecular(p, inputs.t).as_ref(), sides, inputs)
     }
 
     /// As [`Incompressible::force`] with `L_h/B` at hand.
-    pub fn force_of(&self, p: &Field, molecular: Option<&Field>, sides: &Field, inputs: &Inputs) -> Vec<f64> {
+    pub fn force_of(&self, p: &Field, molecular: Option<&Field>, sides: &Field, inputs: &Inputs) -> Force {
         let mut force = self.inner_force(p, molecular, sides, inputs.t);
-        axpy(1.0, &inputs.force, &mut force);
+        axpy(1.0, &inputs.force, &mut force.flow);
         force
     }
 
@@ -273,9 +275,9 @@ impl Incompressible {
     ///
     /// # Errors
     /// As [`Momentum::solve`].
-    pub fn flow_of(&self, force: &[f64], inputs: &Inputs) -> Result<(Field, Field), MomentumError> {
+    pub fn flow_of(&self, force: &Force, inputs: &Inputs) -> Result<(Field, Field), MomentumError> {
         let (v, pi) = match &self.bodies {
-            None => self.momentum.solve(force, &inputs.prescribed)?,
+            None => self.momentum.solve(&force.flow, &inputs.prescribed)?,
             Some(_) => {
                 let carried = self.carry(force, inputs)?;
                 (carried.v, carried.pi)
@@ -291,10 +293,7 @@ impl Incompressible {
     pub fn residuals(&self, state: &State, t: f64) -> Result<Residuals, MomentumError> {
         let root = self.area.sqrt();
         let inputs = self.inputs(t)?;
-        let mut force = self.force(&state[POLARITY], &state[VELOCITY], &inputs);
-        self.add_body_forces(&mut force, &inputs)?;
-        let [velocity, pressure] =
-            self.momentum.residual_norms(&force, &state[VELOCITY].values, &state[PRESSURE].values)?;
+        let [velocity, pressure] = self.balance(state, &inputs)?;
         let r = self.polarity_residual(state, t);
         let polarity = crate::solve::root(dot(&r, &self.polarity.mass_solve(&r)));
         let speed = crate::solve::root(self.momentum.velocity_mass.quadratic(&state[VELOCITY].values)) / root;

@@ -1,9 +1,11 @@
 //! The velocity and pressure of a given polarity: a generalised Stokes problem, factorised once.
 
+mod bodies;
 mod error;
 mod factors;
 mod matrix;
 mod outer;
+mod residual;
 
 use std::sync::Arc;
 
@@ -11,15 +13,14 @@ use super::boundary::{Conditions, VelocityCondition};
 use super::closed::ClosedParts;
 use super::frames::{Frames, WallPoints};
 use super::immersed::nitsche::{Forms, Nitsche};
-use super::immersed::{Embedding, FlowWithBodies, Ground, Immersed};
+use super::immersed::{Embedding, Ground, Immersed};
 use super::terms::FlowTerms;
 use super::walls::Walls;
 use crate::body::guide::Rule;
-use crate::cut::Cover;
 use crate::form::{CellPoint, Faces, Integrator, mass, stokes};
-use crate::shape::{Pose, Wrench};
+use crate::shape::Wrench;
+use crate::solve::SolveError;
 use crate::solve::sparse::{Factored, Matrix};
-use crate::solve::{SolveError, norm};
 use crate::space::Space;
 use error::blame_penalty;
 use factors::{System, factorise};
@@ -190,102 +191,9 @@ impl Momentum {
         &self.made_of.walls
     }
 
-    /// Dense blocks of `2(D(v)|D(w)) + C_F(v|w)` and of `b(w,ξ)`, cell after cell, rows w.
-    ///
-    /// Bodies add a penalty that is soft enough for factors without their rigid motions; those are no exact inverse
-    /// then.
-    pub fn element_blocks(&self, loops: &Integrator) -> (Vec<f64>, Vec<f64>) {
-        let mut blocks = self.made_of.blocks(loops, (&self.velocity, &self.pressure));
-        if let Some(bodies) = self.bodies() {
-            bodies.add_soft_blocks(&mut blocks.0);
-        }
-        blocks
-    }
-
     /// Whether the pressure of some part is only defined up to a constant, and normalised to mean zero.
     pub fn is_closed(&self) -> bool {
         self.closed.count() > 0
-    }
-
-    /// The rigid bodies in the flow, where they are there by penalty.
-    pub fn bodies(&self) -> Option<&Immersed> {
-        match &self.system {
-            System::Open(_) | System::Closed(_) | System::Nitsche(_) => None,
-            System::Immersed(bodies) => Some(bodies),
-        }
-    }
-
-    /// How bodies lie in the flow.
-    pub fn cover(&self) -> Option<&Arc<Cover>> {
-        match &self.system {
-            System::Open(_) | System::Closed(_) => None,
-            System::Immersed(bodies) => Some(&bodies.immersion.cover),
-            System::Nitsche(bodies) => Some(bodies.cover()),
-        }
-    }
-
-    fn ground(&self) -> Ground<'_> {
-        Ground { velocity: &self.velocity, pressure: &self.pressure, frames: &self.frames, closed: &self.closed }
-    }
-
-    /// Moves the bodies: only cells that one of them enters, leaves or cuts anew are integrated, and only the part of
-    /// the factors above them is made anew. The result does not depend on where the bodies were before.
-    ///
-    /// # Errors
-    /// As [`Momentum::with_bodies`]; after an error the bodies are nowhere.
-    ///
-    /// # Panics
-    /// Without bodies.
-    pub fn place_bodies(&mut self, loops: &Integrator, poses: &[Pose]) -> Result<(), MomentumError> {
-        let (velocity, pressure) = (&self.velocity, &self.pressure);
-        let ground = Ground { velocity, pressure, frames: &self.frames, closed: &self.closed };
-        match &mut self.system {
-            System::Open(_) | System::Closed(_) => panic!("there are no bodies to move"),
-            System::Immersed(bodies) => bodies.move_to(ground, loops, poses),
-            System::Nitsche(bodies) => bodies.move_to(ground, Forms { loops, velocity: &self.made_of }, poses),
-        }
-    }
-
-    /// Solves for the flow with the force `f` and prescribed nodal values, and for the bodies, with external loads
-    /// about their centres and rules of their motion.
-    ///
-    /// # Errors
-    /// As [`Momentum::solve`]; rules that contradict the boundary or each other.
-    ///
-    /// # Panics
-    /// Without bodies, or with other numbers of loads and rules.
-    pub fn carry(
-        &self,
-        f: &[f64],
-        prescribed: &[f64],
-        loads: &[Wrench],
-        rules: &[Rule],
-    ) -> Result<FlowWithBodies, MomentumError> {
-        let bodies = match &self.system {
-            System::Nitsche(bodies) => return bodies.solve(self.ground(), (f, prescribed), loads, rules),
-            System::Immersed(bodies) => bodies,
-            System::Open(_) | System::Closed(_) => panic!("there are no bodies to carry"),
-        };
-        let count = bodies.immersion.parts.len();
-        assert!(loads.len() == count && rules.len() == count, "every body has a load and a rule");
-        self.check_flux(&self.divergence.times(prescribed), prescribed)?;
-        bodies.solve(self.ground(), (f, prescribed), loads, rules)
-    }
-
-    /// Adds to the balance of a fluid around bodies what these add to it by Nitsche's method.
-    pub(super) fn add_surfaces(&self, flow: &FlowWithBodies, residual: &mut [f64]) {
-        if let System::Nitsche(bodies) = &self.system {
-            bodies.add_residual(self.ground(), flow, residual);
-        }
-    }
-
-    /// Adds forces and torques on the bodies to a functional.
-    ///
-    /// # Panics
-    /// Without bodies.
-    pub fn add_body_loads(&self, loads: &[Wrench], f: &mut [f64]) {
-        let bodies = self.bodies().expect("there are bodies to load");
-        bodies.immersion.means.iter().zip(loads).for_each(|(means, load)| means.add_load(*load, f));
     }
 
     /// A closed boundary lets nothing through, part by part.
@@ -383,36 +291,6 @@ impl Momentum {
         };
         let pressure = pressure.into_iter().map(|pi| self.unit * pi).collect();
         Ok((self.frames.expand(&free, prescribed), pressure))
-    }
-
-    /// Residuals of both equations on the free unknowns, as functionals.
-    fn residual(&self, f: &[f64], v: &[f64], pi: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let mut momentum: Vec<f64> = f.iter().map(|v| -v).collect();
-        self.stiffness.times_add(1.0, v, &mut momentum);
-        self.gradient.times_add(1.0, pi, &mut momentum);
-        if let Some(bodies) = self.bodies() {
-            bodies.add_residual(v, &mut momentum);
-        }
-        (self.frames.restrict(&momentum), self.divergence.times(v))
-    }
-
-    /// `(rᵀMr)^½` of `r = M⁻¹ R` for the momentum balance and for `div v = 0`   [9.8], [9.9]
-    ///
-    /// # Errors
-    /// As [`Factored::solve`].
-    pub fn residual_norms(&self, f: &[f64], v: &[f64], pi: &[f64]) -> Result<[f64; 2], SolveError> {
-        let (momentum, mut volume) = self.residual(f, v, pi);
-        // the multiplier of the zero mean takes the part of div v that no pressure can see
-        let sums = self.closed.sums(&volume);
-        let shifts: Vec<f64> = sums.iter().zip(self.closed.sums(&self.means)).map(|(sum, area)| sum / area).collect();
-        self.closed.shift(&mut volume, &shifts, |dof| self.means[dof]);
-        let size = |mass: &Factored, r: &[f64]| -> Result<f64, SolveError> {
-            if norm(r) == 0.0 {
-                return Ok(0.0);
-            }
-            Ok(crate::solve::root(crate::solve::dot(r, &mass.solve(r)?)))
-        };
-        Ok([size(&self.residual_masses.0, &momentum)?, size(&self.residual_masses.1, &volume)?])
     }
 }
 

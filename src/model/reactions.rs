@@ -114,9 +114,14 @@ impl Reactions {
         let at = At::new(parameters, p, &given).with_flow(velocity, Carrier::from(v)).with_field(molecular.as_ref());
         let whole = flowing(momentum, &FlowTerms::of(parameters), v, &state[PRESSURE]);
         let inner = Sum::of(&[MOMENTUM]).value(&at) - body_force(velocity, parameters, &sources, t);
-        let mut residual = model.loops.vector(&whole, velocity);
+        // by penalty bodies flow, too
+        let flowing = if momentum.boundaries().is_some() { model.tissue() } else { &model.loops };
+        let mut residual = flowing.vector(&whole, velocity);
         axpy(1.0, &model.tissue().vector(&inner, velocity), &mut residual);
-        if let Some(floating) = &model.bodies {
+        if momentum.boundaries().is_some() {
+            momentum.add_boundaries((&v.values, &state[PRESSURE].values), &model.twists(state, t)?, &mut residual);
+            axpy(-1.0, &model.tractions(&inner).flow, &mut residual);
+        } else if let Some(floating) = &model.bodies {
             let loads = floating.guide.loads(&floating.poses, t)?;
             add_bodies(momentum, &v.values, &[&loads, &model.holding(state, t)?], &mut residual);
         }

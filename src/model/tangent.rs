@@ -8,14 +8,16 @@
 //! too (the Stokes problem is linear and factorised), the polarity alone remains: `R_p′ = J_pp + D S⁻¹ F′`.
 
 use super::fields::State;
-use super::incompressible::Incompressible;
+use super::incompressible::{Force, Incompressible};
 use super::momentum::MomentumError;
 use super::parameters::{ElasticForce, Parameters};
 use super::terms::{self, At, MOLECULAR, MOMENTUM, Sum};
 use crate::form::Bilinear;
+use crate::form::traction::{self, Pull};
 use crate::form::upwind::Carrier;
 use crate::form::words::Vector;
 use crate::model::fields::{POLARITY, VELOCITY};
+use crate::shape::Wrench;
 use crate::solve::blocks::VectorBlocks;
 use crate::solve::rows::Rows;
 use crate::space::Field;
@@ -27,6 +29,8 @@ pub struct ForceTangent {
     pub by_polarity: Rows,
     /// Only with elasticity.
     pub by_field: Option<Rows>,
+    /// How the tractions on bodies depend on both, where those are there by Nitsche's method.
+    pub tractions: [Vec<Pull>; 2],
 }
 
 /// The derivative of the equations of one step.
@@ -74,16 +78,29 @@ impl<'m> Tangent<'m> {
         ForceTangent::new(model, &at)
     }
 
-    /// `F′ φ`, a functional on the velocity space.
-    pub fn force_of(&self, phi: &[f64]) -> Vec<f64> {
-        let mut out = self.times_force(&self.force.by_polarity, phi);
+    /// `F′ φ`, a functional on the velocity space, and what bodies feel of it.
+    pub fn force_of(&self, phi: &[f64]) -> Force {
+        let outline = self.model.momentum.outline();
+        let bodies = vec![Wrench::ZERO; outline.map_or(0, |outline| outline.poses.len())];
+        let mut force = Force { flow: self.times_force(&self.force.by_polarity, phi), bodies };
+        self.add_tractions(&self.force.tractions[0], phi, &mut force);
         if let Some(rows) = &self.force.by_field {
             let mut well = vec![0.0; phi.len()];
             self.molecular.times(phi, &mut well);
             let lambda = self.model.polarity.project(&well);
-            crate::solve::axpy(1.0, &self.times_force(rows, &lambda), &mut out);
+            crate::solve::axpy(1.0, &self.times_force(rows, &lambda), &mut force.flow);
+            self.add_tractions(&self.force.tractions[1], &lambda, &mut force);
         }
-        out
+        force
+    }
+
+    fn add_tractions(&self, pulls: &[Pull], x: &[f64], force: &mut Force) {
+        let m = self.model.polarity.space.cell_dof_count();
+        for Pull { cell, body, rows } in pulls {
+            let local = &x[cell * m..(cell + 1) * m];
+            let values: Vec<f64> = rows.chunks_exact(m).map(|row| crate::solve::dot(row, local)).collect();
+            force.add(&self.model.momentum.velocity, (*cell, *body), &values);
+        }
     }
 
     /// Velocity and pressure that follow from the change φ of the polarity: `S⁻¹ F′ φ`.
@@ -124,8 +141,15 @@ impl ForceTangent {
     /// Derivative of the force [7.11a] at a state.
     fn new(model: &Incompressible, at: &At) -> Self {
         let (sum, spaces) = (Sum::of(&[MOMENTUM]), (&*model.polarity.space, &*model.momentum.velocity));
-        let rows = |form: Bilinear<Vector, Vector>| model.tissue().rows(&form, spaces, model.polarity.neighbours());
-        let by_field = (model.parameters.elasticity != 0.0).then(|| rows(-sum.by_field(at)));
-        Self { by_polarity: rows(-sum.by_polarity(at)), by_field }
+        let rows = |form: &Bilinear<Vector, Vector>| model.tissue().rows(form, spaces, model.polarity.neighbours());
+        let outline = model.momentum.outline();
+        let pulls = |form: &Bilinear<Vector, Vector>| {
+            // the force is minus the form, and its tractions stand on the other side
+            outline.map_or_else(Vec::new, |outline| traction::of_derivative(&model.loops, form, spaces, outline))
+        };
+        let of_polarity = sum.by_polarity(at);
+        let of_field = (model.parameters.elasticity != 0.0).then(|| sum.by_field(at));
+        let tractions = [pulls(&of_polarity), of_field.as_ref().map_or_else(Vec::new, pulls)];
+        Self { by_polarity: rows(&-of_polarity), by_field: of_field.map(|form| rows(&-form)), tractions }
     }
 }

@@ -244,7 +244,9 @@ pub fn columns(outputs: &[Output], tissue: Option<&Scene>) -> Vec<&'static str> 
         named.insert(0, energy);
     }
     let given = |column: &Column| {
-        column.key.is_none_or(|key| tissue.is_some_and(|scene| scene.parameters.factors.of(key) != 0.0))
+        let has_bodies = tissue.is_some_and(|scene| scene.bodies.is_some());
+        (has_bodies || !column.of_bodies)
+            && column.key.is_none_or(|key| tissue.is_some_and(|scene| scene.parameters.factors.of(key) != 0.0))
     };
     let written = named.iter().flat_map(Asked::columns);
     columns.extend(written.filter(given).map(|column| column.name));

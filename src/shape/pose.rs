@@ -1,5 +1,7 @@
 //! Where a rigid body is, how it moves, and what acts on it.
 
+use std::ops::Add;
+
 use crate::mesh::Point;
 
 /// Where a body is.
@@ -65,6 +67,19 @@ pub struct Wrench {
 impl Wrench {
     /// Nothing acts.
     pub const ZERO: Wrench = Wrench { force: Point::new(0.0, 0.0), torque: 0.0 };
+
+    /// What it gives to a body that moves with a twist, `F·V + τω`.
+    pub fn power(&self, twist: &Twist) -> f64 {
+        self.force.dot(&twist.velocity) + self.torque * twist.spin
+    }
+}
+
+impl Add for Wrench {
+    type Output = Wrench;
+
+    fn add(self, other: Wrench) -> Wrench {
+        Wrench { force: self.force + other.force, torque: self.torque + other.torque }
+    }
 }
 
 impl std::ops::Add for Wrench {

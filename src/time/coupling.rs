@@ -146,7 +146,8 @@ impl StepFailure {
                 | MomentumError::Formula(_)
                 | MomentumError::Body(_)
                 | MomentumError::Unheld { .. }
-                | MomentumError::Flux { .. },
+                | MomentumError::Flux { .. }
+                | MomentumError::NoTraction { .. },
             )
             | StepFailure::Formula(_)
             | StepFailure::Interrupted => false,

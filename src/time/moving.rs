@@ -95,7 +95,7 @@ impl MovingMarch {
     ) -> Result<Self, StepFailure> {
         let parked = March::start(&model, settings, p)?.park();
         let motion = Motion::new(model.poses().to_vec(), order);
-        let twists = model.twists(&parked.state[VELOCITY]);
+        let twists = model.twists(&parked.state, parked.time())?;
         let stiffness = stiffness_of(&model)?;
         let (unpushed, contacts, columns) = (twists.clone(), Vec::new(), Columns::default());
         let parked = Some(parked);
@@ -245,8 +245,7 @@ impl MovingMarch {
     /// After a step of the tissue: the forces of contact at the new places, and the flow with them.
     fn settle(&mut self, made: Stepped) -> Result<(), Refusal> {
         self.columns.clear();
-        let state = &self.parked.as_ref().expect("a march is parked between steps").state;
-        self.twists = self.model.twists(&state[VELOCITY]);
+        self.twists = self.model.twists(self.state(), self.time()).map_err(failure)?;
         let pushes = self.model.pushes();
         let caused = match pushes.is_empty() {
             true => vec![Twist::ZERO; self.twists.len()],

@@ -65,7 +65,7 @@ fn with_a_density_of_one_every_term_is_that_of_the_incompressible_sheet() {
             agree(&residual, &other.polarity_residual(&same, t), "residual of the polarity");
         }
         let force = model.force(&one, &p, model.molecular(&well).as_ref(), &inputs);
-        agree(&force, &other.force(&p, &v, &others), "force");
+        agree(&force, &other.force(&p, &v, &others).flow, "force");
         let inertia = Sheet::inertia_times(&model, &state, &model.stacked(&one.values, &p.values));
         let inertia = &inertia[one.values.len()..];
         agree(inertia, &Sheet::inertia_times(&other, &same, &p.values), "what multiplies ∂_t p");

@@ -114,7 +114,7 @@ fn left_by_the_law(n: usize, (key, factor): (&str, f64)) -> [f64; 2] {
     for _ in 0..4 {
         march.advance(1e9).unwrap();
     }
-    let budget = Budget::of(&march);
+    let budget = Budget::of(&march).unwrap();
     let largest = budget.lines.iter().fold(budget.relaxation, |m, line| m.max(line.abs()));
     [budget.defect(), budget.line(&format!("budget_{key}"))].map(|power| power.abs() / largest)
 }

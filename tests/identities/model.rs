@@ -147,7 +147,7 @@ fn without_elasticity_the_force_is_friction_traction_and_active_stress_alone() {
         parameters.traction * p.dot(&w) + parameters.active_stress * p.dot(&(d * p))
     });
     let (rest, inputs) = (model.zero().into_field(VELOCITY), model.inputs(0.0).unwrap());
-    close(dot(&model.force(&p, &rest, &inputs), &w.values), direct, direct.abs().max(1.0), 1e-12);
+    close(dot(&model.force(&p, &rest, &inputs).flow, &w.values), direct, direct.abs().max(1.0), 1e-12);
     assert_eq!(model.free_energy(&p, 0.0), 0.0);
 }
 
@@ -221,7 +221,7 @@ fn a_polynomial_flow_is_reproduced() {
     });
     assert!(error.sqrt() < 1e-12, "{error}");
     let force = model.force(&model.zero().into_field(POLARITY), &v, &model.inputs(0.0).unwrap());
-    let residuals = model.momentum.residual_norms(&force, &v.values, &pi.values).unwrap();
+    let residuals = model.momentum.residual_norms(&force.flow, &v.values, &pi.values).unwrap();
     assert!(residuals.iter().all(|r| *r < 1e-10), "{residuals:?}");
 }
 

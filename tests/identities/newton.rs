@@ -80,7 +80,8 @@ fn every_entry_of_the_derivative_is_that_of_the_equations() {
         let kind = model.parameters.elastic_force;
         let unit = |n: usize, j: usize| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
         let np = now[POLARITY].values.len();
-        let force = |p: &[f64]| model.force(&Field::new(&now[POLARITY].space, p.to_vec()), &now[VELOCITY], &inputs);
+        let force =
+            |p: &[f64]| model.force(&Field::new(&now[POLARITY].space, p.to_vec()), &now[VELOCITY], &inputs).flow;
         let equation = |v: &[f64], p: &[f64]| {
             let p = Field::new(&now[POLARITY].space, p.to_vec());
             let v = Field::new(&now[VELOCITY].space, v.to_vec());
@@ -91,7 +92,7 @@ fn every_entry_of_the_derivative_is_that_of_the_equations() {
         };
         let mut largest = [0.0_f64; 3];
         for j in 0..np {
-            let column = tangent.force_of(&unit(np, j));
+            let column = tangent.force_of(&unit(np, j)).flow;
             compare(
                 &column,
                 &difference(&force, &now[POLARITY].values, j),

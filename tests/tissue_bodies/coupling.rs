@@ -11,7 +11,7 @@ use monolayer::contact::{Settings as ContactSettings, Wall};
 use monolayer::expression::Expression;
 use monolayer::mesh::{Mesh, Point};
 use monolayer::model::fields::{PRESSURE, VELOCITY};
-use monolayer::model::immersed::flow::Penalty;
+use monolayer::model::immersed::flow::{Method, Penalty};
 use monolayer::model::incompressible::{Description, Incompressible, State};
 use monolayer::model::{Conditions, ElasticForce, Parameters};
 use monolayer::scheme::ControlSettings;
@@ -49,7 +49,8 @@ fn around(
     let description = Description::new(mesh, parameters, condition);
     let guide = Arc::new(Guide::new(vec![body]).unwrap());
     let poses = guide.starts(0.0).unwrap();
-    Incompressible::around(mesh, &description, &guide, &poses, Penalty::harmonic(EPSILON)).unwrap()
+    let method = Method::Penalty(Penalty::harmonic(EPSILON));
+    Incompressible::around(mesh, &description, &guide, &poses, method).unwrap()
 }
 
 fn closed(_: &str) -> Conditions {

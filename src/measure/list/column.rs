@@ -20,12 +20,14 @@ pub struct Column {
     pub counts_cells: bool,
     /// The key of `[model]` without which a scene does not have it: the factor of a term.
     pub key: Option<&'static str>,
+    /// Whether a scene without bodies does not have it.
+    pub of_bodies: bool,
 }
 
 impl Column {
     /// A column that states have.
     pub const fn new(name: &'static str, words: &'static str, unit: &'static str, short: &'static str) -> Self {
-        Self { name, words, unit, short, of_a_march: false, counts_cells: false, key: None }
+        Self { name, words, unit, short, of_a_march: false, counts_cells: false, key: None, of_bodies: false }
     }
 
     /// The same, of a march in time.
@@ -36,6 +38,11 @@ impl Column {
     /// The same, of scenes that give this key.
     pub const fn with(self, key: Option<&'static str>) -> Self {
         Self { key, ..self }
+    }
+
+    /// The same, of scenes with bodies.
+    pub const fn with_bodies(self) -> Self {
+        Self { of_bodies: true, ..self }
     }
 
     /// The same, of which there is no estimate.

@@ -4,24 +4,28 @@ use super::{Column, DIMENSIONLESS, Measure, Of, Region, Taken, Taking, Tissue};
 use crate::measure::{Budget, MeasureError};
 use crate::model::terms::Side;
 use crate::model::terms::power::{COUNT, LINES};
+use crate::time::SheetKind;
 
 const RATE: Column = Column::new("budget_rate", "energy law: dF/dt", DIMENSIONLESS, "dF/dt");
 const RELAXATION: Column = Column::new("budget_relaxation", "energy law: relaxation", DIMENSIONLESS, "relaxation");
 const WALL_FRICTION: Column =
     Column::new("budget_wall_friction", "energy law: friction with walls", DIMENSIONLESS, "friction with walls");
+const BODIES: Column =
+    Column::new("budget_bodies", "energy law: what bodies take", DIMENSIONLESS, "bodies").with_bodies();
 const DEFECT: Column = Column::new("budget_defect", "energy law: what its terms leave", DIMENSIONLESS, "defect");
 
-/// The rate, the lines of terms on the left side, the friction with walls, the relaxation, the lines of terms on the
+/// The rate, the lines of terms on the left side, the friction with walls, what bodies take, the relaxation, the lines of terms on the
 /// right side, and the defect.
-const COLUMNS: [Column; COUNT + 4] = {
-    let mut columns = [DEFECT; COUNT + 4];
+const COLUMNS: [Column; COUNT + 5] = {
+    let mut columns = [DEFECT; COUNT + 5];
     columns[0] = RATE;
     let (mut at, mut k) = (1, 0);
     while k < COUNT {
         if k == left() {
             columns[at] = WALL_FRICTION;
-            columns[at + 1] = RELAXATION;
-            at += 2;
+            columns[at + 1] = BODIES;
+            columns[at + 2] = RELAXATION;
+            at += 3;
         }
         let line = LINES[k].line;
         columns[at] = Column::new(line.column, line.words, DIMENSIONLESS, line.short).with(LINES[k].key);
@@ -31,10 +35,10 @@ const COLUMNS: [Column; COUNT + 4] = {
 };
 
 /// The names of the columns.
-pub const BUDGET: [&str; COUNT + 4] = {
-    let mut names = [""; COUNT + 4];
+pub const BUDGET: [&str; COUNT + 5] = {
+    let mut names = [""; COUNT + 5];
     let mut k = 0;
-    while k < COUNT + 4 {
+    while k < COUNT + 5 {
         names[k] = COLUMNS[k].name;
         k += 1;
     }
@@ -61,10 +65,13 @@ pub const ENERGY_BUDGET: Measure = Measure {
 };
 
 fn take(at: &Tissue, taken: &mut Taken) -> Result<(), MeasureError> {
-    let budget = Budget::at(at.model, at.state, at.rate_of_p, at.t);
+    let budget = Budget::at(at.model, at.state, at.rate_of_p, at.t)?;
     let walls = (WALL_FRICTION, budget.wall_friction);
     let others = [(RATE, budget.rate), walls, (RELAXATION, budget.relaxation), (DEFECT, budget.defect())];
     taken.values.extend(others.map(|(column, value)| (column.name, value)));
+    if matches!(at.model.kind(), SheetKind::Incompressible(model) if model.bodies.is_some()) {
+        taken.values.insert(BODIES.name, budget.bodies);
+    }
     let lines = LINES.iter().zip(budget.lines).filter(|(listed, _)| listed.is_of(at.model.parameters()));
     taken.values.extend(lines.map(|(listed, power)| (listed.line.column, power)));
     Ok(())

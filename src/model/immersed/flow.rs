@@ -34,23 +34,21 @@
 
 use std::sync::Arc;
 
-use super::nitsche::Placement;
-use super::penalty::Immersion;
+use super::FlowWithBodies;
 pub use super::penalty::{Penalty, Strength};
-use super::{Embedding, FlowWithBodies, Rigidity};
 use crate::body::Body;
 use crate::body::guide::{Guide, Rule};
 use crate::body::motion::Motion;
-use crate::cut::Cover;
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::form::linear::Linear;
 use crate::form::words::Vector;
 use crate::mesh::Mesh;
+use crate::model::floating::embed;
 use crate::model::momentum::{Momentum, MomentumError, SlipTreatment};
 use crate::model::terms::FlowTerms;
 use crate::model::{Conditions, Fluid};
-use crate::shape::{Pose, Shape, Twist, Wrench};
+use crate::shape::{Twist, Wrench};
 use crate::space::{Continuity, Space};
 
 /// What a body is to the flow.
@@ -117,18 +115,7 @@ impl Flow {
         let guide = Guide::new(bodies)?;
         let poses = guide.starts(t)?;
         let loops = Integrator::new(mesh);
-        let cover = Arc::new(Cover::new(mesh, None, &placed(&guide.bodies, &poses)));
-        let bodies = match settings.method {
-            Method::Penalty(Penalty { epsilon, strength }) => {
-                let names: Vec<String> = guide.bodies.iter().map(|body| body.name.clone()).collect();
-                let immersion = Immersion::new(&loops, &velocity, cover, &names, (&poses, strength))?;
-                let friction = guide.bodies.iter().map(|body| body.friction).collect();
-                Embedding::Penalty(immersion, Rigidity { epsilon, friction })
-            }
-            Method::Nitsche => {
-                Embedding::Nitsche(Placement { cover, bodies: guide.bodies.clone(), poses: poses.clone() })
-            }
-        };
+        let bodies = embed(&loops, &velocity, &guide, &poses, settings.method)?;
         let spaces = (&velocity, &pressure);
         let terms = FlowTerms::of(&Fluid { friction });
         let momentum = Momentum::with_bodies(&loops, spaces, conditions, &terms, slip, bodies)?;
@@ -215,9 +202,4 @@ impl Flow {
         }
         Ok(())
     }
-}
-
-/// Shapes with their places.
-fn placed(bodies: &[Body], poses: &[Pose]) -> Vec<(Shape, Pose)> {
-    bodies.iter().zip(poses).map(|(body, pose)| (body.shape.clone(), *pose)).collect()
 }

@@ -22,6 +22,7 @@ pub mod nitsche;
 pub(crate) mod penalty;
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -34,6 +35,7 @@ use super::closed::ClosedParts;
 use super::frames::Frames;
 use super::lagged::{Layout, Structure};
 use crate::body::guide::Rule;
+use crate::cut::Cover;
 use crate::form::Integrator;
 use crate::mesh::Point;
 use crate::model::momentum::MomentumError;
@@ -62,6 +64,16 @@ pub enum Embedding {
     Penalty(Immersion, Rigidity),
     /// As a boundary of the fluid.
     Nitsche(nitsche::Placement),
+}
+
+impl Embedding {
+    /// How the bodies lie on the mesh.
+    pub fn cover(&self) -> &Arc<Cover> {
+        match self {
+            Embedding::Penalty(immersion, _) => &immersion.cover,
+            Embedding::Nitsche(placement) => &placement.cover,
+        }
+    }
 }
 
 /// A flow that carries bodies.

@@ -2,23 +2,24 @@
 
 use std::sync::Arc;
 
-use super::{Description, Incompressible, Inputs, State};
+use super::{Description, Force, Incompressible, Inputs, State};
 use crate::body::guide::Guide;
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::mesh::Mesh;
-use crate::model::fields::{POLARITY, VELOCITY};
-use crate::model::floating::{Floating, immerse};
-use crate::model::immersed::penalty::Penalty;
-use crate::model::immersed::{Embedding, FlowWithBodies, Rigidity};
+use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
+use crate::model::floating::{Floating, embed};
+use crate::model::immersed::flow::Method;
+use crate::model::immersed::nitsche::Placement;
+use crate::model::immersed::{Embedding, FlowWithBodies};
 use crate::model::momentum::{Momentum, MomentumError};
 use crate::model::polarity::Polarity;
 use crate::model::terms::FlowTerms;
 use crate::shape::{Pose, Twist, Wrench};
-use crate::space::{Continuity, Field, Space};
+use crate::space::{Continuity, Space};
 
 impl Incompressible {
-    /// As [`Incompressible::new`] with rigid bodies in the tissue   [L1.13]
+    /// As [`Incompressible::new`] with rigid bodies in the tissue.
     ///
     /// # Errors
     /// As [`Incompressible::new`] and [`Momentum::with_bodies`].
@@ -27,20 +28,30 @@ impl Incompressible {
         description: &Description,
         guide: &Arc<Guide>,
         poses: &[Pose],
-        penalty: Penalty,
+        method: Method,
     ) -> Result<Self, MomentumError> {
         let Description { parameters, degrees, conditions, sources, slip } = description;
         let velocity = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.velocity, 2));
         let pressure = Arc::new(Space::new(mesh, Continuity::Continuous, degrees.pressure, 1));
         let space = Arc::new(Space::new(mesh, Continuity::Discontinuous, degrees.polarity, 2));
         let loops = Integrator::new(mesh);
-        let immersion = immerse(&loops, &velocity, &guide.bodies, (poses, penalty.strength))?;
-        let floating = Arc::new(Floating::new(&loops, guide, &immersion));
-        let friction = guide.bodies.iter().map(|body| body.friction).collect();
-        let rigidity = Rigidity { epsilon: penalty.epsilon, friction };
-        let (spaces, bodies) = ((&velocity, &pressure), Embedding::Penalty(immersion, rigidity));
-        let momentum = Momentum::with_bodies(&loops, spaces, conditions, &FlowTerms::of(parameters), *slip, bodies)?;
+        let bodies = embed(&loops, &velocity, guide, poses, method)?;
+        let floating = Arc::new(Floating::new(&loops, guide, bodies.cover(), poses));
+        let (spaces, terms) = ((&velocity, &pressure), FlowTerms::of(parameters));
+        let momentum = Momentum::with_bodies(&loops, spaces, conditions, &terms, *slip, bodies)?;
         Self::assemble(loops, Some(floating), Arc::new(momentum), &space, (parameters, conditions, sources))
+    }
+
+    /// The bodies where they are, as another flow may have them.
+    pub(super) fn embedding(&self) -> Option<Embedding> {
+        let floating = self.bodies.as_ref()?;
+        Some(match self.momentum.bodies() {
+            Some(bodies) => Embedding::Penalty(bodies.immersion.clone(), bodies.rigidity.clone()),
+            None => {
+                let (cover, poses) = (floating.covered.cover.clone(), floating.poses.clone());
+                Embedding::Nitsche(Placement { cover, bodies: floating.guide.bodies.clone(), poses })
+            }
+        })
     }
 
     /// Moves the bodies: keeps the mesh, the spaces, the structure of the coupled matrix, and of the flow's factors
@@ -55,8 +66,8 @@ impl Incompressible {
         let guide = self.bodies.as_ref().expect("a tissue with bodies").guide.clone();
         let momentum = Arc::get_mut(&mut self.momentum).expect("nobody else holds a flow whose bodies move");
         momentum.place_bodies(&self.loops, poses)?;
-        let immersion = &momentum.bodies().expect("a flow with bodies").immersion;
-        let floating = Arc::new(Floating::new(&self.loops, &guide, immersion));
+        let cover = momentum.cover().expect("a flow with bodies");
+        let floating = Arc::new(Floating::new(&self.loops, &guide, cover, poses));
         let (m, slopes) = (&self.parameters, self.sources.boundary().cloned());
         let covered = &floating.covered;
         let (space, passive) = (&self.polarity.space, Some(&covered.passive));
@@ -70,21 +81,34 @@ impl Incompressible {
         self.bodies.as_ref().map_or(&[], |bodies| &bodies.poses)
     }
 
-    /// How a flow moves the bodies.
-    pub fn twists(&self, v: &Field) -> Vec<Twist> {
-        let means = self.momentum.bodies().map_or(&[][..], |bodies| &bodies.immersion.means);
-        means.iter().map(|means| means.twist(&v.values)).collect()
+    /// How the flow of a state moves the bodies.
+    ///
+    /// # Errors
+    /// A load or a motion of a body that is not finite.
+    pub fn twists(&self, state: &State, t: f64) -> Result<Vec<Twist>, MomentumError> {
+        let Some(floating) = &self.bodies else { return Ok(Vec::new()) };
+        let (v, pi) = (&state[VELOCITY].values, &state[PRESSURE].values);
+        let force = match self.momentum.boundaries() {
+            Some(_) => {
+                let (p, sides) = (&state[POLARITY], &state[VELOCITY]);
+                self.inner_force(p, self.molecular(p, t).as_ref(), sides, t)
+            }
+            None => Force::default(),
+        };
+        let rules = floating.guide.rules(&floating.poses, t)?;
+        Ok(self.momentum.twists((v, pi), &self.loads(&force, t)?, &rules))
     }
 
     /// The flow that follows from a change of the force, where all that is prescribed stays.
     ///
     /// # Errors
     /// As [`Momentum::solve`].
-    pub fn change_of_flow(&self, force: &[f64]) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
+    pub fn change_of_flow(&self, force: &Force) -> Result<(Vec<f64>, Vec<f64>), MomentumError> {
         let rest = vec![0.0; self.momentum.velocity.dof_count()];
-        let Some(floating) = &self.bodies else { return self.momentum.solve(force, &rest) };
+        let Some(floating) = &self.bodies else { return self.momentum.solve(&force.flow, &rest) };
         let rules = floating.guide.rules_of_change(&floating.poses);
-        let carried = self.momentum.carry(force, &rest, &vec![Wrench::ZERO; rules.len()], &rules)?;
+        let loads = force.loads(vec![Wrench::ZERO; rules.len()]);
+        let carried = self.momentum.carry(&force.flow, &rest, &loads, &rules)?;
         Ok((carried.v, carried.pi))
     }
 
@@ -98,20 +122,21 @@ impl Incompressible {
         &self.pushes
     }
 
-    /// Forces and torques from outside and of contact.
-    fn loads(&self, floating: &Floating, t: f64) -> Result<Vec<Wrench>, ExpressionError> {
-        let mut loads = floating.guide.loads(&floating.poses, t)?;
-        loads.iter_mut().zip(&self.pushes).for_each(|(load, push)| *load = *load + *push);
-        Ok(loads)
+    /// Norms of what a state leaves of the balance of momentum and of `div v = 0`.
+    pub(super) fn balance(&self, state: &State, inputs: &Inputs) -> Result<[f64; 2], MomentumError> {
+        let (v, pi) = (&state[VELOCITY].values[..], &state[PRESSURE].values[..]);
+        let force = self.force(&state[POLARITY], &state[VELOCITY], inputs);
+        let Some(floating) = &self.bodies else { return Ok(self.momentum.residual_norms(&force.flow, v, pi)?) };
+        let (loads, rules) = (self.loads(&force, inputs.t)?, floating.guide.rules(&floating.poses, inputs.t)?);
+        self.momentum.residual_norms_around((&force.flow, &inputs.prescribed), (v, pi), &loads, &rules)
     }
 
-    /// Adds the forces on the bodies, from outside and those that hold them to what is prescribed of them.
-    pub(super) fn add_body_forces(&self, force: &mut [f64], inputs: &Inputs) -> Result<(), MomentumError> {
-        let Some(floating) = &self.bodies else { return Ok(()) };
-        let holding = self.carry(force, inputs)?.holding;
-        self.momentum.add_body_loads(&self.loads(floating, inputs.t)?, force);
-        self.momentum.add_body_loads(&holding, force);
-        Ok(())
+    /// What acts on the bodies besides the viscous stress and the pressure: from outside, of contact, and of the tissue.
+    fn loads(&self, force: &Force, t: f64) -> Result<Vec<Wrench>, MomentumError> {
+        let Some(floating) = &self.bodies else { return Ok(Vec::new()) };
+        let mut loads = floating.guide.loads(&floating.poses, t)?;
+        loads.iter_mut().zip(&self.pushes).for_each(|(load, push)| *load = *load + *push);
+        Ok(force.loads(loads))
     }
 
     /// The flow with the forces that hold the bodies to what is prescribed of them.
@@ -121,11 +146,14 @@ impl Incompressible {
     ///
     /// # Panics
     /// Without bodies.
-    pub fn carry(&self, force: &[f64], inputs: &Inputs) -> Result<FlowWithBodies, MomentumError> {
+    pub fn carry(&self, force: &Force, inputs: &Inputs) -> Result<FlowWithBodies, MomentumError> {
         let floating = self.bodies.as_ref().expect("a tissue with bodies");
-        let (guide, poses) = (&floating.guide, &floating.poses);
-        let (loads, rules) = (self.loads(floating, inputs.t)?, guide.rules(poses, inputs.t)?);
-        self.momentum.carry(force, &inputs.prescribed, &loads, &rules)
+        let rules = floating.guide.rules(&floating.poses, inputs.t)?;
+        let mut carried =
+            self.momentum.carry(&force.flow, &inputs.prescribed, &self.loads(force, inputs.t)?, &rules)?;
+        // the traction of all of the stress
+        carried.wrenches = force.loads(carried.wrenches);
+        Ok(carried)
     }
 
     /// The forces and torques that hold the bodies in a state to what is prescribed of them; zero of a free body.

@@ -35,6 +35,11 @@ pub enum MomentumError {
          inflow and outflow equal, or give one tag `velocity = \"traction\"`"
     )]
     Flux { flux: f64, part: String },
+    #[error(
+        "the energy-consistent elastic force has no traction on the body `{body}`, which may move; hint: take \
+         `model.elastic_force = \"stress\"`, or fix the body"
+    )]
+    NoTraction { body: String },
 }
 
 /// Where there are several parts.

@@ -48,8 +48,8 @@ pub(super) const VISCOSITY: Term<Vector> = Term {
         line: Line { column: "budget_viscosity", words: "energy law: viscosity", short: "viscosity" },
         of: |at, loops| {
             let (v, rho) = (at.v(), at.rho);
-            // rigid bodies have the penalty's share of it
-            2.0 * loops.whole.sum(2 * (v.space.degree - 1) + rho.degree(), |x| {
+            // bodies by penalty have a share of it
+            2.0 * loops.flow.sum(2 * (v.space.degree - 1) + rho.degree(), |x| {
                 let g = v.vector_gradient(&x.site);
                 match rho {
                     Density::One => sym(&g).norm_squared(),

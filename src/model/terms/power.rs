@@ -33,8 +33,8 @@ pub struct Line {
 pub struct Loops<'a> {
     /// All of the mesh that no body covers.
     pub tissue: &'a Integrator,
-    /// The whole mesh.
-    pub whole: &'a Integrator,
+    /// All that flows: the whole mesh, but for bodies that are boundaries.
+    pub flow: &'a Integrator,
 }
 
 /// A line, the side where it stands, and the key of `[model]` without which a scene does not have it.

@@ -16,7 +16,6 @@ use crate::mesh::generate::MeshScene;
 use crate::mesh::{Mesh, Point};
 use crate::model::ModelKind;
 use crate::model::fields::{DENSITY, DIFFUSION, LAPLACIAN, POLARITY, PRESSURE, VELOCITY};
-use crate::model::immersed::flow::Method;
 use crate::model::incompressible::{Description, Incompressible};
 use crate::model::momentum::MomentumError;
 use crate::run::kinds;
@@ -50,11 +49,7 @@ pub fn wake(scene: &Scene) -> Option<(Point, f64)> {
 pub fn around(mesh: &Arc<Mesh>, description: &Description, bodies: &Bodies) -> Result<Incompressible, MomentumError> {
     let guide = Arc::new(Guide::new(bodies.bodies.clone())?);
     let poses = guide.starts(0.0)?;
-    let penalty = match bodies.rigid.method {
-        Method::Penalty(penalty) => penalty,
-        Method::Nitsche => unreachable!("refused with the scene"),
-    };
-    Incompressible::around(mesh, description, &guide, &poses, penalty)
+    Incompressible::around(mesh, description, &guide, &poses, bodies.rigid.method)
 }
 
 /// Refuses what would read the inside of bodies as tissue, or what does not exist with bodies that move.

@@ -138,14 +138,6 @@ impl Checker<'_> {
         }
     }
 
-    /// A tissue has its bodies by penalty.
-    pub(super) fn penalty_alone(&self, bodies: Option<&Bodies>) -> Result<(), SceneError> {
-        let holds = bodies.is_none_or(|bodies| bodies.rigid.method != Method::Nitsche);
-        let rule = "this method is there for Stokes flows alone";
-        let hint = "set \"penalty\", or a scene of the kind \"stokes\"";
-        self.require(holds, "rigid.method", "\"nitsche\"", rule, hint)
-    }
-
     fn body(&self, key: &str, table: &mut BodyTable, around: Around, symbols: Symbols) -> Result<Body, SceneError> {
         let at = |name: &str| format!("{key}.{name}");
         let name = table.name.clone().unwrap_or_default();

@@ -234,11 +234,7 @@ impl Checker<'_> {
             contact: file.contact.take(),
         };
         let bodies = match kind {
-            ModelKind::Incompressible => {
-                let bodies = self.bodies(&mut tables, Around::Flow, symbols)?;
-                self.penalty_alone(bodies.as_ref())?;
-                bodies
-            }
+            ModelKind::Incompressible => self.bodies(&mut tables, Around::Flow, symbols)?,
             ModelKind::Compressible => {
                 self.no_bodies(&tables)?;
                 None

@@ -312,10 +312,16 @@ impl Elements<'_> {
 
     /// `r ← r − A x` for what is given of velocities and motions.
     pub fn subtract_given(&self, prescribed: &[f64], motions: &[[f64; 3]], r: &mut [f64]) {
+        self.subtract_state((prescribed, None), motions, r);
+    }
+
+    /// `r ← r − A x` for a velocity, a pressure, and motions of the bodies.
+    pub fn subtract_state(&self, (v, pi): (&[f64], Option<&[f64]>), motions: &[[f64; 3]], r: &mut [f64]) {
         let value = |quantity: &Quantity| match *quantity {
-            Quantity::Velocity(dof) => prescribed[dof],
+            Quantity::Velocity(dof) => v[dof],
+            Quantity::Pressure(dof) => pi.map_or(0.0, |pi| pi[dof]),
             Quantity::Twist(body, k) => motions[body][k],
-            Quantity::Pressure(_) | Quantity::Mean(_) | Quantity::Idle(_) => 0.0,
+            Quantity::Mean(_) | Quantity::Idle(_) => 0.0,
         };
         self.each(
             |quantities| quantities.iter().any(|q| value(q) != 0.0),

@@ -19,6 +19,8 @@
 mod assembly;
 mod domain;
 mod elements;
+mod soft;
+mod state;
 mod structure;
 mod twists;
 mod walls;
@@ -39,6 +41,7 @@ use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, dot};
 use assembly::{Prepared, prepare};
 use domain::Domain;
 use elements::{Blocks, Elements};
+pub(in crate::model) use state::Moved;
 use structure::Skeleton;
 use twists::Twists;
 

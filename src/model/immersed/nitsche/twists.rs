@@ -77,6 +77,11 @@ impl Twists {
         }
     }
 
+    /// Whether something of a body's motion is unknown.
+    pub fn has_unknowns(&self, body: usize) -> bool {
+        !matches!(self.unknowns[body], Unknown::Given)
+    }
+
     /// Rules under which what is given stays.
     pub fn rules_of_change(&self, poses: &[Pose]) -> Vec<Rule> {
         let rule = |(motion, pose): (&Motion, &Pose)| match motion.kind {
