@@ -82,14 +82,6 @@ impl Add for Wrench {
     }
 }
 
-impl std::ops::Add for Wrench {
-    type Output = Wrench;
-
-    fn add(self, other: Wrench) -> Wrench {
-        Wrench { force: self.force + other.force, torque: self.torque + other.torque }
-    }
-}
-
 /// The rigid motion `k` (two translations and the rotation about `centre`) at `x`.
 pub fn rigid_motion(k: usize, centre: Point, x: Point) -> Point {
     match k {

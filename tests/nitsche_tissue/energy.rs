@@ -8,7 +8,7 @@ use monolayer::measure::Budget;
 use monolayer::model::fields::{PRESSURE, VELOCITY};
 use monolayer::model::incompressible::State;
 use monolayer::model::{ElasticForce, Parameters};
-use monolayer::time::moving::{MovingMarch, NoCorrection};
+use monolayer::time::moving::MovingMarch;
 use monolayer::time::{CouplingKind, March};
 
 use crate::common::*;
@@ -73,9 +73,9 @@ fn without_elasticity_the_law_holds_around_bodies_that_move() {
     let held = Hold::Held { velocity: [formula("-0.3"), formula("0.2")], spin: formula("1.2") };
     let model = around(&square(6), parameters, &slip, vec![load, capsule([0.68, 0.61], 0.7, held)]);
     let p = swirl(&model).values;
-    let mut march = MovingMarch::start(model, settings(0.02, 2, ANDERSON), p, 2).unwrap();
+    let mut march = MovingMarch::start(model, settings(0.02, 2, ANDERSON), p, (2, None)).unwrap();
     for _ in 0..4 {
-        march.advance(10.0, &AtomicBool::new(false), &mut NoCorrection).unwrap();
+        march.advance(10.0, &AtomicBool::new(false)).unwrap();
         let budget = march.with(|march| Budget::of(march).unwrap());
         println!("{budget:?}: {:.1e}", budget.defect());
         assert!(budget.bodies.abs() > 1e-2 * size(&budget));
@@ -90,9 +90,9 @@ fn left(n: usize, step: f64) -> f64 {
     let bodies = vec![round(0.15, [0.41, 0.47], held)];
     let model = around(&mesh, ACTIVE, &no_slip, bodies);
     let p = swirl(&model).values;
-    let mut march = MovingMarch::start(model, settings(step, 2, ANDERSON), p, 2).unwrap();
+    let mut march = MovingMarch::start(model, settings(step, 2, ANDERSON), p, (2, None)).unwrap();
     while march.time() < 0.3 - 1e-9 {
-        march.advance(0.3, &AtomicBool::new(false), &mut NoCorrection).unwrap();
+        march.advance(0.3, &AtomicBool::new(false)).unwrap();
     }
     let budget = march.with(|march| Budget::of(march).unwrap());
     println!("n = {n}, Δt = {step}: {budget:?}, left {:.3e}", budget.defect());

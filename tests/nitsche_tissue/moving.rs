@@ -6,7 +6,7 @@ use monolayer::body::Hold;
 use monolayer::mesh::Point;
 use monolayer::model::Conditions;
 use monolayer::space::{Field, project};
-use monolayer::time::moving::{MovingMarch, NoCorrection};
+use monolayer::time::moving::MovingMarch;
 
 use crate::common::*;
 use crate::setting::*;
@@ -24,9 +24,9 @@ fn the_tissue_carries_bodies_without_friction_at_its_own_speed() {
     let bodies = vec![round(0.17, [0.3, 0.52], Hold::Free), capsule([0.4, 0.2], 0.3, Hold::Free)];
     let model = around(&mesh, ACTIVE, &open, bodies);
     let p = project::interpolate_vector(&model.polarity.space, |_| Point::new(1.0, 0.0));
-    let mut march = MovingMarch::start(model, settings(0.05, 2, ANDERSON), p.values, 2).unwrap();
+    let mut march = MovingMarch::start(model, settings(0.05, 2, ANDERSON), p.values, (2, None)).unwrap();
     for step in 1..=5 {
-        march.advance(10.0, &AtomicBool::new(false), &mut NoCorrection).unwrap();
+        march.advance(10.0, &AtomicBool::new(false)).unwrap();
         for (twist, from) in march.twists().iter().zip([0.3, 0.4]).map(|(twist, from)| (*twist, from)) {
             assert!((twist.velocity - Point::new(1.0, 0.0)).norm() < 1e-8 && twist.spin.abs() < 1e-7, "{twist:?}");
             let there = march.poses().iter().any(|p| (p.position.x - from - 0.05 * f64::from(step)).abs() < 1e-8);
@@ -69,12 +69,12 @@ fn dragged(steps: usize, resume_after: Option<usize>) -> (MovingMarch, f64) {
     let settings = settings(0.05, 2, ANDERSON);
     let model = build();
     let p = swirl(&model).values;
-    let mut march = MovingMarch::start(model, settings, p, 2).unwrap();
+    let mut march = MovingMarch::start(model, settings, p, (2, None)).unwrap();
     let mut largest = 0.0_f64;
     for step in 1..=steps {
-        march.advance(10.0, &AtomicBool::new(false), &mut NoCorrection).unwrap();
+        march.advance(10.0, &AtomicBool::new(false)).unwrap();
         if resume_after == Some(step) {
-            march = MovingMarch::resume(build(), settings, march.checkpoint()).unwrap();
+            march = MovingMarch::resume(build(), settings, march.checkpoint(), None).unwrap();
         }
         let p = Field::new(&march.model().polarity.space, march.checkpoint().march.past[0].1.clone());
         let model = march.model();

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::{Description, Force, Incompressible, Inputs, State};
 use crate::body::guide::Guide;
-use crate::expression::ExpressionError;
 use crate::form::Integrator;
 use crate::mesh::Mesh;
 use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
@@ -96,7 +95,8 @@ impl Incompressible {
             None => Force::default(),
         };
         let rules = floating.guide.rules(&floating.poses, t)?;
-        Ok(self.momentum.twists((v, pi), &self.loads(&force, t)?, &rules))
+        let prescribed = self.momentum.frames.prescribed(&self.conditions, t)?;
+        self.momentum.twists((v, pi), &prescribed, &self.loads(&force, t)?, &rules)
     }
 
     /// The flow that follows from a change of the force, where all that is prescribed stays.
@@ -132,7 +132,7 @@ impl Incompressible {
     }
 
     /// What acts on the bodies besides the viscous stress and the pressure: from outside, of contact, and of the tissue.
-    fn loads(&self, force: &Force, t: f64) -> Result<Vec<Wrench>, MomentumError> {
+    pub(super) fn loads(&self, force: &Force, t: f64) -> Result<Vec<Wrench>, MomentumError> {
         let Some(floating) = &self.bodies else { return Ok(Vec::new()) };
         let mut loads = floating.guide.loads(&floating.poses, t)?;
         loads.iter_mut().zip(&self.pushes).for_each(|(load, push)| *load = *load + *push);

@@ -1,6 +1,6 @@
 //! What bodies do in the energy law of a tissue.
 
-use super::{Incompressible, State};
+use super::{Force, Incompressible, State};
 use crate::form::power;
 use crate::form::upwind::Carrier;
 use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
@@ -36,7 +36,7 @@ impl Incompressible {
         let friction = inside.sum(2 * v.space.degree, |x| v.vector(&x.site).norm_squared());
         let mut power = dot(&taken, &v.values) + self.parameters.friction * friction;
         if twists.iter().any(|twist| *twist != Twist::ZERO) {
-            let loads = floating.guide.loads(&floating.poses, t)?.into_iter().zip(self.holding(state, t)?);
+            let loads = self.loads(&Force::default(), t)?.into_iter().zip(self.holding(state, t)?);
             power -= loads.zip(twists).map(|((load, held), twist)| (load + held).power(twist)).sum::<f64>();
         }
         Ok(power)

@@ -98,14 +98,24 @@ impl Momentum {
         }
     }
 
-    /// How bodies move in a flow that was solved for under loads on them and rules of their motion.
+    /// How bodies move in a flow that was solved for under loads on them and rules of their motion, with prescribed
+    /// nodal values.
+    ///
+    /// # Errors
+    /// Velocities of walls that a body in them cannot have.
     ///
     /// # Panics
     /// As [`Momentum::carry`].
-    pub fn twists(&self, (v, pi): (&[f64], &[f64]), loads: &[Wrench], rules: &[Rule]) -> Vec<Twist> {
+    pub fn twists(
+        &self,
+        (v, pi): (&[f64], &[f64]),
+        prescribed: &[f64],
+        loads: &[Wrench],
+        rules: &[Rule],
+    ) -> Result<Vec<Twist>, MomentumError> {
         match &self.system {
-            System::Nitsche(bodies) => bodies.twists_in(self.ground(), (v, pi), loads, rules),
-            System::Immersed(bodies) => bodies.immersion.means.iter().map(|means| means.twist(v)).collect(),
+            System::Nitsche(bodies) => Ok(bodies.twists_in(self.ground(), (v, pi), prescribed, loads, rules)?),
+            System::Immersed(bodies) => Ok(bodies.immersion.means.iter().map(|means| means.twist(v)).collect()),
             System::Open(_) | System::Closed(_) => panic!("there are no bodies that move"),
         }
     }

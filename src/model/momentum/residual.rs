@@ -53,7 +53,7 @@ impl Momentum {
     ) -> Result<[f64; 2], MomentumError> {
         let residual = match &self.system {
             System::Nitsche(bodies) => {
-                let twists = bodies.twists_in(self.ground(), (v, pi), loads, rules);
+                let twists = bodies.twists_in(self.ground(), (v, pi), prescribed, loads, rules)?;
                 bodies.residual(self.ground(), f, Moved { v, pi, twists: &twists })
             }
             System::Immersed(_) | System::Open(_) | System::Closed(_) => {

@@ -9,6 +9,7 @@ use crate::form::nitsche;
 use crate::form::traction::Outline;
 use crate::mesh::Point;
 use crate::model::immersed::Ground;
+use crate::model::immersed::penalty::BodyError;
 use crate::shape::{Twist, Wrench};
 use crate::solve::dot;
 use crate::space::Space;
@@ -37,15 +38,19 @@ impl Nitsche {
     }
 
     /// The twists with which forces and torques on every body are in balance: those of the flow that was solved for
-    /// under the same loads and rules.
+    /// under the same loads and rules, with the same velocities of walls.
+    ///
+    /// # Errors
+    /// As [`Nitsche::solve`].
     pub(in crate::model) fn twists_in(
         &self,
         ground: Ground,
         (v, pi): (&[f64], &[f64]),
+        prescribed: &[f64],
         loads: &[Wrench],
         rules: &[Rule],
-    ) -> Vec<Twist> {
-        let given = self.twists.given(rules);
+    ) -> Result<Vec<Twist>, BodyError> {
+        let given = self.twists.given(rules, prescribed)?;
         let [corners, pulls] = self.balances(ground, (v, pi));
         let twist = |body: usize| {
             let unknowns = (0..3).flat_map(|k| self.twists.of(body, k)).map(|(unknown, _)| unknown);
@@ -63,7 +68,7 @@ impl Nitsche {
             }
             Twist { velocity: Point::new(motion[0], motion[1]), spin: motion[2] }
         };
-        (0..given.len()).map(twist).collect()
+        Ok((0..given.len()).map(twist).collect())
     }
 
     /// Of the rows of every body: their product with its own motion, 3 × 3, and with the flow.

@@ -79,7 +79,7 @@ impl Twists {
 
     /// Whether something of a body's motion is unknown.
     pub fn has_unknowns(&self, body: usize) -> bool {
-        !matches!(self.unknowns[body], Unknown::Given)
+        !self.motions[body].basis.is_empty()
     }
 
     /// Rules under which what is given stays.
