@@ -296,7 +296,8 @@ end = 0.1
 /// Every body has the measures of one, under its name.
 #[test]
 fn measures_of_a_body_that_is_named() {
-    let two = STOKES.replacen("[time]", "[[body]]\nname = \"post\"\nshape = { disc = { radius = 0.1 } }\nposition = [0.2, 0.8]\nmotion = \"fixed\"\n[time]", 1);
+    let post = "name = \"post\"\nshape = { disc = { radius = 0.1 } }\nposition = [0.2, 0.8]\nmotion = \"fixed\"\n";
+    let two = STOKES.replacen("[time]", &format!("[[body]]\n{post}[time]"), 1);
     let scene = |measures: &str| {
         let text = format!("{two}\n[[output]]\nmeasures = [{measures}]\nevery = {{ steps = 1 }}\n");
         AnyScene::parse(&text, Path::new("test.toml")).map_err(|error| error.to_string())

@@ -63,12 +63,12 @@ fn two_bodies_in_a_cell_move_with_its_flow() {
     }
 }
 
+/// On cells a sixteenth as long they have the speeds 0.1637 and 0.1385: near as they are, they do not move together.
 #[test]
-fn the_usual_pair() {
-    for n in [128, 160] {
-        let twists = solved(&square(n), ["0", "0"], pair(), usual()).1.twists;
-        println!("n = {n}: {:?} ratio {}", twists, twists[1].velocity.x / twists[0].velocity.x);
-    }
+fn two_bodies_in_a_cell_move_nearly_as_in_fine_ones() {
+    let twists = solved(&square(8), ["0", "0"], pair(), usual()).1.twists;
+    let [first, second] = [0, 1].map(|body: usize| twists[body].velocity.x);
+    assert!((first / 0.1637 - 1.0).abs() < 0.06 && (second / 0.1385 - 1.0).abs() < 0.1, "{twists:?}");
 }
 
 fn on_wall(place: Point) -> Body {

@@ -121,16 +121,21 @@ fn multipliers_are_the_forces_that_hold() {
     }
 }
 
+/// A rod along a shear flow that a pin holds at one end.
+fn pinned_rod() -> Body {
+    let shape = Shape::from(Capsule { half_length: 0.12, radius: 0.05 });
+    Body { shape, hold: Hold::Pinned(Point::new(-0.12, 0.0)), ..disc(0.1, Point::new(0.52, 0.5)) }
+}
+
+/// The full penalty makes the rod thicker by a cell, and turn ten times as fast as it does.
 #[test]
 fn a_pinned_body_turns_about_its_pin() {
-    let shape = Shape::from(Capsule { half_length: 0.12, radius: 0.05 });
-    let pinned = Body { shape, hold: Hold::Pinned(Point::new(-0.12, 0.0)), ..disc(0.1, Point::new(0.52, 0.5)) };
-    for method in [usual(), full(1e-8)] {
-        let (mut flow, carried) = solved(&square(12), ["y", "0"], vec![pinned.clone()], method);
+    for (method, spin) in [(usual(), -0.02), (full(1e-8), -0.1)] {
+        let (mut flow, carried) = solved(&square(12), ["y", "0"], vec![pinned_rod()], method);
         let pin = Point::new(0.4, 0.5);
         let (twist, place) = (carried.twists[0], flow.motion.poses[0].position);
         assert!(twist.at(pin, place).norm() < 1e-10, "{twist:?}");
-        assert!(twist.spin < -0.1 && carried.holding[0].force.norm() > 0.1, "{method:?}: {twist:?}");
+        assert!(twist.spin < spin && carried.holding[0].force.norm() > 0.1, "{method:?}: {twist:?}");
         for _ in 0..4 {
             let now = flow.solve(&Linear::zero()).expect("a solution").twists;
             let by = flow.predicted(0.3, &now).expect("a prediction");
@@ -138,6 +143,17 @@ fn a_pinned_body_turns_about_its_pin() {
             let at = flow.motion.poses[0].to_space(Point::new(-0.12, 0.0));
             assert!((at - pin).norm() < 1e-12, "{at}");
         }
+    }
+}
+
+/// Against cells a third as long, on which the spin is −0.02307 and the force 7.683.
+#[test]
+fn the_spin_of_a_pinned_body_converges() {
+    for (n, [spin, force]) in [(24, [0.2, 5e-3]), (48, [0.02, 5e-4])] {
+        let carried = solved(&square(n), ["y", "0"], vec![pinned_rod()], usual()).1;
+        let (found, held) = (carried.twists[0].spin, carried.holding[0].force.x);
+        println!("n = {n}: spin {found:.6}, force {held:.5}");
+        assert!((found / -0.023_07 - 1.0).abs() < spin && (held / -7.6829 - 1.0).abs() < force, "{n}: {found} {held}");
     }
 }
 
@@ -172,16 +188,4 @@ fn friction_of_a_body_is_its_own() {
     let lagging = [speed(0.0, 1.0), speed(0.0, 10.0), speed(0.0, 1000.0)];
     assert!(lagging[0] < 0.999 && lagging[1] < lagging[0] && lagging[2] < 0.6 * lagging[1], "{lagging:?}");
     assert!(speed(10.0, 0.0) > 1.0, "driven by the pressure");
-}
-
-#[test]
-fn temporary_pinned() {
-    let shape = Shape::from(Capsule { half_length: 0.12, radius: 0.05 });
-    let pinned = Body { shape, hold: Hold::Pinned(Point::new(-0.12, 0.0)), ..disc(0.1, Point::new(0.52, 0.5)) };
-    for n in [12, 24, 48, 96, 144] {
-        for method in [usual(), penalty(1e-8), full(1e-8)] {
-            let (_, carried) = solved(&square(n), ["y", "0"], vec![pinned.clone()], method);
-            println!("pinned n = {n}, {method:?}: spin {} holding {:?}", carried.twists[0].spin, carried.holding[0]);
-        }
-    }
 }

@@ -3,6 +3,8 @@
 use crate::common::{Left, REST, disc, has, refused, resume, run, segment, stokes, with_threads};
 
 const SHEAR: &str = "[\"0\", \"x\"]";
+/// The penalty that makes every cell rigid in which a body is.
+const FULL: &str = "[rigid]\nstrength = \"full\"\n";
 
 /// Two steps so short that nothing moves.
 fn once(n: usize, v: &str, bodies: &str) -> Left {
@@ -89,7 +91,11 @@ fn two_bodies_in_a_cell() {
     let pair = disc("a", 0.02, 0.52, 0.51, "force = [\"1\", \"0\"]") + &disc("b", 0.02, 0.57, 0.52, "");
     let left = once(8, REST, &pair);
     let (a, b) = (left.last("a"), left.last("b"));
-    println!("{a:?} {b:?}");
+    // as on cells a sixteenth as long
+    assert!((a.vx / 0.1637 - 1.0).abs() < 0.06 && (b.vx / 0.1385 - 1.0).abs() < 0.1, "{a:?} {b:?}");
+    // the full penalty makes the cells rigid that they share
+    let left = once(8, REST, &format!("{pair}{FULL}"));
+    let (a, b) = (left.last("a"), left.last("b"));
     assert!(a.vx > 0.0 && (a.vx - b.vx).abs() < 0.05 * a.vx, "{a:?} {b:?}");
     // pressed together for some time
     let pressed =
@@ -133,12 +139,18 @@ fn a_gluey_cluster_of_ten_in_a_flow() {
         }
     }
     let rest = bodies + &segment([0.0, 0.05], [1.0, 0.05]) + "[contact]\nlaw = \"gluey\"\n";
-    let left = run(&stokes(8, REST, &rest, 0.01, 0.08)).ended();
-    assert!(left.most("overlap") < 1e-7 * 0.05, "{:e}", left.most("overlap"));
-    // pressed for 0.05, pulled for less: nobody has left
-    for row in &left.rows {
-        let first = left.track(&row.body)[0];
-        assert!((row.y - first.y).abs() < 1e-6, "{row:?}");
+    for (rigid, together) in [("", false), (FULL, true)] {
+        let left = run(&stokes(8, REST, &format!("{rest}{rigid}"), 0.01, 0.08)).ended();
+        assert!(left.most("overlap") < 1e-7 * 0.05, "{:e}", left.most("overlap"));
+        // pressed for 0.05, pulled for less: nobody has left the wall, nor the pile where its cells are rigid; else the
+        // upper ones press those below apart, which nothing has pressed together
+        for row in left.rows.iter().filter(|row| together || row.body.starts_with("d0")) {
+            let first = left.track(&row.body)[0];
+            assert!((row.y - first.y).abs() < 1e-6, "{row:?}");
+        }
+        let top = left.track("d3-0");
+        let fallen = top.iter().map(|row| top[0].y - row.y).fold(0.0, f64::max);
+        assert!(together || (1e-4..1e-2).contains(&fallen), "{fallen}");
     }
 }
 
@@ -193,14 +205,18 @@ fn bodies_smaller_than_a_cell_are_told() {
 
 #[test]
 fn a_body_that_is_pushed_over_a_wall_is_told() {
-    let pushed = |force: &str| {
-        let body = disc("pushed", 0.2, 0.5, 0.5, &format!("force = [\"{force}\", \"0\"]"));
+    let pushed = |force: &str, rigid: &str| {
+        let body = disc("pushed", 0.2, 0.5, 0.5, &format!("force = [\"{force}\", \"0\"]\n{rigid}"));
         let left = run(&stokes(4, REST, &body, 0.001, 0.05)).ended();
         let told = left.summary.said.iter().any(|note| note.contains("`pushed` reaches over the boundary"));
         (left.last("pushed").x, told)
     };
-    let (x, told) = pushed("1e3");
+    let penalty = "[rigid]\nmethod = \"penalty\"\n";
+    let (x, told) = pushed("1e3", penalty);
     assert!(x > 0.85 && told, "{x}, told: {told}");
-    let (x, told) = pushed("1");
+    let (x, told) = pushed("1", penalty);
     assert!(x < 0.75 && !told, "{x}, told: {told}");
+    // a boundary of the fluid squeezes no film to nothing
+    let (x, told) = pushed("1e3", "");
+    assert!((0.75..0.81).contains(&x) && !told, "{x}, told: {told}");
 }
