@@ -265,7 +265,7 @@ fn the_bodies_of_a_tissue() {
     let scene = Scene::parse(&text, Path::new("quick.toml")).unwrap();
     let bodies = scene.bodies.as_ref().expect("one");
     assert_eq!((bodies.bodies[0].friction, bodies.rigid.order), (2.0, 2));
-    assert_eq!(bodies.rigid.method, Method::Penalty(Penalty::harmonic(1e-8)));
+    assert_eq!(bodies.rigid.method, Method::Nitsche);
     assert!(bodies.contact.is_none(), "one body meets nothing");
     let again = Scene::parse(&scene.resolved_toml(), Path::new("quick.toml")).unwrap();
     assert_eq!(again.bodies, scene.bodies);

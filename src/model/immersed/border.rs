@@ -42,7 +42,7 @@ impl<'s> Bordering<'s> {
         Ok(Self { immersed, columns, reach, corner, inverse })
     }
 
-    /// Solves, with steps of iterative refinement while rounding left more than a tenth of the tolerance. Constraints
+    /// Solves, with steps of iterative refinement while rounding left more than [`REFINED`]. Constraints
     /// count with the sign of `−ℓ`.
     pub(super) fn solve(&self, filled: &Filled, f: &[f64], g: &[f64]) -> Result<(Vec<f64>, Vec<f64>), SolveError> {
         if let Some(index) = f.iter().chain(g).position(|v| !v.is_finite()) {
@@ -55,7 +55,7 @@ impl<'s> Bordering<'s> {
         let scale = size(f, &g);
         let (mut rf, mut rg) = self.residual(filled, (f, &g), (&x, &y));
         for _ in 0..REFINEMENTS {
-            if size(&rf, &rg) <= 0.1 * DIRECT_TOLERANCE * scale {
+            if size(&rf, &rg) <= REFINED * scale {
                 break;
             }
             let (dx, dy) = self.eliminate(&rf, &rg);
@@ -98,6 +98,8 @@ impl<'s> Bordering<'s> {
 
 /// Steps of iterative refinement.
 pub(super) const REFINEMENTS: usize = 4;
+/// Relative residual above which there is one more.
+pub(super) const REFINED: f64 = 1e-3 * DIRECT_TOLERANCE;
 
 const HINT: &str =
     "check that the boundary conditions or a friction hold the flow and that `rigid.epsilon` is not extreme";

@@ -36,7 +36,7 @@ impl BodyTables {
 pub struct RigidTable {
     /// What a body is to the flow.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-default" = "in a Stokes flow `\"nitsche\"`; in tissue, and beside `epsilon` and `strength`, `\"penalty\"`"))]
+    #[schemars(extend("x-default" = "`\"nitsche\"`; beside `epsilon` or `strength` `\"penalty\"`"))]
     pub method: Option<MethodName>,
     /// Penalty: `ε` of `(2/ε) ∫_B D(v):D(w)`; a body is 1/ε times as viscous as what is around it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,6 +54,12 @@ pub struct RigidTable {
 impl RigidTable {
     pub const EPSILON: Range = Range::inside(0.0, 1.0);
     pub const ORDER: Range = Range::within(1.0, 2.0);
+
+    /// Where nobody says it: a key of the penalty asks for the penalty.
+    pub(in crate::scene) fn usual_method(&self) -> MethodName {
+        let penalty = self.epsilon.is_some() || self.strength.is_some();
+        if penalty { MethodName::Penalty } else { MethodName::Nitsche }
+    }
 }
 
 impl Default for RigidTable {
@@ -69,7 +75,6 @@ pub enum MethodName {
     /// A fluid that is very viscous.
     Penalty,
     /// A boundary of the fluid, in the cells that it cuts.
-    #[schemars(extend("x-kinds" = "stokes"))]
     Nitsche,
 }
 

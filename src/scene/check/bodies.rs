@@ -12,7 +12,6 @@ use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
 use crate::scene::bodies::tables::{BodyTable, BodyTables, MOST, MethodName, MotionTable, RigidTable, zero};
 use crate::scene::error::SceneError;
-use crate::scene::kinds;
 use crate::schema::Range;
 use crate::shape::{Pose, Rules, Shape, ShapeError, Twist};
 
@@ -103,15 +102,8 @@ impl Checker<'_> {
         }
     }
 
-    /// Where nobody says it: a key of the penalty asks for it, and a tissue has its bodies by it.
-    fn usual_method(&self, table: &RigidTable) -> MethodName {
-        let tissue = *self.source.kind() == kinds::TISSUE;
-        let penalty = tissue || table.epsilon.is_some() || table.strength.is_some();
-        if penalty { MethodName::Penalty } else { MethodName::Nitsche }
-    }
-
     fn method(&self, table: &mut RigidTable) -> Result<Method, SceneError> {
-        let method = table.method.unwrap_or_else(|| self.usual_method(table));
+        let method = table.method.unwrap_or_else(|| table.usual_method());
         table.method = Some(method);
         match method {
             MethodName::Penalty => {

@@ -27,7 +27,7 @@ mod walls;
 
 use std::sync::Arc;
 
-use super::border::REFINEMENTS;
+use super::border::{REFINED, REFINEMENTS};
 use super::{FlowWithBodies, Ground};
 use crate::body::Body;
 use crate::body::guide::Rule;
@@ -216,7 +216,7 @@ impl Nitsche {
         Ok(FlowWithBodies { v, pi, twists: motions.iter().map(twist).collect(), holding, wrenches })
     }
 
-    /// Solves, with steps of iterative refinement while rounding left more than a tenth of the tolerance.
+    /// Solves, with steps of iterative refinement while rounding left more than [`REFINED`].
     fn refined(&self, elements: &Elements, right: &[f64]) -> Result<Vec<f64>, SolveError> {
         if let Some(index) = right.iter().position(|v| !v.is_finite()) {
             return Err(SolveError::NotFiniteInput { system: "Stokes".into(), index });
@@ -228,7 +228,7 @@ impl Nitsche {
         let mut rest = right.to_vec();
         elements.subtract_product(&x, &mut rest);
         for _ in 0..REFINEMENTS {
-            if norm(&rest) <= 0.1 * DIRECT_TOLERANCE * scale {
+            if norm(&rest) <= REFINED * scale {
                 break;
             }
             axpy(1.0, &self.inverse(&rest), &mut x);
