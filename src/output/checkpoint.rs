@@ -14,7 +14,7 @@ use crate::measure::errors::History;
 use crate::time::Checkpoint;
 use crate::time::march::Counts;
 
-const MAGIC: &str = "monolayer checkpoint 6";
+const MAGIC: &str = "monolayer checkpoint 7";
 
 /// A checkpoint and the scene that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
