@@ -41,7 +41,7 @@ pub(super) fn prepare(
 ) -> Result<Prepared, MomentumError> {
     let (velocity, pressure) = (ground.velocity, ground.pressure);
     let mut domain = Domain::new(cover, poses, (forms.loops, pressure), open);
-    check_bodies(&domain, bodies)?;
+    check_bodies(forms, &domain, bodies)?;
     let walls = walls(ground, &domain, bodies, &ground.velocity.node_positions());
     let twists = Twists::new(bodies, poses, walls);
     domain.settle_means(&twists);
@@ -64,13 +64,19 @@ pub(super) fn prepare(
     Ok(Prepared { domain, twists, blocks, used })
 }
 
-/// Every body must touch fluid.
-fn check_bodies(domain: &Domain, bodies: &[Body]) -> Result<(), BodyError> {
-    let mut wet = vec![false; bodies.len()];
+/// Length along which a body touches fluid, relative to its size, that holds nothing but rounding.
+const DRY: f64 = 1e-5;
+
+/// Every body must touch fluid: one that touches it along less than a [`DRY`] of its size is gone.
+fn check_bodies(forms: Forms, domain: &Domain, bodies: &[Body]) -> Result<(), BodyError> {
+    let mut wet = vec![0.0; bodies.len()];
     for cell in domain.surface.cells() {
-        domain.surface.bodies_of_cell(cell).into_iter().for_each(|body| wet[body] = true);
+        for body in domain.surface.bodies_of_cell(cell) {
+            forms.loops.each_outline_point(&domain.surface, (cell, body), 1, &mut |x| wet[body] += x.weight);
+        }
     }
-    let Some(dry) = wet.iter().position(|wet| !wet) else { return Ok(()) };
+    let sizes = bodies.iter().map(|body| body.shape.circumradius());
+    let Some(dry) = wet.iter().zip(sizes).position(|(wet, size)| *wet <= DRY * size) else { return Ok(()) };
     let body = bodies[dry].name.clone();
     Err(if domain.active.contains(&true) { BodyError::Outside { body } } else { BodyError::Everything { body } })
 }
