@@ -118,7 +118,7 @@ fn bodies_that_are_fixed_march_and_rest() {
             "--set",
             "time.end=400",
             "--set",
-            "time.step=2",
+            "time.step=4",
             "--set",
             "time.stop.residual=1e-7",
         ],
