@@ -49,7 +49,7 @@ fn a_force_that_stops_being_a_number_in_a_tissue() {
 #[test]
 fn a_body_that_leaves_the_flow() {
     let body = disc("leaver", 0.1, 0.5, 0.5, "");
-    let scene = stokes(6, "[\"1\", \"0\"]", &body, 0.1, 3.0);
+    let scene = stokes(6, "[\"1\", \"0\"]", &body, 0.09, 3.0);
     let left = run(&scene);
     has(left.reason(), &["`leaver`", "no part"]);
     last_state_is_kept(&left, 0.3);
