@@ -35,7 +35,7 @@ impl BodyTables {
 pub struct RigidTable {
     /// What a body is to the flow.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-default" = "in a Stokes flow `\"nitsche\"`; in tissue, and beside `epsilon` and `strength`, `\"penalty\"`"))]
+    #[schemars(extend("x-default" = "`\"nitsche\"`; in tissue or beside keys of the penalty `\"penalty\"`"))]
     pub method: Option<MethodName>,
     /// Penalty: `ε` of `(2/ε) ∫_B D(v):D(w)`; a body is 1/ε times as viscous as what is around it.
     #[serde(skip_serializing_if = "Option::is_none")]
