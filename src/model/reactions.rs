@@ -10,8 +10,8 @@
 //! faces, and half of what these leave of R. So the forces on all tags add up to what acts inside, to rounding.
 //!
 //! Bodies by penalty are a part of what flows, and the forces on them act inside. By Nitsche's method R is that of the
-//! fluid alone, with what the boundaries of the bodies and the ghost penalty add to it: the forces on all tags and those
-//! of the flow on all bodies add up to what acts on the fluid.
+//! fluid alone, with what the boundaries of the bodies and the ghost penalty add to it: the forces on all tags and
+//! those of the flow on all bodies add up to what acts on the fluid.
 
 use std::collections::BTreeMap;
 

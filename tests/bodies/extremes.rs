@@ -49,8 +49,8 @@ fn two_bodies_in_a_cell_move_together() {
     }
 }
 
-/// Otherwise such bodies leave their cell fluid: the pushed one is the faster one, and the penalty, which fills no cell,
-/// does not matter.
+/// Otherwise such bodies leave their cell fluid: the pushed one is the faster one, and the penalty, which fills no
+/// cell, does not matter.
 #[test]
 fn two_bodies_in_a_cell_move_with_its_flow() {
     let twists = |epsilon: f64| solved(&square(8), ["0", "0"], pair(), penalty(epsilon)).1.twists;

@@ -7,7 +7,7 @@ use crate::contact::{Partner, Wall};
 use crate::expression::{Expression, Formula, VectorFormula};
 use crate::mesh::Point;
 use crate::model::ModelError;
-use crate::model::immersed::flow::{EPSILON, Method, Penalty, Settings, Strength};
+use crate::model::immersed::flow::{EPSILON, Method, Penalty, Settings};
 use crate::scene::bodies::Bodies;
 use crate::scene::bodies::place::{Overlap, crowded_rule, first_crowded, first_overlap};
 use crate::scene::bodies::tables::{BodyTable, BodyTables, MOST, MethodName, MotionTable, RigidTable, zero};
@@ -94,8 +94,7 @@ impl Checker<'_> {
             Around::Nothing { .. } => Ok(Settings::default()),
             Around::Flow => {
                 let table = tables.rigid.get_or_insert_default();
-                let hint = "2 matches bdf2, 1 is explicit Euler";
-                let order = table.order;
+                let (order, hint) = (table.order, "2 matches bdf2, 1 is explicit Euler");
                 self.require(RigidTable::ORDER.has_count(order), "rigid.order", order, "must be 1 or 2", hint)?;
                 Ok(Settings { method: self.method(table)?, order })
             }
@@ -103,9 +102,8 @@ impl Checker<'_> {
     }
 
     fn method(&self, table: &mut RigidTable) -> Result<Method, SceneError> {
-        let method = table.method.unwrap_or_else(|| table.usual_method());
-        table.method = Some(method);
-        match method {
+        let usual = table.usual_method();
+        match *table.method.get_or_insert(usual) {
             MethodName::Penalty => {
                 let epsilon = *table.epsilon.get_or_insert(EPSILON);
                 let strength = *table.strength.get_or_insert_default();
@@ -116,14 +114,11 @@ impl Checker<'_> {
                 Ok(Method::Penalty(Penalty { epsilon, strength }))
             }
             MethodName::Nitsche => {
-                let strength = table.strength.map(|strength| match strength {
-                    Strength::Harmonic => "\"harmonic\"".to_owned(),
-                    Strength::Full => "\"full\"".to_owned(),
-                });
+                let strength = table.strength.map(|strength| format!("\"{strength:?}\"").to_lowercase());
                 for (key, given) in [("rigid.epsilon", table.epsilon.map(shown)), ("rigid.strength", strength)] {
                     let rule = "only the penalty has it, and `rigid.method` is \"nitsche\"";
                     let hint = "remove it, or set `rigid.method = \"penalty\"`";
-                    self.require(given.is_none(), key, given.unwrap_or_default(), rule, hint)?;
+                    given.map_or(Ok(()), |given| Err(self.error(key, given, rule, hint)))?;
                 }
                 Ok(Method::Nitsche)
             }

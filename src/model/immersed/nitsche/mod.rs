@@ -12,9 +12,9 @@
 //! ```
 //! Functions live on the cells with fluid; S are the faces between two of them one of which at least is cut, and g_S is
 //! the ghost penalty of [`form::ghost`](crate::form::ghost) with whole polynomials. The motion of a body that is fixed
-//! or held is given, and so exact; a pinned one has its spin alone, and one that stands in a wall moves as the wall lets
-//! it, which carries it. A part of the fluid that no condition fixes the
-//! pressure of has zero mean of it, unless a body that may move feels it.
+//! or held is given, and so exact; a pinned one has its spin alone, and one that stands in a wall moves as the wall
+//! lets it, which carries it. A part of the fluid that no condition fixes the pressure of has zero mean of it, unless a
+//! body that may move feels it.
 
 mod assembly;
 mod domain;
