@@ -59,8 +59,8 @@ fn flow(model: &Incompressible, centre: Point) -> (Field, Wrench) {
 fn fitted() -> (Field, Wrench) {
     let centre = CENTRE + SHIFT;
     let mesh = mesh(&format!(
-        "shape = \"strip-with-disc\"\nlength = [0.0, 1.0]\nwidth = 1.0\nradius = {RADIUS}\ncentre = [{}, {}]\nh = 0.05\n\
-         h_disc = 0.03\ncurved = 3",
+        "shape = \"strip-with-disc\"\nlength = [0.0, 1.0]\nwidth = 1.0\nradius = {RADIUS}\ncentre = [{}, {}]\n\
+         h = 0.05\nh_disc = 0.03\ncurved = 3",
         centre.x, centre.y
     ));
     let mut description = Description::new(&mesh, with_factors(), walls(centre));

@@ -51,7 +51,7 @@ end = 0.4
 
 const MEASURES: &str = r#"
 [[output]]
-measures = ["energy_budget", "free_energy", "holding", "body", { force_on = "walls" }, { force_on = "inlet" }, { force_on = "outlet" }]
+measures = ["energy_budget", "free_energy", "holding", "body", { force_on = "walls" }, { force_on = "inlet" }]
 every = { steps = 1 }
 [[output]]
 checkpoint = true

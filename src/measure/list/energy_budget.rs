@@ -14,8 +14,8 @@ const BODIES: Column =
     Column::new("budget_bodies", "energy law: what bodies take", DIMENSIONLESS, "bodies").with_bodies();
 const DEFECT: Column = Column::new("budget_defect", "energy law: what its terms leave", DIMENSIONLESS, "defect");
 
-/// The rate, the lines of terms on the left side, the friction with walls, what bodies take, the relaxation, the lines of terms on the
-/// right side, and the defect.
+/// The rate, the lines of terms on the left side, the friction with walls, what bodies take, the relaxation, the lines
+/// of terms on the right side, and the defect.
 const COLUMNS: [Column; COUNT + 5] = {
     let mut columns = [DEFECT; COUNT + 5];
     columns[0] = RATE;

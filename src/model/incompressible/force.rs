@@ -1,5 +1,5 @@
-//! What acts on the flow and on the bodies in it: by Nitsche's method the stress of the polarity has a traction on their
-//! boundaries, which pulls at both.
+//! What acts on the flow and on the bodies in it: by Nitsche's method the stress of the polarity has a traction on
+//! their boundaries, which pulls at both.
 //!
 //! ```text
 //! F(w, w_B) = (f|w) − (σ|∇w) + ∫_∂B (σn)·(w − w_B)

@@ -42,7 +42,7 @@ impl Incompressible {
         Ok(power)
     }
 
-    /// `∫_∂B Ψ u·n`, n out of the tissue: how the free energy grows because bodies that move leave room for more tissue.
+    /// `∫_∂B Ψ u·n`, n out of the tissue: how the free energy grows because bodies that move leave more room.
     pub fn swept_energy(&self, p: &Field, twists: &[Twist]) -> f64 {
         let (m, Some(floating)) = (&self.parameters, &self.bodies) else { return 0.0 };
         if m.elasticity == 0.0 || twists.iter().all(|twist| *twist == Twist::ZERO) {

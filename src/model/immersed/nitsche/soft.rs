@@ -11,8 +11,8 @@ use crate::space::Space;
 const SOFT: f64 = 1e-4;
 
 impl Nitsche {
-    /// Adds to the blocks of the velocity, cell after cell, a penalty of at most `1/SOFT` over the bodies, and their own
-    /// friction in place of the fluid's.
+    /// Adds to the blocks of the velocity, cell after cell, a penalty of at most `1/SOFT` over the bodies, and their
+    /// own friction in place of the fluid's.
     pub(in crate::model) fn add_soft_blocks(&self, velocity: &Space, friction: f64, blocks: &mut [f64]) {
         let (cover, size) = (&self.domain.cover, velocity.cell_dof_count().pow(2));
         let (viscosity, mass) = (stokes::viscosity(velocity), mass::vector_mass(velocity));
