@@ -22,7 +22,10 @@ pub struct Mobility<'m> {
 
 /// Twists of all bodies by unit wrenches on one of them, for one placement of the bodies.
 #[derive(Debug, Default)]
-pub struct Columns(Mutex<BTreeMap<(usize, usize), Arc<[Twist]>>>);
+pub struct Columns(Mutex<Known>);
+
+/// By body and part of its wrench.
+type Known = BTreeMap<(usize, usize), Arc<[Twist]>>;
 
 impl Columns {
     /// Forgets them: the bodies have moved.
