@@ -99,7 +99,7 @@ impl<'s> Bordering<'s> {
 /// Steps of iterative refinement.
 pub(super) const REFINEMENTS: usize = 4;
 /// Relative residual above which there is one more.
-pub(super) const REFINED: f64 = 1e-3 * DIRECT_TOLERANCE;
+pub(super) const REFINED: f64 = 1e-5 * DIRECT_TOLERANCE;
 
 const HINT: &str =
     "check that the boundary conditions or a friction hold the flow and that `rigid.epsilon` is not extreme";
