@@ -3,6 +3,8 @@
 use std::cell::OnceCell;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use super::history::Histories;
 use super::plots::{ALL, PlotKind, When};
 use super::{Results, ResultsError, label};
@@ -227,6 +229,9 @@ impl Drawn {
             return Ok(());
         }
         std::fs::create_dir_all(folder).map_err(|source| PlotError::Write { path: folder.to_owned(), source })?;
-        self.pictures.iter().try_for_each(|picture| picture.image.write(&folder.join(&picture.name)))
+        // encoding takes most of the time; of several errors the first picture's is told
+        let written: Vec<_> =
+            self.pictures.par_iter().map(|picture| picture.image.write(&folder.join(&picture.name))).collect();
+        written.into_iter().collect()
     }
 }
