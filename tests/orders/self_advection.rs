@@ -22,7 +22,7 @@ fn sets(n: usize, factor: f64, coupling: &str) -> Vec<(&'static str, String)> {
         ("time.scheme", "bdf4".to_owned()),
         ("time.start", "exact".to_owned()),
         ("time.step", "0.025".to_owned()),
-        ("time.end", "0.5".to_owned()),
+        ("time.end", "0.25".to_owned()),
         ("coupling.kind", format!("\"{coupling}\"")),
         ("coupling.tolerance", "1e-10".to_owned()),
     ];
