@@ -11,6 +11,7 @@ use monolayer::run::report::report_within;
 use monolayer::run::setup::describe;
 use monolayer::run::{RunError, Setup};
 use monolayer::scene::{Scene, SceneSource};
+use monolayer::solve::multifrontal::Precision;
 use monolayer::solve::sparse::factor_bound;
 
 /// A strip of some 600 cells.
@@ -112,11 +113,15 @@ fn vectors_and_factors_are_counted_one_by_one() {
     let unknowns = unknowns(&scene);
     let layout = unknowns.layout();
     let structure = Structure::new("coupled", &layout).expect("a sound structure");
-    let with = |vectors| memory_of(&scene, &layout, Work::Coupled { structure: &structure, vectors });
-    let more = (with(200) - with(100)) / (100 * 8 * unknowns.polarity.dof_count()) as f64;
-    assert!((1.0..1.1).contains(&more), "{more}");
-    assert!(with(0) > (structure.bytes() + structure.room(1)) as f64);
-    assert!(structure.room(2) >= structure.room(1) && structure.room(1) > 0);
+    for precision in [Precision::Single, Precision::Double] {
+        let with = |vectors| memory_of(&scene, &layout, Work::Coupled { structure: &structure, precision, vectors });
+        let more = (with(200) - with(100)) / (100 * 8 * unknowns.polarity.dof_count()) as f64;
+        assert!((1.0..1.1).contains(&more), "{more}");
+        let room = |threads| structure.room(threads, precision);
+        assert!(with(0) > (structure.bytes(precision) + room(1)) as f64);
+        assert!(room(2) >= room(1) && room(1) > 0);
+    }
+    assert_eq!(structure.bytes(Precision::Double), 2 * structure.bytes(Precision::Single));
 }
 
 #[test]

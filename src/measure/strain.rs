@@ -108,7 +108,7 @@ impl Strain {
     ) -> Result<Tensor, SolveError> {
         let system = self.assemble(loops, v);
         let right = self.right_side(loops, v, inflow);
-        let factors = Multifrontal::new(self.symbolic.clone(), |cell, element| system.fill(cell, element))?;
+        let factors = Multifrontal::<f64>::new(self.symbolic.clone(), |cell, element| system.fill(cell, element))?;
         let mut solution = vec![0.0; right.len()];
         let mut rest = right.clone();
         // one correction takes away what the growth of the factors has cost

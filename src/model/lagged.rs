@@ -11,23 +11,23 @@
 //! its stead, which is close enough for a preconditioner. Of other forces they have all but what those see two faces
 //! away.
 
+mod parts;
+
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::DMatrix;
-
+pub use self::parts::Parts;
 use super::closed::ClosedParts;
 use super::frames::Frames;
-use super::incompressible::Incompressible;
-use super::parameters::ElasticForce;
-use super::pushed::Pushed;
-use super::tangent::{ForceTangent, Tangent};
 use crate::solve::SolveError;
 use crate::solve::blocks::{NONE, Neighbours};
 use crate::solve::dissection::{Group, LEAF, LateGroup, dissect};
-use crate::solve::multifrontal::Multifrontal;
+use crate::solve::multifrontal::{Multifrontal, Precision};
 use crate::solve::symbolic::{Element, Symbolic};
 use crate::space::Space;
+
+/// Factors with more entries outgrow the caches of most machines.
+const LARGE: usize = 1 << 20;
 
 /// How the unknowns of the coupled matrix hang together: made once for a model, shared by all factorisations.
 #[derive(Debug, Clone)]
@@ -69,8 +69,14 @@ impl Found {
 /// Factors of the coupled matrix at one state.
 #[derive(Debug)]
 pub struct Lagged {
-    factors: Multifrontal,
+    factors: Factors,
     first: usize,
+}
+
+#[derive(Debug)]
+enum Factors {
+    Single(Multifrontal<f32>),
+    Double(Multifrontal<f64>),
 }
 
 impl Structure {
@@ -102,14 +108,19 @@ impl Structure {
         Ok(Self { symbolic: Arc::new(symbolic), first })
     }
 
-    /// Bytes of the factors.
-    pub fn bytes(&self) -> usize {
-        8 * self.symbolic.factor_entries()
+    /// What preconditioners are kept in: where they are large, memory is what solving with them waits for.
+    pub fn precision(&self) -> Precision {
+        if self.symbolic.factor_entries() < LARGE { Precision::Double } else { Precision::Single }
     }
 
-    /// Bytes that making them on so many threads takes at most besides.
-    pub fn room(&self, threads: usize) -> usize {
-        8 * (self.symbolic.stack_entries(threads) + self.symbolic.waiting_entries())
+    /// Bytes of the factors.
+    pub fn bytes(&self, precision: Precision) -> usize {
+        precision.bytes() * self.symbolic.factor_entries()
+    }
+
+    /// Bytes that making them on so many threads takes at most besides; elements are in double precision.
+    pub fn room(&self, threads: usize, precision: Precision) -> usize {
+        precision.bytes() * self.symbolic.stack_entries(threads) + 8 * self.symbolic.waiting_entries()
     }
 }
 
@@ -118,9 +129,21 @@ impl Lagged {
     ///
     /// # Errors
     /// A singular matrix.
-    pub fn new(structure: &Structure, elements: &dyn Elements) -> Result<Self, SolveError> {
-        let factors = Multifrontal::new(structure.symbolic.clone(), |cell, element| elements.fill(cell, element))?;
+    pub fn new(structure: &Structure, elements: &dyn Elements, precision: Precision) -> Result<Self, SolveError> {
+        let (symbolic, fill) = (structure.symbolic.clone(), |e: usize, out: &mut Element| elements.fill(e, out));
+        let factors = match precision {
+            Precision::Single => Factors::Single(Multifrontal::new(symbolic, fill)?),
+            Precision::Double => Factors::Double(Multifrontal::new(symbolic, fill)?),
+        };
         Ok(Self { factors, first: structure.first })
+    }
+
+    /// What its numbers are kept in.
+    pub fn precision(&self) -> Precision {
+        match &self.factors {
+            Factors::Single(_) => Precision::Single,
+            Factors::Double(_) => Precision::Double,
+        }
     }
 
     /// Factorises another derivative in the memory of this one; after an error, the factors are of no use.
@@ -128,19 +151,30 @@ impl Lagged {
     /// # Errors
     /// A singular matrix.
     pub fn renew(&mut self, elements: &dyn Elements) -> Result<(), SolveError> {
-        self.factors.refactor(|cell, element| elements.fill(cell, element))
+        let fill = |e: usize, out: &mut Element| elements.fill(e, out);
+        match &mut self.factors {
+            Factors::Single(factors) => factors.refactor(fill),
+            Factors::Double(factors) => factors.refactor(fill),
+        }
     }
 
     /// Overwrites the right side for the free velocities alone by the solution, where nothing else is in the matrix.
     pub fn solve_flow(&self, free: &mut [f64]) {
-        self.factors.solve_in_place(free);
+        self.solve_all(free);
+    }
+
+    fn solve_all(&self, x: &mut [f64]) {
+        match &self.factors {
+            Factors::Single(factors) => factors.solve_in_place(x),
+            Factors::Double(factors) => factors.solve_in_place(x),
+        }
     }
 
     /// Overwrites the residual of what is carried by the carried part of `A⁻¹ (0, 0, r)`.
     pub fn solve(&self, r: &mut [f64]) {
         let mut x = vec![0.0; self.first];
         x.extend_from_slice(r);
-        self.factors.solve_in_place(&mut x);
+        self.solve_all(&mut x);
         r.copy_from_slice(&x[self.first..]);
     }
 }
@@ -295,137 +329,5 @@ impl Layout<'_> {
         };
         let adjacency = adjacency.into_iter().map(|set| set.into_iter().collect()).collect();
         (groups, adjacency, around.into_iter().enumerate().map(late).collect())
-    }
-}
-
-impl Elements for Parts<'_> {
-    /// The element of a cell, rows its free velocities, pressures and polarity, columns those and the polarities of its
-    /// neighbours; after those of all cells, what they give to the pressure's mean.
-    fn fill(&self, e: usize, out: &mut Element) {
-        let cells = self.model().loops.mesh.cells.len();
-        if e < cells {
-            self.fill_cell(e, out);
-        } else {
-            self.fill_mean(e - cells, out);
-        }
-    }
-}
-
-/// What the elements of the coupled matrix of an incompressible sheet are made of.
-pub struct Parts<'t> {
-    tangent: &'t Tangent<'t>,
-    local: Option<ForceTangent>,
-    stiffness: Vec<f64>,
-    divergence: Vec<f64>,
-    /// `∫ ξ` of every pressure function on every cell, where there are closed parts.
-    means: Vec<f64>,
-}
-
-impl<'t> Parts<'t> {
-    /// Assembles what does not come from the tangent.
-    pub fn new(tangent: &'t Tangent<'t>) -> Self {
-        let model = tangent.model;
-        let (stiffness, divergence) = model.momentum.element_blocks(&model.loops);
-        let local = match model.parameters.elastic_force {
-            ElasticForce::Stress => None,
-            ElasticForce::Energy => Some(tangent.local_force()),
-        };
-        let means = if model.momentum.is_closed() { model.momentum.cell_means(&model.loops) } else { Vec::new() };
-        Self { tangent, local, stiffness, divergence, means }
-    }
-
-    fn force(&self) -> &ForceTangent {
-        self.local.as_ref().unwrap_or(&self.tangent.force)
-    }
-
-    fn model(&self) -> &Incompressible {
-        self.tangent.model
-    }
-
-    /// `λ ∫ ξ` and its transposed.
-    fn fill_mean(&self, k: usize, out: &mut Element) {
-        let cell = self.model().layout().mean_unknowns(k, out);
-        let np = out.rows.len() - 1;
-        out.values.clear();
-        out.values.resize((np + 1) * (np + 1), 0.0);
-        for (j, mean) in self.means[cell * np..(cell + 1) * np].iter().enumerate() {
-            out.values[j * (np + 1) + np] = *mean;
-            out.values[np * (np + 1) + j] = *mean;
-        }
-    }
-
-    fn fill_cell(&self, cell: usize, out: &mut Element) {
-        let model = self.model();
-        let (velocity, np) = (&*model.momentum.velocity, model.momentum.pressure.n);
-        let (nv, n) = (velocity.cell_dof_count(), model.polarity.space.cell_dof_count());
-        let maps = model.layout().unknowns(cell, out);
-        let (columns, p0) = (out.columns.len(), out.rows.len() - n);
-        let nf = p0 - np;
-        out.values.clear();
-        out.values.resize(out.rows.len() * columns, 0.0);
-        let values = &mut out.values;
-        add_velocity_block(&self.stiffness[cell * nv * nv..(cell + 1) * nv * nv], &maps, columns, values);
-        for (i, row) in maps.iter().enumerate() {
-            for j in 0..np {
-                let g = self.divergence[cell * nv * np + i * np + j];
-                for (r, a) in row {
-                    values[r * columns + nf + j] += a * g;
-                    values[(nf + j) * columns + r] += a * g;
-                }
-            }
-            let drag = self.tangent.drag.own_of(cell);
-            for q in 0..n {
-                for (r, a) in row {
-                    values[(p0 + q) * columns + r] += a * drag[q * nv + i];
-                }
-            }
-        }
-        self.fill_polarity(cell, p0, columns, values);
-        self.fill_force(cell, &maps, p0, columns, values);
-    }
-
-    /// `J_pp`.
-    fn fill_polarity(&self, cell: usize, p0: usize, columns: usize, values: &mut [f64]) {
-        let operator = &self.tangent.operator;
-        let (n, m) = (operator.n, 2 * operator.n);
-        for (k, a) in operator.diagonal[cell * m * m..(cell + 1) * m * m].iter().enumerate() {
-            values[(p0 + k / m) * columns + p0 + k % m] += a;
-        }
-        let mut at = p0 + m;
-        for (f, _) in operator.neighbours[cell].iter().enumerate().filter(|(_, o)| **o != NONE) {
-            for (k, a) in operator.off[(3 * cell + f) * n * n..(3 * cell + f + 1) * n * n].iter().enumerate() {
-                for c in [0, n] {
-                    values[(p0 + c + k / n) * columns + at + c + k % n] += a;
-                }
-            }
-            for (k, a) in operator.mixed_of(cell, f).into_iter().flatten().enumerate() {
-                values[(p0 + k / m) * columns + at + k % m] += a;
-            }
-            at += m;
-        }
-    }
-
-    /// `−(F_p + F_L M⁻¹ Λ′)`, without what F_L sees two faces away.
-    fn fill_force(&self, cell: usize, maps: &[Vec<(usize, f64)>], p0: usize, columns: usize, values: &mut [f64]) {
-        let (force, well) = (self.force(), &self.tangent.molecular);
-        let (nv, m) = (maps.len(), 2 * well.n);
-        let mut add = |at: usize, part: &DMatrix<f64>| {
-            for (i, row) in maps.iter().enumerate() {
-                for (r, a) in row {
-                    for j in 0..part.ncols() {
-                        values[r * columns + at + j] -= a * part[(i, j)];
-                    }
-                }
-            }
-        };
-        let pushed = force.by_field.as_ref().map(|rows| Pushed::new(rows, &self.model().polarity, cell));
-        let others = well.neighbours[cell].into_iter().filter(|o| *o != NONE);
-        for (k, seen) in std::iter::once(cell).chain(others).enumerate() {
-            let at = p0 + k * m;
-            if let Some(block) = force.by_polarity.block(cell, seen) {
-                add(at, &DMatrix::from_row_slice(nv, m, block));
-            }
-            pushed.iter().flat_map(|pushed| pushed.by_polarity(well, seen)).for_each(|part| add(at, &part));
-        }
     }
 }

@@ -29,6 +29,7 @@ use crate::model::terms::{MOLECULAR, MOMENTUM, POLARITY, Sum, Term};
 use crate::scene::{Cut, Initial, Scene, What};
 use crate::solve::SolveError;
 use crate::solve::blocks::{Neighbours, neighbours};
+use crate::solve::multifrontal::Precision;
 use crate::solve::sparse::factor_bound;
 use crate::space::{Continuity, Space};
 use crate::steady::{SteadySettings, Want, spectrum};
@@ -93,6 +94,8 @@ pub enum Work<'s> {
     Coupled {
         /// Of the coupled matrix.
         structure: &'s Structure,
+        /// What the factors are kept in.
+        precision: Precision,
         /// Vectors that are kept beside the factors.
         vectors: usize,
     },
@@ -201,7 +204,7 @@ impl Work<'_> {
                 let operator = blocks(&[POLARITY, MOLECULAR]);
                 FIXED_POINT * (NUMBER * cells * (operator + 4.0 + 1.0) * n * n + vectors as f64 * vector)
             }
-            Work::Coupled { structure, vectors } => {
+            Work::Coupled { structure, precision, vectors } => {
                 // own blocks and those of three neighbours; the energy-consistent force is made a second time, local
                 let force = if Sum::of(&[MOMENTUM]).is_wide(m) { 4.0 } else { 1.0 };
                 let local = match m.elastic_force {
@@ -220,8 +223,8 @@ impl Work<'_> {
                 let tangent = operators * n * n + (2.0 * force + 1.0) * columns * rows + squeezed;
                 let parts = rows * rows + rows * np + 2.0 * local * columns * rows;
                 let threads = rayon::current_num_threads();
-                let made = NUMBER * cells * parts + structure.room(threads) as f64;
-                let held = KERNELS * threads as f64 + NUMBER * cells * tangent + structure.bytes() as f64;
+                let made = NUMBER * cells * parts + structure.room(threads, precision) as f64;
+                let held = KERNELS * threads as f64 + NUMBER * cells * tangent + structure.bytes(precision) as f64;
                 held + made + vectors as f64 * vector
             }
         }
@@ -307,7 +310,12 @@ fn need_without_strain(scene: &Scene, layout: &Layout) -> Result<Need, SolveErro
         (None, CouplingKind::FixedPoint) => return Ok(apart(scene, layout, 0)),
     };
     let structure = Structure::new("coupled", layout)?;
-    let bytes = memory_of(scene, layout, Work::Coupled { structure: &structure, vectors });
+    // eigenvalues need all digits
+    let precision = match &scene.steady {
+        Some(search) if search.eigenvalues > 0 => Precision::Double,
+        Some(_) | None => structure.precision(),
+    };
+    let bytes = memory_of(scene, layout, Work::Coupled { structure: &structure, precision, vectors });
     Ok(Need { bytes, structure: Some(structure) })
 }
 

@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex};
 use rayon::prelude::*;
 
 use super::SolveError;
+pub use super::front::Real;
 use super::front::{Factors, solve_lower, solve_upper, subtract_product};
 use super::symbolic::{Element, Front, Symbolic};
 
@@ -17,21 +18,40 @@ const PARALLEL_FACTORISATION: f64 = 2e6;
 /// Subtrees with fewer operations (of the factorisation) are solved with on one thread.
 const PARALLEL_SOLVE: f64 = 1e8;
 
-/// The factors of a matrix.
-pub struct Multifrontal {
-    symbolic: Arc<Symbolic>,
-    factors: Vec<Factors>,
-    /// The fronts' Schur complements, for those who change a few elements again and again.
-    kept: Option<Vec<Vec<f64>>>,
+/// What factors are kept in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// 24 bits: half the memory and half the time, for a preconditioner.
+    Single,
+    /// 53 bits.
+    Double,
 }
 
-impl std::fmt::Debug for Multifrontal {
+impl Precision {
+    /// Bytes of a number.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Single => 4,
+            Self::Double => 8,
+        }
+    }
+}
+
+/// The factors of a matrix, in double precision or, as a preconditioner of half the size, in single precision.
+pub struct Multifrontal<T = f64> {
+    symbolic: Arc<Symbolic>,
+    factors: Vec<Factors<T>>,
+    /// The fronts' Schur complements, for those who change a few elements again and again.
+    kept: Option<Vec<Vec<T>>>,
+}
+
+impl<T> std::fmt::Debug for Multifrontal<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Multifrontal").field("symbolic", &self.symbolic).finish_non_exhaustive()
     }
 }
 
-impl Multifrontal {
+impl<T: Real> Multifrontal<T> {
     /// Factorises the sum of the elements. `fill(e, element)` sets all of element `e`, with the rows and columns that
     /// [`Symbolic::new`] was told, or some of them; it is called once per element or little more often, from any
     /// thread.
@@ -52,7 +72,7 @@ impl Multifrontal {
     /// A pivot is zero to rounding or not finite.
     pub fn keeping(symbolic: Arc<Symbolic>, fill: impl Fn(usize, &mut Element) + Sync) -> Result<Self, SolveError> {
         let factors = symbolic.fronts.iter().map(|f| Factors::new(f.pivots(), f.boundary.len())).collect();
-        let kept = symbolic.fronts.iter().map(|f| vec![0.0; f.boundary.len().pow(2)]).collect();
+        let kept = symbolic.fronts.iter().map(|f| vec![T::of(0.0); f.boundary.len().pow(2)]).collect();
         let mut multifrontal = Self { symbolic, factors, kept: Some(kept) };
         let every: Vec<usize> = (0..multifrontal.symbolic.visits.len()).collect();
         multifrontal.refactor_changed(fill, &every)?;
@@ -109,7 +129,7 @@ impl Multifrontal {
         }
         let schur = symbolic.fronts.iter().zip(&same).map(|(front, same)| match same {
             Some(k) => std::mem::take(&mut kept[*k]),
-            None => vec![0.0; front.boundary.len().pow(2)],
+            None => vec![T::of(0.0); front.boundary.len().pow(2)],
         });
         (self.kept, self.symbolic) = (Some(schur.collect()), symbolic);
         let old: Vec<bool> = same.iter().map(Option::is_some).collect();
@@ -159,25 +179,26 @@ impl Multifrontal {
     }
 
     /// Up and down the tree; both steps work on a front's pivots and on its boundary.
-    fn sweep(&self, x: &mut [f64], up: impl Step, down: impl Step) {
+    fn sweep(&self, x: &mut [f64], up: impl Step<T>, down: impl Step<T>) {
         let symbolic = &*self.symbolic;
         assert_eq!(x.len(), symbolic.unknowns(), "a vector must have the order of the matrix");
-        let mut places: Vec<f64> = symbolic.order.iter().map(|&u| x[u as usize]).collect();
+        let unit = T::unit_of(x);
+        let mut places: Vec<T> = symbolic.order.iter().map(|&u| T::of(x[u as usize] / unit)).collect();
         let root = symbolic.fronts.len() - 1;
         self.ascend(root, &mut places, &up);
         self.descend(root, &mut places, &[], &down);
         x.par_chunks_mut(4096).zip(symbolic.place.par_chunks(4096)).for_each(|(x, place)| {
-            x.iter_mut().zip(place).for_each(|(x, &k)| *x = places[k as usize]);
+            x.iter_mut().zip(place).for_each(|(x, &k)| *x = unit * places[k as usize].value());
         });
     }
 
     /// Solves forward in a subtree with the places `x`; returns what is to be added to the boundary.
-    fn ascend(&self, node: usize, x: &mut [f64], step: &impl Step) -> Vec<f64> {
+    fn ascend(&self, node: usize, x: &mut [T], step: &impl Step<T>) -> Vec<T> {
         let front = &self.symbolic.fronts[node];
         let (below, pivots) = x.split_at_mut(front.start - front.lowest);
         let parts = split(&self.symbolic.fronts, front, below, |child| child.end - child.lowest);
         let updates = each(parts, front.work > PARALLEL_SOLVE, |(child, x)| self.ascend(child, x, step));
-        let mut boundary = vec![0.0; front.boundary.len()];
+        let mut boundary = vec![T::of(0.0); front.boundary.len()];
         let p = front.pivots();
         for (&child, update) in front.children.iter().zip(updates) {
             for (&row, value) in self.symbolic.fronts[child].into_parent.iter().zip(update) {
@@ -190,7 +211,7 @@ impl Multifrontal {
     }
 
     /// Solves backward in a subtree, given the solution on the boundary.
-    fn descend(&self, node: usize, x: &mut [f64], boundary: &[f64], step: &impl Step) {
+    fn descend(&self, node: usize, x: &mut [T], boundary: &[T], step: &impl Step<T>) {
         let front = &self.symbolic.fronts[node];
         let (below, pivots) = x.split_at_mut(front.start - front.lowest);
         let mut boundary = boundary.to_vec();
@@ -200,15 +221,15 @@ impl Multifrontal {
         let (pivots, boundary) = (&*pivots, &*boundary);
         each(parts, front.work > PARALLEL_SOLVE, |(child, x)| {
             let rows = self.symbolic.fronts[child].into_parent.iter().map(|&row| row as usize);
-            let known: Vec<f64> = rows.map(|r| if r < p { pivots[r] } else { boundary[r - p] }).collect();
+            let known: Vec<T> = rows.map(|r| if r < p { pivots[r] } else { boundary[r - p] }).collect();
             self.descend(child, x, &known, step);
         });
     }
 }
 
 /// Work on the pivots and the boundary of a front.
-trait Step: Fn(&Factors, &mut [f64], &mut [f64]) + Sync {}
-impl<F: Fn(&Factors, &mut [f64], &mut [f64]) + Sync> Step for F {}
+trait Step<T>: Fn(&Factors<T>, &mut [T], &mut [T]) + Sync {}
+impl<T, F: Fn(&Factors<T>, &mut [T], &mut [T]) + Sync> Step<T> for F {}
 
 /// Distributes the parts of a subtree's slice to the children.
 fn split<'a, T>(
@@ -246,7 +267,7 @@ struct Assembly<'a, F> {
 
 impl<F: Fn(usize, &mut Element) + Sync> Assembly<'_, F> {
     /// Factorises a subtree; returns the Schur complement on the boundary of its top.
-    fn factorise(&self, node: usize, factors: &mut [Factors]) -> Result<Vec<f64>, SolveError> {
+    fn factorise<T: Real>(&self, node: usize, factors: &mut [Factors<T>]) -> Result<Vec<T>, SolveError> {
         let fronts = &self.symbolic.fronts;
         let front = &fronts[node];
         let (own, below) = factors.split_last_mut().expect("a subtree holds its top");
@@ -255,7 +276,7 @@ impl<F: Fn(usize, &mut Element) + Sync> Assembly<'_, F> {
         let updates = each(parts, parallel, |(child, factors)| self.factorise(child, factors));
         let b = front.boundary.len();
         own.reset();
-        let mut schur = vec![0.0; b * b];
+        let mut schur = vec![T::of(0.0); b * b];
         for (&child, update) in front.children.iter().zip(updates) {
             extend(own, &mut schur, &fronts[child].into_parent, &update?);
         }
@@ -265,11 +286,11 @@ impl<F: Fn(usize, &mut Element) + Sync> Assembly<'_, F> {
     }
 
     /// Factorises the fronts of a subtree that are not `old`.
-    fn renew(
+    fn renew<T: Real>(
         &self,
         node: usize,
-        factors: &mut [Factors],
-        kept: &mut [Vec<f64>],
+        factors: &mut [Factors<T>],
+        kept: &mut [Vec<T>],
         old: &[bool],
     ) -> Result<(), SolveError> {
         if old[node] {
@@ -287,7 +308,7 @@ impl<F: Fn(usize, &mut Element) + Sync> Assembly<'_, F> {
             Ok(&kept[kept.len() - 1])
         });
         own.reset();
-        schur.fill(0.0);
+        schur.fill(T::of(0.0));
         for (&child, update) in front.children.iter().zip(updates) {
             extend(own, schur, &fronts[child].into_parent, update?);
         }
@@ -295,7 +316,7 @@ impl<F: Fn(usize, &mut Element) + Sync> Assembly<'_, F> {
         self.eliminate(front, own, schur)
     }
 
-    fn eliminate(&self, front: &Front, own: &mut Factors, schur: &mut [f64]) -> Result<(), SolveError> {
+    fn eliminate<T: Real>(&self, front: &Front, own: &mut Factors<T>, schur: &mut [T]) -> Result<(), SolveError> {
         own.eliminate(schur).map_err(|pivot| {
             let unknown = self.symbolic.order[front.start + pivot];
             SolveError::Factorise {
@@ -307,7 +328,7 @@ impl<F: Fn(usize, &mut Element) + Sync> Assembly<'_, F> {
     }
 
     /// Adds the element entries in the rows and columns of the pivots.
-    fn assemble(&self, front: &Front, factors: &mut Factors) {
+    fn assemble<T: Real>(&self, front: &Front, factors: &mut Factors<T>) {
         let mut buffer = Element::default();
         for &e in &front.elements {
             let shared = self.fetch(e as usize, &mut buffer);
@@ -348,7 +369,7 @@ impl Front {
 }
 
 /// Adds a child's Schur complement; row and column `i` of it belong to row and column `into[i]` of the front.
-fn extend(factors: &mut Factors, schur: &mut [f64], into: &[u32], update: &[f64]) {
+fn extend<T: Real>(factors: &mut Factors<T>, schur: &mut [T], into: &[u32], update: &[T]) {
     if into.is_empty() {
         return;
     }
@@ -364,13 +385,13 @@ fn extend(factors: &mut Factors, schur: &mut [f64], into: &[u32], update: &[f64]
             let column = column - p;
             (&mut factors.upper[column * p..(column + 1) * p], &mut schur[column * b..(column + 1) * b])
         };
-        pivots.iter().zip(&update[..inner]).for_each(|(&row, v)| top[row as usize] += v);
-        outer.iter().zip(&update[inner..]).for_each(|(&row, v)| bottom[row as usize - p] += v);
+        pivots.iter().zip(&update[..inner]).for_each(|(&row, v)| top[row as usize] += *v);
+        outer.iter().zip(&update[inner..]).for_each(|(&row, v)| bottom[row as usize - p] += *v);
     }
 }
 
 /// Adds the entries of an element in the rows and columns of the pivots.
-fn scatter(front: &Front, factors: &mut Factors, place: &[u32], element: &Element) {
+fn scatter<T: Real>(front: &Front, factors: &mut Factors<T>, place: &[u32], element: &Element) {
     let (p, b) = (front.pivots(), front.boundary.len());
     let row = |&unknown: &u32| front.row(place[unknown as usize] as usize);
     let columns: Vec<_> = element.columns.iter().enumerate().filter_map(|(j, u)| Some((j, row(u)?))).collect();
@@ -380,18 +401,18 @@ fn scatter(front: &Front, factors: &mut Factors, place: &[u32], element: &Elemen
         let values = &element.values[i * width..(i + 1) * width];
         for &(j, j_front) in &columns {
             match (i_front < p, j_front < p) {
-                (true, true) => factors.lu[j_front * p + i_front] += values[j],
-                (true, false) => factors.upper[(j_front - p) * p + i_front] += values[j],
-                (false, true) => factors.lower[j_front * b + i_front - p] += values[j],
+                (true, true) => factors.lu[j_front * p + i_front] += T::of(values[j]),
+                (true, false) => factors.upper[(j_front - p) * p + i_front] += T::of(values[j]),
+                (false, true) => factors.lower[j_front * b + i_front - p] += T::of(values[j]),
                 (false, false) => {}
             }
         }
     }
 }
 
-impl Factors {
+impl<T: Real> Factors<T> {
     /// `x ← L⁻¹ P x`, `y ← y − L21 x`.
-    fn forward(&self, x: &mut [f64], y: &mut [f64]) {
+    fn forward(&self, x: &mut [T], y: &mut [T]) {
         let old = x.to_vec();
         x.iter_mut().zip(&self.permutation).for_each(|(x, &i)| *x = old[i as usize]);
         solve_lower(&self.lu, x);
@@ -399,7 +420,7 @@ impl Factors {
     }
 
     /// `x ← U⁻¹ (x − U12 y)`.
-    fn backward(&self, x: &mut [f64], y: &mut [f64]) {
+    fn backward(&self, x: &mut [T], y: &mut [T]) {
         subtract_product(&self.upper, x.len(), y, x);
         solve_upper(&self.lu, x);
     }

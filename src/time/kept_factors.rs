@@ -13,6 +13,7 @@ use crate::model::fields::VELOCITY;
 use crate::model::lagged::{Lagged, Structure};
 use crate::model::momentum::MomentumError;
 use crate::solve::krylov::{Outcome, gmres};
+use crate::solve::multifrontal::Precision;
 use crate::solve::{SolveError, norm};
 use crate::space::Field;
 
@@ -22,6 +23,8 @@ pub struct KeptFactors {
     structure: Option<Structure>,
     lagged: Option<Lagged>,
     origin: Option<Origin>,
+    /// Whether single precision has shown to be too little.
+    needs_double: bool,
 }
 
 /// Where the factors come from: enough to make them anew, bit for bit, and to know when they are worn out.
@@ -36,6 +39,7 @@ pub struct Origin {
     /// Those of the newest level, and the time.
     weights: Weights,
     t: f64,
+    needed_double: bool,
     /// GMRES iterations of the first solve with the factors (0 before it), and the surplus over it since.
     fresh: usize,
     surplus: usize,
@@ -49,25 +53,47 @@ impl Origin {
 }
 
 impl KeptFactors {
-    pub(crate) fn factorise(
+    /// Makes factors in single precision where they are large; in double precision where that is too little.
+    fn factorise(&mut self, model: &dyn Sheet, tangent: &dyn Tangent, phases: &mut Phases) -> Result<(), StepFailure> {
+        let precision = match self.needs_double {
+            true => Precision::Double,
+            false => self.structure(model, phases)?.precision(),
+        };
+        let made = self.factorise_in(precision, model, tangent, phases);
+        if made.is_err() && precision == Precision::Single {
+            // numbers out of its range, or pivots that are lost in its rounding
+            self.needs_double = true;
+            return self.factorise_in(Precision::Double, model, tangent, phases);
+        }
+        made
+    }
+
+    fn factorise_in(
         &mut self,
+        precision: Precision,
         model: &dyn Sheet,
         tangent: &dyn Tangent,
         phases: &mut Phases,
     ) -> Result<(), StepFailure> {
-        if self.structure.is_none() {
-            self.structure = Some(phases.measure("dissection", || model.structure().cloned())?);
-        }
-        let structure = self.structure.as_ref().expect("just made");
+        self.structure(model, phases)?;
+        let structure = self.structure.as_ref().expect("just found");
         let made = phases.measure("factors", || {
             let elements = tangent.elements();
-            match self.lagged.take() {
+            // others make room before
+            match self.lagged.take().filter(|lagged| lagged.precision() == precision) {
                 Some(mut lagged) => lagged.renew(&*elements).map(|()| lagged),
-                None => Lagged::new(structure, &*elements),
+                None => Lagged::new(structure, &*elements, precision),
             }
         });
         self.lagged = Some(made?);
         Ok(())
+    }
+
+    fn structure(&mut self, model: &dyn Sheet, phases: &mut Phases) -> Result<&Structure, StepFailure> {
+        if self.structure.is_none() {
+            self.structure = Some(phases.measure("dissection", || model.structure().cloned())?);
+        }
+        Ok(self.structure.as_ref().expect("just found"))
     }
 
     /// Whether there are factors that still serve.
@@ -87,7 +113,7 @@ impl KeptFactors {
         self.lagged.as_ref()
     }
 
-    /// Makes factors that no time step may use.
+    /// Makes factors in double precision, which solve without refinement and which no time step may use.
     pub(crate) fn borrow_for(
         &mut self,
         model: &dyn Sheet,
@@ -95,7 +121,7 @@ impl KeptFactors {
         phases: &mut Phases,
     ) -> Result<(), StepFailure> {
         self.origin = None;
-        self.factorise(model, tangent, phases)
+        self.factorise_in(Precision::Double, model, tangent, phases)
     }
 
     /// Books a solve of so many iterations.
@@ -110,6 +136,7 @@ impl KeptFactors {
 
     /// Goes back to factors of an earlier origin; they are made anew when they are needed.
     pub fn rewind(&mut self, origin: Option<Origin>) {
+        self.needs_double = origin.as_ref().is_some_and(|origin| origin.needed_double);
         (self.lagged, self.origin) = (None, origin);
     }
 
@@ -120,7 +147,8 @@ impl KeptFactors {
 
     /// The factors that a checkpoint tells of, made anew; none where that fails.
     pub fn restore(model: &dyn Sheet, origin: Origin) -> Self {
-        let (mut kept, mut phases) = (Self::default(), Phases::default());
+        let (mut kept, mut phases) =
+            (Self { needs_double: origin.needed_double, ..Self::default() }, Phases::default());
         let Ok(inputs) = model.inputs(origin.t) else { return kept };
         let before = Field::new(model.space(VELOCITY), origin.before.clone());
         let (weights, history) = (origin.weights, origin.history.clone());
@@ -139,6 +167,9 @@ const KRYLOV_LIMIT: usize = 60;
 
 /// Factors are made anew when the iterations in excess of those that fresh factors need reach this number.
 const SURPLUS: usize = 40;
+
+/// Products that fresh factors in single precision may need; those in double precision need one or few.
+const CLOSE: usize = 8;
 
 /// Solves `(R′ + (w − w₀) N) δ = −R` with the exact derivative of the equations of weight w₀ and `N` what multiplies
 /// `∂_t y`; and the GMRES products that it took.
@@ -177,25 +208,31 @@ impl<'e> Linearised<'e> {
         phases: &mut Phases,
     ) -> Result<(Vec<f64>, usize), StepFailure> {
         let target = reduction * norm(right);
-        let mut products = 0;
-        for attempt in 0..2 {
-            if !kept.serves() || attempt == 1 {
+        let (mut products, mut renewed) = (0, false);
+        loop {
+            if !kept.serves() || renewed {
                 self.renew(kept, phases)?;
+                renewed = true;
             }
             let lagged = kept.lagged.as_ref().expect("just made");
+            let precision = lagged.precision();
             let (delta, outcome) = phases.measure("newton solve", || self.gmres(lagged, right, target))?;
             products += outcome.iterations;
             kept.book(outcome.iterations);
-            if outcome.converged && delta.iter().all(|d| d.is_finite()) {
+            let solved = outcome.converged && delta.iter().all(|d| d.is_finite());
+            let far = outcome.iterations > CLOSE && self.tangent.factors_are_exact();
+            // fresh factors that are this far off have lost too many digits
+            kept.needs_double |= renewed && precision == Precision::Single && (far || !solved);
+            if solved {
                 return Ok((delta, products));
             }
-            if attempt == 1 {
+            if renewed && precision == Precision::Double {
                 let residual = outcome.residual / norm(right);
                 let (system, hint) = ("Newton".to_owned(), "take a smaller time step".to_owned());
                 return Err(SolveError::Inaccurate { system, residual, hint }.into());
             }
+            renewed = true;
         }
-        unreachable!("the second attempt returns")
     }
 
     /// Makes the factors of this derivative.
@@ -208,6 +245,7 @@ impl<'e> Linearised<'e> {
             history: self.equations.history.clone(),
             weights: self.weights,
             t: self.equations.inputs.t,
+            needed_double: kept.needs_double,
             fresh: 0,
             surplus: 0,
         });

@@ -74,13 +74,13 @@ fn factors_renewed_in_part_are_those_of_a_whole_factorisation() {
     let mut stiffness: Vec<f64> = (0..springs.len()).map(|e| 1.0 + (e % 7) as f64).collect();
     let pattern = |e: usize, out: &mut Element| fill(&stiffness, e, out);
     let symbolic = Arc::new(Symbolic::new("springs", N * N, &tree, springs.len(), pattern).expect("a structure"));
-    let mut kept = Multifrontal::keeping(symbolic.clone(), |e, out| fill(&stiffness, e, out)).expect("factors");
+    let mut kept = Multifrontal::<f64>::keeping(symbolic.clone(), |e, out| fill(&stiffness, e, out)).expect("factors");
     let right: Vec<f64> = (0..N * N).map(|p| (p as f64).sin()).collect();
     for changed in [vec![3], vec![100, 101, 140], vec![], vec![springs.len() - 1]] {
         changed.iter().for_each(|&e: &usize| stiffness[e] *= 1e6);
         let share = kept.refactor_changed(|e, out| fill(&stiffness, e, out), &changed).expect("factors");
         assert!(if changed.is_empty() { share == 0.0 } else { share > 0.0 && share < 0.9 }, "{changed:?}: {share}");
-        let whole = Multifrontal::new(symbolic.clone(), |e, out| fill(&stiffness, e, out)).expect("factors");
+        let whole = Multifrontal::<f64>::new(symbolic.clone(), |e, out| fill(&stiffness, e, out)).expect("factors");
         let (mut x, mut y) = (right.clone(), right.clone());
         kept.solve_in_place(&mut x);
         whole.solve_in_place(&mut y);

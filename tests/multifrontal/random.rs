@@ -112,6 +112,57 @@ fn bits_do_not_depend_on_threads() {
     assert!(one == solve(3), "three threads");
 }
 
+fn in_single(problem: &Problem, leaf: usize) -> Result<Multifrontal<f32>, SolveError> {
+    let symbolic = Arc::new(problem.symbolic(leaf)?);
+    Multifrontal::new(symbolic, |e, element| element.clone_from(&problem.elements[e]))
+}
+
+#[test]
+fn single_precision_is_refined_to_double() {
+    let problem = Problem::new([12, 12], 5, everywhere, same);
+    let lu = in_single(&problem, 60).expect("a regular matrix");
+    // whatever the unit of the right side
+    for unit in [1.0, 1e60, 1e-60] {
+        let exact: Vec<f64> = random_vector(problem.unknowns).iter().map(|v| unit * v).collect();
+        let right = product(&problem.elements, &exact);
+        let mut x = vec![0.0; exact.len()];
+        let mut errors = Vec::new();
+        for _ in 0..5 {
+            let mut change: Vec<f64> = product(&problem.elements, &x).iter().zip(&right).map(|(a, b)| b - a).collect();
+            lu.solve_in_place(&mut change);
+            x.iter_mut().zip(&change).for_each(|(x, c)| *x += c);
+            errors.push(largest(&x, &exact) / unit);
+        }
+        // seven digits at most of the first solve, sixteen in the end
+        assert!(errors[0] > 1e-9 && errors[0] < 1e-2, "{errors:?}");
+        assert!(errors[4] < 1e-10 && errors[1] < 0.05 * errors[0], "{errors:?}");
+    }
+}
+
+#[test]
+fn what_single_precision_cannot_hold_is_reported() {
+    let mut large = Problem::new([6, 6], 4, everywhere, same);
+    large.elements.iter_mut().flat_map(|element| &mut element.values).for_each(|v| *v *= 1e60);
+    assert!(factorise(&large, 30).is_ok());
+    let error = in_single(&large, 30).expect_err("numbers out of range").to_string();
+    assert!(error.contains("not finite"), "{error}");
+}
+
+#[test]
+fn bits_of_single_precision_do_not_depend_on_threads() {
+    let problem = Problem::new([24, 24], 10, everywhere, same);
+    let solve = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| {
+            let mut x = random_vector(problem.unknowns);
+            in_single(&problem, 80).expect("regular").solve_in_place(&mut x);
+            x.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
+        })
+    };
+    let one = solve(1);
+    assert!(one == solve(2) && one == solve(3));
+}
+
 #[test]
 fn refactors_in_place() {
     let problem = Problem::new([8, 8], 5, everywhere, same);

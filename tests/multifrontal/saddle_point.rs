@@ -120,7 +120,7 @@ fn solves_a_saddle_point() {
         let tree = stokes.tree(leaf);
         let fill = |e: usize, element: &mut Element| *element = stokes.element(e);
         let symbolic = Symbolic::new("Stokes", stokes.unknowns(), &tree, 100, fill).expect("a tree");
-        let lu = Multifrontal::new(Arc::new(symbolic), fill).expect("regular");
+        let lu = Multifrontal::<f64>::new(Arc::new(symbolic), fill).expect("regular");
         let exact: Vec<f64> = (0..stokes.unknowns()).map(|i| (1.7 * i as f64).sin()).collect();
         let mut x = vec![0.0; exact.len()];
         for element in (0..100).map(|e| stokes.element(e)) {
@@ -152,7 +152,7 @@ fn without_its_multiplier_it_is_singular() {
         }
     };
     let symbolic = Symbolic::new("Stokes", stokes.unknowns(), &stokes.tree(10_000), 36, fill).expect("a tree");
-    let message = Multifrontal::new(Arc::new(symbolic), fill).expect_err("a free constant").to_string();
+    let message = Multifrontal::<f64>::new(Arc::new(symbolic), fill).expect_err("a free constant").to_string();
     assert!(message.contains("the Stokes matrix"), "{message}");
 }
 

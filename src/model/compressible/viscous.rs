@@ -6,6 +6,7 @@ use crate::model::compressible::Compressible;
 use crate::model::lagged::{Elements, Lagged, Layout, add_velocity_block};
 use crate::model::momentum::MomentumError;
 use crate::model::terms::FlowTerms;
+use crate::solve::multifrontal::Precision;
 use crate::solve::rows::Rows;
 use crate::solve::symbolic::Element;
 use crate::solve::{DIRECT_TOLERANCE, SolveError, axpy, norm};
@@ -51,7 +52,8 @@ impl Viscous {
         loops.add_own_rows(&form, (velocity, velocity), &mut blocks.own);
         let free = Free { layout: model.flow_layout(), blocks: &blocks };
         let range = rho.values.iter().fold([f64::INFINITY, 0.0], |[low, high], &r| [r.min(low), r.max(high)]);
-        let factors = Lagged::new(model.flow_structure(), &free).map_err(|error| weighted(model, error))?;
+        let factors =
+            Lagged::new(model.flow_structure(), &free, Precision::Double).map_err(|error| weighted(model, error))?;
         Ok(Self { blocks, factors, range })
     }
 
