@@ -20,7 +20,7 @@ use crate::time::{March, Sheet, SheetKind};
 pub struct Budget {
     /// `dF_h/dt = (L_h|∂_t p)`, and `∫_∂B Ψ u·n` where bodies move.
     pub rate: f64,
-    /// What bodies take, see [`Incompressible::power_to_bodies`].
+    /// What bodies take, the sum of [`Incompressible::powers_to_bodies`].
     pub bodies: f64,
     /// `∫_∂Ω β_w (v·t)²`
     pub wall_friction: f64,
@@ -57,7 +57,7 @@ impl Budget {
         let flow = if model.momentum.boundaries().is_some() { model.tissue() } else { &model.loops };
         let loops = Loops { tissue: model.tissue(), flow };
         let (wall_friction, twists) = (model.momentum.walls().dissipation(flow, v), model.twists(state, t)?);
-        let bodies = model.power_to_bodies(state, &twists, t)?;
+        let bodies = model.powers_to_bodies(state, &twists, t)?.iter().sum();
         let mut budget = Self { wall_friction, bodies, lines: powers(&at, &loops), ..Self::default() };
         if let Some(l) = &l {
             let well = model.polarity.molecular_functional(model.tissue(), p, t);

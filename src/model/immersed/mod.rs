@@ -359,6 +359,18 @@ impl Immersed {
     /// What the bodies add to `K v`: their own friction in place of the fluid's, and the penalty of the difference to
     /// the nearest rigid motion.
     pub(in crate::model) fn add_residual(&self, v: &[f64], out: &mut [f64]) {
+        self.each_row(v, |_, dof, row| out[dof] += row);
+    }
+
+    /// The same tested with v, body by body.
+    pub(in crate::model) fn powers(&self, v: &[f64]) -> Vec<f64> {
+        let mut powers = vec![0.0; self.immersion.parts.len()];
+        self.each_row(v, |body, dof, row| powers[body] += row * v[dof]);
+        powers
+    }
+
+    /// Calls `visit` with the body, the velocity and its row of what a body adds to `K v` in a cell.
+    fn each_row(&self, v: &[f64], mut visit: impl FnMut(usize, usize, f64)) {
         let space = &*self.immersion.velocity;
         for (body, parts) in self.immersion.parts.iter().enumerate() {
             let (twist, centre) = (self.immersion.means[body].twist(v), self.immersion.poses[body].position);
@@ -374,11 +386,12 @@ impl Immersed {
                     })
                     .collect();
                 for (k, &dof) in dofs.iter().enumerate() {
-                    out[dof] += surplus * dot(&part.mass[k * m..(k + 1) * m], &local);
+                    let mut row = surplus * dot(&part.mass[k * m..(k + 1) * m], &local);
                     if let Some(viscosity) = &part.viscosity {
                         let strength = part.strength(self.rigidity.epsilon);
-                        out[dof] += strength * dot(&viscosity[k * m..(k + 1) * m], &bent);
+                        row += strength * dot(&viscosity[k * m..(k + 1) * m], &bent);
                     }
+                    visit(body, dof, row);
                 }
             }
         }

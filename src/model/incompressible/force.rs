@@ -11,6 +11,7 @@
 use super::Incompressible;
 use crate::body::{Body, Hold};
 use crate::form::words::Vector;
+use crate::form::traction::Pull;
 use crate::form::{Linear, power, traction};
 use crate::mesh::Point;
 use crate::model::momentum::MomentumError;
@@ -72,6 +73,17 @@ impl Incompressible {
             force.add(velocity, (pull.cell, pull.body), &pull.rows);
         }
         force
+    }
+
+    /// What the tractions of the stress in a form do with a velocity, body by body.
+    pub(super) fn powers_of_tractions(&self, form: &Linear<Vector>, v: &Field) -> Vec<f64> {
+        let Some(outline) = self.momentum.outline() else { return Vec::new() };
+        let (mut powers, velocity) = (vec![0.0; outline.poses.len()], &*self.momentum.velocity);
+        for Pull { cell, body, rows } in traction::of_form(&self.loops, form, velocity, outline) {
+            let value = |k: usize| v.values[velocity.dof(cell, k / velocity.n, k % velocity.n)];
+            powers[body] += rows[..velocity.cell_dof_count()].iter().enumerate().map(|(k, f)| f * value(k)).sum::<f64>();
+        }
+        powers
     }
 
     /// As a force what a form of the residual is, with the tractions of its stress.

@@ -7,39 +7,46 @@ use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use crate::model::momentum::MomentumError;
 use crate::model::terms::{At, MOMENTUM, Sum};
 use crate::shape::{Pose, Twist};
-use crate::solve::dot;
 use crate::space::Field;
 
 impl Incompressible {
-    /// What bodies that move with some twists take of the power of a tissue: their friction, what holds and pushes them
-    /// from outside, with opposite sign, and what the method takes by which they are there. By Nitsche's method that is
+    /// What every body takes of the power of a tissue when they move with some twists: its friction, what holds and
+    /// pushes it from outside, with opposite sign, and what the method takes by which it is there. By Nitsche's method
+    /// that is
     ///
     /// ```text
-    /// Σ_i ∫_∂B_i [(γ_N/h)(v−u_i)·v − 2D(v)n·(2v−u_i) + Πn·u_i − σn·v] + γ_v Σ_S g_S(v,v) + γ_Π Σ_S h_S² g_S(Π,Π)
+    /// ∫_∂B_i [(γ_N/h)(v−u_i)·v − 2D(v)n·(2v−u_i) + Πn·u_i − σn·v] + γ_v Σ_S g_S(v,v) + γ_Π Σ_S h_S² g_S(Π,Π)
     /// ```
-    /// with the stress σ of the polarity, by penalty what it is larger by inside of the bodies than the viscosity.
+    /// with the stress σ of the polarity and the ghost faces S at its cells, by penalty what it is larger by inside of the
+    /// body than the viscosity.
     ///
     /// # Errors
     /// As [`Incompressible::holding`].
-    pub fn power_to_bodies(&self, state: &State, twists: &[Twist], t: f64) -> Result<f64, MomentumError> {
-        let Some(floating) = &self.bodies else { return Ok(0.0) };
+    pub fn powers_to_bodies(&self, state: &State, twists: &[Twist], t: f64) -> Result<Vec<f64>, MomentumError> {
+        let Some(floating) = &self.bodies else { return Ok(Vec::new()) };
         let (v, p) = (&state[VELOCITY], &state[POLARITY]);
         let Some(penalty) = self.momentum.bodies() else {
             let (given, l) = (self.given(t), self.molecular(p, t));
             let at = At::new(&self.parameters, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
-            let pulled = dot(&self.tractions(&Sum::of(&[MOMENTUM]).value(&at)).flow, &v.values);
-            return Ok(self.momentum.power_of_boundaries((&v.values, &state[PRESSURE].values), twists) - pulled);
+            let mut powers = self.momentum.powers_of_boundaries((&v.values, &state[PRESSURE].values), twists);
+            for (power, pulled) in powers.iter_mut().zip(self.powers_of_tractions(&Sum::of(&[MOMENTUM]).value(&at), v)) {
+                *power -= pulled;
+            }
+            return Ok(powers);
         };
-        let mut taken = vec![0.0; v.values.len()];
-        penalty.add_residual(&v.values, &mut taken);
-        let inside = self.loops.inside(&floating.covered.cover, None);
-        let friction = inside.sum(2 * v.space.degree, |x| v.vector(&x.site).norm_squared());
-        let mut power = dot(&taken, &v.values) + self.parameters.friction * friction;
+        let mut powers = penalty.powers(&v.values);
+        for (body, power) in powers.iter_mut().enumerate() {
+            let inside = self.loops.inside(&floating.covered.cover, Some(body));
+            let friction = inside.sum(2 * v.space.degree, |x| v.vector(&x.site).norm_squared());
+            *power += self.parameters.friction * friction;
+        }
         if twists.iter().any(|twist| *twist != Twist::ZERO) {
             let loads = self.loads(&Force::default(), t)?.into_iter().zip(self.holding(state, t)?);
-            power -= loads.zip(twists).map(|((load, held), twist)| (load + held).power(twist)).sum::<f64>();
+            for ((power, (load, held)), twist) in powers.iter_mut().zip(loads).zip(twists) {
+                *power -= (load + held).power(twist);
+            }
         }
-        Ok(power)
+        Ok(powers)
     }
 
     /// `∫_∂B Ψ u·n`, n out of the tissue: how the free energy grows because bodies that move leave more room.

@@ -153,8 +153,9 @@ impl Momentum {
         }
     }
 
-    /// What bodies by Nitsche's method take of a flow, see [`nitsche`](crate::model::immersed::nitsche): zero without.
-    pub fn power_of_boundaries(&self, (v, pi): (&[f64], &[f64]), twists: &[Twist]) -> f64 {
-        self.boundaries().map_or(0.0, |bodies| bodies.power(self.ground(), Moved { v, pi, twists }))
+    /// What every body by Nitsche's method takes of a flow, see [`nitsche`](crate::model::immersed::nitsche); empty
+    /// without.
+    pub fn powers_of_boundaries(&self, (v, pi): (&[f64], &[f64]), twists: &[Twist]) -> Vec<f64> {
+        self.boundaries().map_or_else(Vec::new, |bodies| bodies.powers(self.ground(), Moved { v, pi, twists }))
     }
 }

@@ -1,5 +1,7 @@
 //! Bodies in a flow that is known: how it moves them, what is left of the balance, and what they take.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::elements::Elements;
@@ -141,7 +143,7 @@ impl Nitsche {
     /// balance, beside the forms over the fluid.
     pub(in crate::model) fn add_boundaries(&self, ground: Ground, flow: Moved, out: &mut [f64]) {
         let velocity = ground.velocity;
-        self.each_boundary(ground, flow, |cell, local, block| {
+        self.each_boundary(ground, flow, |(cell, _), local, block| {
             for (k, row) in block.chunks_exact(local.len()).take(velocity.cell_dof_count()).enumerate() {
                 out[velocity.dof(cell, k / velocity.n, k % velocity.n)] += dot(row, local);
             }
@@ -159,15 +161,15 @@ impl Nitsche {
         }
     }
 
-    /// `Σ_i ∫_∂B_i [(γ_N/h)(v−u_i)·v − 2D(v)n·(2v−u_i) + Πn·u_i] + γ_v Σ_S g_S(v,v) + γ_Π Σ_S h_S² g_S(Π,Π)`: what a
-    /// flow that was solved for loses to bodies and ghost penalties.
-    pub(in crate::model) fn power(&self, ground: Ground, flow: Moved) -> f64 {
+    /// `∫_∂B_i [(γ_N/h)(v−u_i)·v − 2D(v)n·(2v−u_i) + Πn·u_i]` of every body, and `γ_v g_S(v,v) + γ_Π h_S² g_S(Π,Π)` of
+    /// the ghost faces at its cells, shared with others that cut these: what a flow that was solved for loses to it.
+    pub(in crate::model) fn powers(&self, ground: Ground, flow: Moved) -> Vec<f64> {
         let (nv, np) = (ground.velocity.cell_dof_count(), ground.pressure.n);
-        let mut power = 0.0;
-        self.each_boundary(ground, flow, |_, local, block| {
+        let mut powers = vec![0.0; self.domain.poses.len()];
+        self.each_boundary(ground, flow, |(_, body), local, block| {
             let tested = |k: usize| if k < nv { local[k] } else { -local[k] };
             let rows = block.chunks_exact(local.len()).take(nv + np).enumerate();
-            power += rows.map(|(k, row)| tested(k) * dot(row, local)).sum::<f64>();
+            powers[body] += rows.map(|(k, row)| tested(k) * dot(row, local)).sum::<f64>();
         });
         for &face in &self.domain.ghosts {
             let (blocks, face) = (&self.blocks.ghosts[&face], &ground.velocity.mesh.faces[face]);
@@ -178,14 +180,17 @@ impl Nitsche {
                 matrix.chunks_exact(local.len()).zip(&local).map(|(row, value)| value * dot(row, &local)).sum::<f64>()
             };
             let of_velocity = (0..2).map(|c| square(&blocks.velocity, ground.velocity, flow.v, c));
-            power += of_velocity.sum::<f64>() - square(&blocks.pressure, ground.pressure, flow.pi, 0);
+            let lost = of_velocity.sum::<f64>() - square(&blocks.pressure, ground.pressure, flow.pi, 0);
+            let here: BTreeSet<usize> =
+                sides.iter().flat_map(|&cell| self.domain.surface.bodies_of_cell(cell)).collect();
+            here.iter().for_each(|&body| powers[body] += lost / here.len() as f64);
         }
-        power
+        powers
     }
 
-    /// Calls `visit` with every boundary in a cell: the cell, its velocities, pressures and the motion of the body, and
+    /// Calls `visit` with every boundary in a cell: the cell and the body, its velocities, pressures and the motion of the body, and
     /// the block of Nitsche's method.
-    fn each_boundary(&self, ground: Ground, flow: Moved, mut visit: impl FnMut(usize, &[f64], &[f64])) {
+    fn each_boundary(&self, ground: Ground, flow: Moved, mut visit: impl FnMut((usize, usize), &[f64], &[f64])) {
         let (spaces, surface) = ((ground.velocity, ground.pressure), &self.domain.surface);
         let (gamma, motions) = (gamma(ground.velocity.degree), flow.motions());
         for cell in surface.cells() {
@@ -194,7 +199,7 @@ impl Nitsche {
                 let block = nitsche::block(&self.loops, spaces, surface, (cell, body), centre, gamma);
                 let mut local = flow_in(ground, cell, (flow.v, flow.pi));
                 local.extend(motions[body]);
-                visit(cell, &local, &block);
+                visit((cell, body), &local, &block);
             }
         }
     }
