@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::leaving::Remaining;
 use super::motion::Motion;
 use super::{Body, Hold};
 use crate::expression::{Expression, ExpressionError};
@@ -35,6 +36,12 @@ impl Guide {
     pub fn new(bodies: Vec<Body>) -> Result<Self, ExpressionError> {
         let speeds = bodies.iter().map(|body| speed(&body.hold)).collect::<Result<Vec<_>, _>>()?;
         Ok(Self { bodies: bodies.into(), speeds })
+    }
+
+    /// Of those that are left.
+    #[must_use]
+    pub fn of(&self, remaining: &Remaining) -> Self {
+        Self { bodies: remaining.of(&self.bodies).into(), speeds: remaining.of(&self.speeds) }
     }
 
     /// Where bodies on paths are at `t`, and the others at their start.

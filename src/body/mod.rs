@@ -5,6 +5,7 @@
 //! `[L…]` are equations of Lefebvre's thesis (2007).
 
 pub mod guide;
+pub mod leaving;
 pub mod motion;
 pub(crate) mod stiffness;
 

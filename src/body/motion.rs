@@ -1,5 +1,6 @@
 //! Where bodies go (algorithm 1.1 of Lefebvre's thesis).
 
+use super::leaving::Remaining;
 use crate::mesh::Point;
 use crate::scheme::bdf::derivative_weights;
 use crate::shape::{Pose, Twist};
@@ -24,6 +25,13 @@ impl Motion {
     pub fn new(poses: Vec<Pose>, order: usize) -> Self {
         assert!((1..=2).contains(&order), "motions have order 1 or 2");
         Self { poses, order, last: None }
+    }
+
+    /// That of the bodies that are left.
+    #[must_use]
+    pub fn of(&self, remaining: &Remaining) -> Self {
+        let last = self.last.as_ref().map(|(dt, now, by)| (*dt, remaining.of(now), remaining.of(by)));
+        Self { poses: remaining.of(&self.poses), order: self.order, last }
     }
 
     /// The twists W with which a step ends at `x + Δt W`, for bodies that have the twists `now`. They are what contact

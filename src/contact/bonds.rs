@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Partner;
 use super::pairs::Pair;
+use crate::body::leaving::Remaining;
 
 /// A place where a body touches something: pairs of flat sides have two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -43,6 +44,16 @@ impl Bonds {
         list.retain(|(_, bond)| bond.gamma != 0.0 || bond.multiplier != 0.0);
         list.sort_unstable_by_key(|(key, _)| *key);
         Self { list }
+    }
+
+    /// Those between bodies that are left, and of these with walls.
+    #[must_use]
+    pub fn of(&self, remaining: &Remaining) -> Self {
+        let of = |(key, bond): &(Key, Bond)| {
+            let (body, partner) = (remaining.number(key.body)?, key.partner.of(remaining)?);
+            Some((Key { body, partner, slot: key.slot }, *bond))
+        };
+        Self { list: self.list.iter().filter_map(of).collect() }
     }
 
     /// All of them, in order.

@@ -14,9 +14,10 @@ use std::sync::Arc;
 
 use super::mobility::{FlowMetric, UnitResponse, response};
 use super::solver::Projected;
-use super::{Bonds, Contact, ContactError, Metric, Mover, Settings, Solver, Wall};
+use super::{Bonds, Contact, ContactError, Metric, Mover, Settings, Solver, Wall, among};
 use crate::body::Body;
 use crate::body::guide::Guide;
+use crate::body::leaving::Remaining;
 use crate::body::motion::Motion;
 use crate::mesh::Point;
 use crate::scheme::adaptive::Refusal;
@@ -110,6 +111,12 @@ impl FlowContact {
         self.solver.restore(bonds);
     }
 
+    /// Forgets the bodies that have gone.
+    pub fn keep(&mut self, remaining: &Remaining) {
+        self.bodies = remaining.of(&self.bodies).into();
+        self.solver.restore(self.solver.bonds().of(remaining));
+    }
+
     /// The forces of contact now, in a step of `dt`, or a shorter one where the bodies could pass through each other.
     ///
     /// # Errors
@@ -169,6 +176,18 @@ impl FlowContact {
 }
 
 impl Stepped {
+    /// The same step of the bodies that are left.
+    #[must_use]
+    pub fn of(&self, remaining: &Remaining) -> Self {
+        Self {
+            by: remaining.of(&self.by),
+            now: remaining.of(&self.now),
+            contacts: among(&self.contacts, remaining),
+            bonds: self.bonds.of(remaining),
+            iterations: self.iterations,
+        }
+    }
+
     /// The step of bodies that nothing can touch.
     ///
     /// # Errors

@@ -63,6 +63,7 @@ pub use projection::Method;
 pub use solver::{Effort, MOST_FRICTION, Metric, Projected, Settings, Solver};
 pub use walls::Walls;
 
+use crate::body::leaving::Remaining;
 use crate::mesh::Point;
 
 /// What bodies cannot enter and that never moves; obstacles that move are bodies on a given path.
@@ -128,4 +129,23 @@ pub struct Contact {
     pub point: Point,
     /// Unit normal from the first body to its partner.
     pub normal: Point,
+}
+
+impl Partner {
+    /// Its number among the bodies that are left; `None` of one that has gone. Walls stay.
+    pub fn of(self, remaining: &Remaining) -> Option<Self> {
+        match self {
+            Partner::Body(other) => remaining.number(other).map(Partner::Body),
+            Partner::Wall(_) => Some(self),
+        }
+    }
+}
+
+/// Contacts between bodies that are left, and of these with walls.
+pub fn among(contacts: &[Contact], remaining: &Remaining) -> Vec<Contact> {
+    let of = |contact: &Contact| {
+        let (body, partner) = (remaining.number(contact.body)?, contact.partner.of(remaining)?);
+        Some(Contact { body, partner, ..*contact })
+    };
+    contacts.iter().filter_map(of).collect()
 }

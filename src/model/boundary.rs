@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ModelError;
 use super::manufactured::Exact;
 use super::parameters::ModelKind;
+use crate::body::leaving::Passage;
 use crate::expression::{Expression, Formula, VectorFormula, parse_vector};
 use crate::mesh::Point;
 use crate::names;
@@ -243,7 +244,15 @@ pub struct BoundaryScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("x-kinds" = "compressible", "x-rule" = "≥ 0", "x-default" = "that of `[exact]`"))]
     pub density: Option<Formula>,
+    /// What rigid bodies meet here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-kinds" = "incompressible", "x-default" = PASSAGE))]
+    pub bodies: Option<Passage>,
 }
+
+/// What bodies meet where a scene does not say it.
+pub const PASSAGE: &str =
+    "`\"wall\"` where a `[[wall]]` has the tag; `\"leave\"` where the flow may pass and some body moves; else –";
 
 const VELOCITY_HINT: &str = "the choices are \"slip\", { friction = b }, \"no-tangential\", \"traction\", { traction = [s_1, s_2] }, \
                              { dirichlet = [v_1, v_2] }";

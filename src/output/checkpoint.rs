@@ -10,11 +10,12 @@ use flate2::write::GzEncoder;
 use serde::{Deserialize, Serialize};
 
 use super::{OutputError, write_whole};
+use crate::body::leaving::Departure;
 use crate::measure::errors::History;
 use crate::time::Checkpoint;
 use crate::time::march::Counts;
 
-const MAGIC: &str = "monolayer checkpoint 7";
+const MAGIC: &str = "monolayer checkpoint 8";
 
 /// A checkpoint and the scene that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,6 +46,8 @@ pub struct Kept {
     pub said: Vec<String>,
     /// Whether one of them is of the fall of Δt.
     pub told: bool,
+    /// Bodies that have left the mesh.
+    pub left: Vec<Departure>,
 }
 
 impl Saved {

@@ -12,7 +12,7 @@ use crate::shape::{Pose, Twist};
 /// The bodies at a time that the table has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodiesAtTime {
-    /// What never changes.
+    /// What never changes, of the bodies that are there then.
     pub solids: Solids,
     /// Time of what was read.
     pub time: f64,
@@ -39,39 +39,45 @@ pub struct Track {
 type Row = (f64, Vec<String>, Vec<f64>);
 
 impl BodiesAtTime {
-    /// The bodies at the last time at which all of them are in the table, or at a given time of it; `None` where a run
-    /// has left none.
+    /// The bodies at the last time of the table, or at a given one, without those that had left by then; `None` where a
+    /// run has left none. A time whose rows were cut off does not count.
     ///
     /// # Errors
     /// [`ResultsError::Broken`]: files that do not fit each other, or are no such tables.
     pub fn read(folder: &Path, at: Option<f64>) -> Result<Option<Self>, ResultsError> {
         let Some(solids) = solids(folder)? else { return Ok(None) };
-        let (mut rows, mut whole): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
+        let (mut rows, mut before): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
         each_row(&folder.join("bodies.csv"), 1, &[9, 12], |row| {
-            if at.is_none_or(|t| row.0 == t) {
-                if rows.first().is_some_and(|first| first.0 != row.0) {
-                    rows.clear();
-                }
-                rows.push(row);
-                if rows.len() == solids.bodies.len() {
-                    whole.clone_from(&rows);
+            if rows.first().is_some_and(|first| first.0 != row.0) {
+                let whole = std::mem::take(&mut rows);
+                // a time that another one follows is whole
+                if at.is_none_or(|t| whole[0].0 == t) {
+                    before = whole;
                 }
             }
+            rows.push(row);
         })?;
+        let is_last = |rows: &[Row]| rows.first().is_some_and(|(time, ..)| at.is_none_or(|t| *time == t));
+        let left = rows.first().and_then(|(time, ..)| left_by(folder, *time));
+        let complete = match left {
+            Some(left) => rows.len() + left == solids.bodies.len(),
+            None => rows.len() == solids.bodies.len() || rows.len() == before.len(),
+        };
+        let whole = if is_last(&rows) && complete { rows } else { before };
         let Some(&(time, ..)) = whole.first() else { return Ok(None) };
-        let known = whole.iter().zip(&solids.bodies).all(|((_, names, _), member)| names[0] == member.name);
-        if !known {
+        let present = solids.named(whole.iter().map(|(_, names, _)| &*names[0]));
+        if present.bodies.len() != whole.len() {
             return Err(broken(&folder.join("bodies.csv"), "its bodies are not those of bodies.json".to_owned()));
         }
         let of = |k: usize| whole.iter().map(move |(_, _, n)| (Point::new(n[3 * k], n[3 * k + 1]), n[3 * k + 2]));
-        let contacts = contacts(folder, &solids, time)?;
+        let contacts = contacts(folder, &present, time)?;
         Ok(Some(Self {
             time,
             poses: of(0).map(|(position, angle)| Pose { position, angle }).collect(),
             twists: of(1).map(|(velocity, spin)| Twist { velocity, spin }).collect(),
             loads: of(2).map(|(force, torque)| Load { force, torque }).collect(),
             contacts,
-            solids,
+            solids: present,
         }))
     }
 
@@ -115,6 +121,13 @@ pub fn tracks(folder: &Path, names: &[String], most: usize) -> Result<(Vec<Track
         }
     })?;
     Ok((tracks, all.len().saturating_sub(most)))
+}
+
+/// How many bodies had left by a time, where the run has told of those that did.
+fn left_by(folder: &Path, time: f64) -> Option<usize> {
+    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.join("summary.json")).ok()?).ok()?;
+    let left = summary["left"].as_array()?;
+    Some(left.iter().filter(|gone| gone["time"].as_f64().is_some_and(|gone| gone <= time)).count())
 }
 
 fn broken(file: &Path, what: String) -> ResultsError {

@@ -24,6 +24,9 @@ pub struct BodiesReport {
     pub size: [f64; 2],
     /// Those of `[[wall]]`; a tag of the boundary counts as one.
     pub walls: usize,
+    /// Boundary tags through which bodies leave.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub exits: Vec<String>,
     /// The law of contact, and the settings that differ from none.
     pub contact: String,
     /// Names of the first few.
@@ -45,6 +48,7 @@ impl BodiesReport {
             held: how(|hold| matches!(hold, Hold::Held { .. } | Hold::Path { .. })),
             size: [sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max)],
             walls: bodies.walls.len() + bodies.wall_tags.len(),
+            exits: bodies.open_tags.clone(),
             contact: contact_term(bodies).reason,
             names: all.iter().take(NAMED).map(|body| body.name.clone()).collect(),
         }
@@ -59,6 +63,9 @@ impl fmt::Display for BodiesReport {
         writeln!(out, "  names         {}{dots}", self.names.join(", "))?;
         writeln!(out, "  size          {} to {} from centre to edge", self.size[0], self.size[1])?;
         writeln!(out, "  walls         {}", self.walls)?;
+        if !self.exits.is_empty() {
+            writeln!(out, "  leave through {}", self.exits.join(", "))?;
+        }
         write!(out, "  contact       {}", self.contact)
     }
 }

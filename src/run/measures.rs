@@ -58,7 +58,8 @@ impl<'s> Gauges<'s> {
             scheduled.flat_map(|(measures, schedule)| measures.iter().map(move |m| (m.clone(), schedule))).collect();
         let polarity = plan.tissue.map_or(0, |scene| scene.space.polarity);
         let domain = ground.map(|ground| domain(ground, polarity));
-        let prepare = |asked: Asked| Ok((asked.clone(), asked.prepare(domain.as_ref())?));
+        let first = plan.bodies.first().map(|body| &*body.name);
+        let prepare = |asked: Asked| Ok((asked.clone(), asked.prepare(domain.as_ref())?.of_first(first)));
         Ok(Self {
             gauges: measured(plan.outputs).into_iter().map(prepare).collect::<Result<_, RunError>>()?,
             domain,
@@ -159,7 +160,7 @@ impl<'s> Gauges<'s> {
         let hold = || holding(model, state, t).unwrap_or_else(|| Ok(Vec::new()));
         let held = Holding::new(&hold);
         let mut taken = Taken::default();
-        show_bodies_at_rest(model, state, t, &mut |bodies| {
+        show_bodies_at_rest(model, &mut |bodies| {
             let flow = Some(Flow { v: &v, loops: &flowing });
             let at = Subject { flow, boundary: Some(&boundary), bodies, holding: Some(&held), tissue: Some(tissue) };
             Ok(self.gauges.iter().try_for_each(|(_, gauge)| gauge.take(&at, &mut taken))?)

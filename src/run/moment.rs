@@ -12,10 +12,16 @@ use crate::output::plot::map::Window;
 /// # Errors
 /// Those of `then`.
 pub fn with_moment<T, E>(cast: &Solids, view: &View, then: impl FnOnce(&Moment) -> Result<T, E>) -> Result<T, E> {
-    let none = (&[][..], &[][..], &[][..], &[][..]);
-    let (poses, twists, flow, contacts) = view.bodies.map_or(none, |b| (b.poses, b.twists, b.flow, b.contacts));
+    let none = (&[][..], &[][..], &[][..], &[][..], &[][..]);
+    let (bodies, poses, twists, flow, contacts) =
+        view.bodies.map_or(none, |b| (b.bodies, b.poses, b.twists, b.flow, b.contacts));
     let loads = loads(poses, contacts);
-    then(&Moment { solids: cast, time: view.t, poses, twists, flow, loads: &loads, contacts })
+    let of = |solids: &Solids| then(&Moment { solids, time: view.t, poses, twists, flow, loads: &loads, contacts });
+    match bodies.len() == cast.bodies.len() {
+        true => of(cast),
+        // the others have left
+        false => of(&cast.named(bodies.iter().map(|body| &*body.name))),
+    }
 }
 
 /// The window of the bodies where the scene puts them; that of the first picture of a resumed run is the same.

@@ -1,6 +1,9 @@
 //! Notes of bodies that are smaller than the cells of a flow, and of gaps between them that are.
 
+use std::collections::BTreeSet;
+
 use crate::body::Body;
+use crate::body::leaving::Exits;
 use crate::contact::{Contact, Partner};
 use crate::mesh::locate::Locator;
 use crate::mesh::{Mesh, Point};
@@ -19,16 +22,19 @@ const INNER: f64 = 0.95;
 #[derive(Debug)]
 pub(super) struct Resolution {
     locator: Locator,
-    told: Vec<bool>,
+    /// By name, as all.
+    told: BTreeSet<String>,
     /// Which bodies reach over the boundary, and are known to.
-    over: Vec<bool>,
+    over: BTreeSet<String>,
     gap_told: bool,
+    exits: Exits,
 }
 
 impl Resolution {
     /// Nothing has been told.
-    pub fn new(mesh: &Mesh, bodies: usize) -> Self {
-        Self { locator: Locator::new(mesh), told: vec![false; bodies], over: vec![false; bodies], gap_told: false }
+    pub fn new(mesh: &Mesh, exits: Exits) -> Self {
+        let (told, over) = (BTreeSet::new(), BTreeSet::new());
+        Self { locator: Locator::new(mesh), told, over, gap_told: false, exits }
     }
 
     /// A note for the bodies that are not resolved where they are and have not been told yet.
@@ -36,13 +42,13 @@ impl Resolution {
         let mut worst: Option<(usize, f64, f64)> = None;
         let mut count = 0;
         for (at, (body, pose)) in bodies.iter().zip(poses).enumerate() {
-            if self.told[at] {
+            if self.told.contains(&body.name) {
                 continue;
             }
             let Some(cell) = self.cell(mesh, pose.position) else { continue };
             let ratio = body.shape.inradius() / cell;
             if ratio < LEAST {
-                self.told[at] = true;
+                self.told.insert(body.name.clone());
                 count += 1;
                 if worst.is_none_or(|(_, least, _)| ratio < least) {
                     worst = Some((at, ratio, cell));
@@ -60,18 +66,20 @@ impl Resolution {
         ))
     }
 
-    /// A note for the bodies that have come to reach over the boundary of the domain, which alone holds nothing back.
+    /// A note for the bodies that have come to reach over the boundary of the domain, which alone holds nothing back,
+    /// where they do not leave.
     pub fn of_boundary(&mut self, mesh: &Mesh, bodies: &[Body], poses: &[Pose]) -> Option<String> {
         let over = |body: &Body, pose: &Pose| {
             let mut points = body.shape.outline(OUTLINE).into_iter();
             points.any(|x| {
                 let x = pose.position + turned(x * INNER, pose.angle);
-                self.locator.locate(mesh, x).is_none()
+                let leaves = || self.exits.beside(x).is_some_and(|(_, leaves)| leaves);
+                self.locator.locate(mesh, x).is_none() && !leaves()
             })
         };
-        let new = |at: &usize| !self.over[*at] && over(&bodies[*at], &poses[*at]);
+        let new = |at: &usize| !self.over.contains(&bodies[*at].name) && over(&bodies[*at], &poses[*at]);
         let found: Vec<usize> = (0..bodies.len()).filter(new).collect();
-        found.iter().for_each(|at| self.over[*at] = true);
+        self.over.extend(found.iter().map(|at| bodies[*at].name.clone()));
         let first = found.first()?;
         let others =
             if found.len() > 1 { format!(" ({} more bodies likewise)", found.len() - 1) } else { String::new() };
@@ -118,5 +126,5 @@ impl Resolution {
 /// The note for bodies where a run begins.
 pub(super) fn at_start(mesh: &Mesh, bodies: &[Body]) -> Option<String> {
     let poses: Vec<Pose> = bodies.iter().map(|body| body.start).collect();
-    Resolution::new(mesh, bodies.len()).of_bodies(mesh, bodies, &poses)
+    Resolution::new(mesh, Exits::default()).of_bodies(mesh, bodies, &poses)
 }

@@ -160,7 +160,7 @@ fn read(course: &mut Course, report: &StepReport, march: &March) -> Result<Readi
 fn stride_of(step: &PseudoStep) -> Stride {
     let coupled = Some(Coupled { order: 1, increment: step.change, rate: f64::INFINITY });
     let PseudoStep { t, dt, products: iterations, rejected, .. } = *step;
-    Stride { t, dt, iterations, rejected, coupled, notes: Vec::new() }
+    Stride { t, dt, iterations, rejected, coupled, notes: Vec::new(), left: Vec::new() }
 }
 
 impl SteadyReport {

@@ -9,6 +9,7 @@ use super::summary::Unknowns;
 use super::view::View;
 use super::{Options, RunError, Setup};
 use crate::body::Body;
+use crate::body::leaving::Departure;
 use crate::contact::Wall;
 use crate::measure::fields::{At, Fields, Tools};
 use crate::mesh::Mesh;
@@ -72,6 +73,8 @@ pub struct Stride {
     pub coupled: Option<Coupled>,
     /// What the user should know.
     pub notes: Vec<String>,
+    /// Bodies that left the mesh.
+    pub left: Vec<Departure>,
 }
 
 /// How the coupling of a step went.
@@ -104,7 +107,8 @@ impl Stride {
 impl From<crate::time::StepReport> for Stride {
     fn from(report: crate::time::StepReport) -> Self {
         let crate::time::StepReport { t, dt, order, iterations, increment, rate, rejected, .. } = report;
-        Self { t, dt, iterations, rejected, coupled: Some(Coupled { order, increment, rate }), notes: Vec::new() }
+        let coupled = Some(Coupled { order, increment, rate });
+        Self { t, dt, iterations, rejected, coupled, ..Self::default() }
     }
 }
 

@@ -194,6 +194,8 @@ impl Course<'_> {
         self.t = stride.t;
         self.count(stepper, stride)?;
         stride.notes.iter().for_each(|note| self.note(note));
+        stride.left.iter().for_each(|gone| self.note(&gone.to_string()));
+        self.writer.kept.left.extend_from_slice(&stride.left);
         // whatever fails after the step was accepted must not lose it
         let readings = match self.read(stepper, before) {
             Ok(readings) => readings,
@@ -365,7 +367,8 @@ impl Course<'_> {
         [&self.phases, &self.gauges.phases].into_iter().for_each(|other| phases.add(other));
         taken.values.retain(|_, value| value.is_finite() || self.plan.tissue.is_some());
         let (measures, errors) = (taken.values, record.errors.clone());
-        let found = Found { ending, time: self.t, residuals, measures, errors, wrenches };
+        let left = self.writer.kept.left.clone();
+        let found = Found { ending, time: self.t, residuals, measures, errors, wrenches, left };
         let mut summary = Summary::new(self.plan, ground, self.totals, found, &phases, begin);
         summary.said = record.said.clone();
         Ok(summary)

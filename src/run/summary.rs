@@ -10,6 +10,7 @@ use super::estimate::{self, Estimated};
 use super::steady::SteadyReport;
 use super::stepper::{Ground, Plan};
 use super::stepping::Begin;
+use crate::body::leaving::Departure;
 use crate::measure::Strain;
 use crate::measure::errors::{History, Norm};
 use crate::mesh::quality::Quality;
@@ -126,6 +127,9 @@ pub struct BodyFacts {
     /// Forces and torques of a Stokes flow on the bodies at the end, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub wrenches: BTreeMap<String, [f64; 3]>,
+    /// Those that have left the mesh on the way, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left: Vec<Departure>,
 }
 
 /// What a run has come to.
@@ -138,6 +142,8 @@ pub(super) struct Found {
     pub errors: Option<History>,
     /// Of a Stokes flow on its bodies, by name.
     pub wrenches: BTreeMap<String, [f64; 3]>,
+    /// Bodies that have left.
+    pub left: Vec<Departure>,
 }
 
 /// Everything in `summary.json`.
@@ -235,7 +241,7 @@ impl Summary {
         let inner: f64 = ITERATION.iter().filter_map(|name| seconds.get(name)).sum();
         // every iteration computes the force once, those of rejected steps as well
         let here = phases.calls("force");
-        let Found { ending, time, residuals, measures, errors, wrenches } = found;
+        let Found { ending, time, residuals, measures, errors, wrenches, left } = found;
         let mut summary = Self {
             title: plan.title.map(str::to_owned),
             status: ending.status(),
@@ -254,6 +260,7 @@ impl Summary {
                 walls: plan.walls.len(),
                 largest_overlap: totals.overlap,
                 wrenches,
+                left,
             }),
             counts: totals.counts,
             factorisations: factorisations - begin.counts[0],
@@ -305,6 +312,9 @@ pub(super) fn peak_memory_mib() -> Option<f64> {
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kib| kib / 1024.0)
 }
+
+/// So many bodies that have left are told of at the end.
+const MOST_LEFT: usize = 10;
 
 /// Seconds in a unit that leaves digits: `2.1 s`, `35 ms`, `0.46 ms`.
 fn duration(seconds: f64) -> String {
@@ -365,6 +375,11 @@ impl std::fmt::Display for Summary {
         if let Some(overlap) = self.bodies.as_ref().map(|facts| facts.largest_overlap).filter(|overlap| *overlap > 0.0)
         {
             writeln!(out, "largest overlap {overlap:.3e}, over all steps")?;
+        }
+        let left = self.bodies.as_ref().map_or(&[][..], |facts| &facts.left);
+        left.iter().take(MOST_LEFT).try_for_each(|gone| writeln!(out, "{gone}"))?;
+        if left.len() > MOST_LEFT {
+            writeln!(out, "{} more bodies have left; summary.json has them all", left.len() - MOST_LEFT)?;
         }
         let memory = self.peak_memory_mib.map_or_else(|| "unknown".into(), |m| format!("{m:.0} MiB"));
         write!(out, "peak memory {memory}")

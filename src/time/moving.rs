@@ -18,13 +18,16 @@ use serde::{Deserialize, Serialize};
 
 use super::coupling::StepFailure;
 use super::march::{Checkpoint, March, MarchError, MarchSettings, Parked, StepReport};
+use crate::body::Body;
+use crate::body::leaving::{Departure, Exits, Remaining};
 use crate::body::motion::Motion;
 use crate::body::stiffness::{DECAY, Response, Stiffness, Stride};
 use crate::contact::in_flow::{Acting, FlowContact, FlowCoupling, Moment, Stepped};
-use crate::contact::{Bonds, Contact};
+use crate::contact::{Bonds, Contact, among};
 use crate::expression::ExpressionError;
 use crate::model::State;
 use crate::model::fields::{PRESSURE, VELOCITY};
+use crate::model::immersed::leaving;
 use crate::model::incompressible::Incompressible;
 use crate::model::mobility::{Columns, Mobility};
 use crate::model::momentum::MomentumError;
@@ -39,6 +42,8 @@ const TOLERANCE: f64 = 1e-3;
 pub struct MovingCheckpoint {
     /// Of the tissue.
     pub march: Checkpoint,
+    /// Names of the bodies that are left, of which all below has one entry each.
+    pub present: Vec<String>,
     /// Of the bodies.
     pub motion: Motion,
     /// How they move.
@@ -80,10 +85,23 @@ pub struct MovingMarch {
     columns: Columns,
     stiffness: Stiffness,
     parked: Option<Parked>,
+    exits: Exits,
+    /// Those that left in the last step.
+    left: Vec<Departure>,
+}
+
+/// A step of the bodies that was taken with the tissue.
+struct Moved {
+    made: Stepped,
+    motion: Motion,
+    report: StepReport,
+    /// Where some have left: which bodies go on, and what is told of the others.
+    left: Option<(Remaining, Vec<Departure>)>,
 }
 
 impl MovingMarch {
-    /// Starts at `t = 0` from a polarity; `order` is that of the motion.
+    /// Starts at `t = 0` from a polarity; `order` is that of the motion. No body may leave before
+    /// [`MovingMarch::let_leave`].
     ///
     /// # Errors
     /// A flow that cannot be solved for; a formula without derivative; bodies that overlap.
@@ -98,8 +116,9 @@ impl MovingMarch {
         let twists = model.twists(&parked.state, parked.time())?;
         let stiffness = stiffness_of(&model)?;
         let (unpushed, contacts, columns) = (twists.clone(), Vec::new(), Columns::default());
-        let parked = Some(parked);
-        let mut this = Self { model, motion, twists, unpushed, contact, contacts, columns, stiffness, parked };
+        let (parked, exits, left) = (Some(parked), Exits::default(), Vec::new());
+        let mut this =
+            Self { model, motion, twists, unpushed, contact, contacts, columns, stiffness, parked, exits, left };
         this.push().map_err(|refusal| StepFailure::Bodies(refusal.to_string()))?;
         Ok(this)
     }
@@ -114,6 +133,12 @@ impl MovingMarch {
         from: MovingCheckpoint,
         mut contact: Option<FlowContact>,
     ) -> Result<Self, MomentumError> {
+        let bodies = model.bodies.as_ref().expect("a tissue with bodies").bodies();
+        let remaining = Remaining::named(bodies, &from.present);
+        if remaining.count() < bodies.len() {
+            model = model.with_fewer(&remaining, &from.motion.poses)?;
+            contact.iter_mut().for_each(|contact| contact.keep(&remaining));
+        }
         if model.poses() != from.motion.poses {
             model.place_bodies(&from.motion.poses)?;
         }
@@ -124,8 +149,23 @@ impl MovingMarch {
             contact.restore(from.bonds);
         }
         let MovingCheckpoint { motion, twists, unpushed, contacts, .. } = from;
-        let columns = Columns::default();
-        Ok(Self { model, motion, twists, unpushed, contact, contacts, columns, stiffness, parked })
+        let (columns, exits, left) = (Columns::default(), Exits::default(), Vec::new());
+        Ok(Self { model, motion, twists, unpushed, contact, contacts, columns, stiffness, parked, exits, left })
+    }
+
+    /// Lets bodies leave through parts of the boundary from now on.
+    pub fn let_leave(&mut self, exits: Exits) {
+        self.exits = exits;
+    }
+
+    /// The bodies that left in the last step.
+    pub fn left(&self) -> &[Departure] {
+        &self.left
+    }
+
+    /// Those that are left.
+    pub fn bodies(&self) -> &[Body] {
+        self.model.bodies.as_ref().expect("a tissue with bodies").bodies()
     }
 
     /// The current state.
@@ -133,6 +173,7 @@ impl MovingMarch {
         let march = self.parked.as_ref().expect("a march is parked between steps").checkpoint().clone();
         MovingCheckpoint {
             march,
+            present: self.bodies().iter().map(|body| body.name.clone()).collect(),
             motion: self.motion.clone(),
             twists: self.twists.clone(),
             unpushed: self.unpushed.clone(),
@@ -193,18 +234,14 @@ impl MovingMarch {
             let (now, (t, dt)) = self.with(|march| (march.t, march.aim(cap, landing)));
             let stop = |reason: String| MovingError::Contact { t: now, reason };
             let moved = match self.step(now, dt) {
-                Ok(made) => {
-                    let mut motion = self.motion.clone();
-                    motion.advance(dt, &made.now, &made.by);
-                    self.attempt(&motion.poses, (t, dt), rejected, interrupt).map(|report| (made, motion, report))
-                }
+                Ok(made) => self.move_all(made, (t, dt), rejected, interrupt),
                 Err(Refusal::Failure(reason)) => return Err(stop(reason)),
                 Err(Refusal::Force(reason) | Refusal::Contact(reason)) => Err(StepFailure::Bodies(reason)),
             };
             match moved {
-                Ok((made, motion, report)) => {
-                    self.motion = motion;
-                    self.settle(made).map_err(|refusal| MovingError::Contact { t, reason: refusal.to_string() })?;
+                Ok(moved) => {
+                    let report = moved.report.clone();
+                    self.settle(moved).map_err(|refusal| MovingError::Contact { t, reason: refusal.to_string() })?;
                     return Ok(report);
                 }
                 Err(cause) => {
@@ -242,8 +279,50 @@ impl MovingMarch {
         Moment { guide, motion: &self.motion, t, unpushed: &self.unpushed, flow: mobility }
     }
 
+    /// Moves the bodies and takes one try of a step with them; those of which nothing is left in the mesh then are
+    /// taken out. What fails leaves the model as it was, or with its bodies elsewhere.
+    fn move_all(
+        &mut self,
+        made: Stepped,
+        (t, dt): (f64, f64),
+        rejected: usize,
+        interrupt: &AtomicBool,
+    ) -> Result<Moved, StepFailure> {
+        let mut motion = self.motion.clone();
+        motion.advance(dt, &made.now, &made.by);
+        let moves = motion.poses != self.model.poses();
+        let placed = if moves { self.model.place_bodies(&motion.poses) } else { Ok(()) };
+        let Some(first) = placed.as_ref().err().and_then(leaving::outside) else {
+            placed?;
+            let report = self.attempt(moves, (t, dt), rejected, interrupt)?;
+            return Ok(Moved { made, motion, report, left: None });
+        };
+        let (fewer, remaining) = self.model.without(first, &motion.poses)?;
+        let gone = leaving::departures(&self.exits, (self.bodies(), &motion.poses[..]), &remaining, t);
+        let gone = gone.map_err(MomentumError::from)?;
+        let before = std::mem::replace(&mut self.model, fewer);
+        let (made, motion) = (made.of(&remaining), motion.of(&remaining));
+        match self.attempt(true, (t, dt), rejected, interrupt) {
+            Ok(report) => Ok(Moved { made, motion, report, left: Some((remaining, gone)) }),
+            Err(failure) => {
+                self.model = before;
+                Err(failure)
+            }
+        }
+    }
+
     /// After a step of the tissue: the forces of contact at the new places, and the flow with them.
-    fn settle(&mut self, made: Stepped) -> Result<(), Refusal> {
+    fn settle(&mut self, Moved { made, motion, left, .. }: Moved) -> Result<(), Refusal> {
+        self.motion = motion;
+        self.left.clear();
+        if let Some((remaining, gone)) = left {
+            self.contact.iter_mut().for_each(|contact| contact.keep(&remaining));
+            // so that what is shown fits together, whatever fails below
+            (self.twists, self.unpushed) = (remaining.of(&self.twists), remaining.of(&self.unpushed));
+            self.contacts = among(&self.contacts, &remaining);
+            self.stiffness = stiffness_of(&self.model).map_err(|error| failure(error.into()))?;
+            self.left = gone;
+        }
         self.columns.clear();
         self.twists = self.model.twists(self.state(), self.time()).map_err(failure)?;
         let pushes = self.model.pushes();
@@ -299,18 +378,14 @@ impl MovingMarch {
         }
     }
 
-    /// One try of a step to `t` with the bodies at `poses`.
+    /// One try of a step to `t` with the bodies where the model has them.
     fn attempt(
         &mut self,
-        poses: &[Pose],
+        moved: bool,
         (t, dt): (f64, f64),
         rejected: usize,
         interrupt: &AtomicBool,
     ) -> Result<StepReport, StepFailure> {
-        let moved = poses != self.model.poses();
-        if moved {
-            self.model.place_bodies(poses)?;
-        }
         let parked = self.parked.take().expect("a march is parked between steps");
         let mut march = March::unpark(&self.model, parked, moved);
         march.interrupt = interrupt;

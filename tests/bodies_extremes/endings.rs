@@ -1,4 +1,4 @@
-//! Runs that must end early, with the last good state written.
+//! Runs that must end early, with the last good state written, and bodies that leave in the end.
 
 use crate::common::{Left, REST, disc, has, particles, resume, run, segment, stokes, tissue};
 
@@ -50,17 +50,19 @@ fn a_force_that_stops_being_a_number_in_a_tissue() {
 fn a_body_that_leaves_the_flow() {
     let body = disc("leaver", 0.1, 0.5, 0.5, "");
     let scene = stokes(6, "[\"1\", \"0\"]", &body, 0.1, 3.0);
-    let left = run(&scene);
-    has(left.reason(), &["`leaver`", "no part"]);
-    last_state_is_kept(&left, 0.3);
-    assert!(left.last("leaver").x < 1.1, "{:?}", left.last("leaver"));
+    let left = run(&scene).ended();
+    let gone = &left.summary.bodies.as_ref().unwrap().left[0];
+    assert_eq!((&*gone.body, &*gone.through), ("leaver", "right"));
+    let last = left.last("leaver");
+    assert!(last.x < 1.1 && gone.position[0] >= 1.1 && last.time < gone.time, "{last:?}, {gone:?}");
 }
 
 #[test]
 fn a_body_that_leaves_the_tissue() {
-    let left = run(&tissue(&disc("leaver", 0.4, 2.2, 0.0, ""), 0.25, 6.0));
-    has(left.reason(), &["leaver"]);
-    last_state_is_kept(&left, 0.3);
+    let left = run(&tissue(&disc("leaver", 0.4, 2.2, 0.0, ""), 0.25, 6.0)).ended();
+    let gone = &left.summary.bodies.as_ref().unwrap().left[0];
+    assert_eq!((&*gone.body, &*gone.through), ("leaver", "outlet"));
+    assert!(left.last("leaver").x < 3.4 && gone.position[0] >= 3.4, "{gone:?}");
 }
 
 fn pressed(speed: &str) -> String {

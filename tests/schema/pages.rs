@@ -10,7 +10,7 @@ use monolayer::model::boundary::{POLARITY, VELOCITY, rows as conditions};
 use monolayer::model::terms::factor;
 use monolayer::results::PlotKind;
 use monolayer::results::plots::{self, When};
-use monolayer::schema::{FileKind, choices, rows};
+use monolayer::schema::{FileKind, choices, row, rows};
 use monolayer::{scene, study};
 use serde_json::Value;
 
@@ -101,6 +101,8 @@ fn tables() -> BTreeMap<&'static str, String> {
     all.insert("rigid", keys(&stokes, "/properties/rigid"));
     all.insert("model of stokes", keys(&stokes, "/properties/model"));
     all.insert("time of motion", keys(&particles, "/properties/time"));
+    let meets = at(&stokes, "/properties/boundary/additionalProperties/properties/bodies");
+    all.insert("boundary of bodies", table(KEYS, vec![row("bodies", &meets, false, None)]));
     all.insert("model of particles", keys(&particles, "/properties/model"));
     all.insert("model of advection", keys(&advection, "/properties/model"));
     all.insert("space of advection", keys(&advection, "/properties/space"));

@@ -131,7 +131,7 @@ pub struct Spot {
 /// Rigid bodies.
 #[derive(Clone, Copy)]
 pub struct Bodies<'a> {
-    /// What they are.
+    /// What they are, without those that have left.
     pub bodies: &'a [Body],
     /// One for each body.
     pub poses: &'a [Pose],
@@ -141,8 +141,6 @@ pub struct Bodies<'a> {
     pub contacts: &'a [Contact],
     /// Forces and torques of a Stokes flow, one for each body; none of other flows.
     pub flow: &'a [Wrench],
-    /// What holds the first body in a flow, where there is one.
-    pub holding: &'a dyn Fn() -> Result<Option<Wrench>, MeasureError>,
 }
 
 impl Bodies<'_> {
@@ -251,6 +249,17 @@ pub enum Prepared {
 }
 
 impl Prepared {
+    /// Of the first body, this name: that of the bodies of a scene, which may leave.
+    #[must_use]
+    pub fn of_first(self, first: Option<&str>) -> Self {
+        match self {
+            Prepared::Body { take, name: None, columns } => {
+                Prepared::Body { take, name: first.map(str::to_owned), columns }
+            }
+            other => other,
+        }
+    }
+
     /// Puts down its numbers; nothing where there is nothing that it is taken of.
     ///
     /// # Errors

@@ -35,9 +35,11 @@
 use std::sync::Arc;
 
 use super::FlowWithBodies;
+use super::leaving::without_those_outside;
 pub use super::penalty::{Penalty, Strength};
 use crate::body::Body;
 use crate::body::guide::{Guide, Rule};
+use crate::body::leaving::Remaining;
 use crate::body::motion::Motion;
 use crate::expression::ExpressionError;
 use crate::form::Integrator;
@@ -201,5 +203,23 @@ impl Flow {
             self.momentum.place_bodies(&self.loops, &self.motion.poses)?;
         }
         Ok(())
+    }
+
+    /// The same flow without a body of which nothing is left in the mesh, as [`Flow::advance`] has found, and without
+    /// others that lie outside as well: built anew around those that are left, which are told.
+    ///
+    /// # Errors
+    /// As [`Momentum::with_bodies`].
+    pub fn without(&self, first: usize) -> Result<(Self, Remaining), MomentumError> {
+        without_those_outside(self.guide.bodies.len(), first, |remaining| self.around(remaining))
+    }
+
+    /// The same flow with fewer bodies, at their places.
+    fn around(&self, remaining: &Remaining) -> Result<Self, MomentumError> {
+        let (guide, motion) = (self.guide.of(remaining), self.motion.of(remaining));
+        let bodies = embed(&self.loops, &self.momentum.velocity, &guide, &motion.poses, self.method)?;
+        let momentum = self.momentum.around(&self.loops, &self.conditions, bodies)?;
+        let (loops, conditions) = (self.loops.clone(), self.conditions.clone());
+        Ok(Self { loops, momentum, conditions, guide, motion, t: self.t, method: self.method })
     }
 }

@@ -18,6 +18,7 @@ mod border;
 mod constraints;
 pub mod flow;
 pub(crate) mod kernel;
+pub mod leaving;
 pub mod nitsche;
 pub(crate) mod penalty;
 

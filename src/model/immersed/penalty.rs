@@ -37,10 +37,13 @@ const SOFT: f64 = 1e-3;
 /// Why bodies cannot be put into a flow.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum BodyError {
+    #[error("no part of the body `{body}` lies inside the mesh; hint: move it into the domain")]
+    Outside { body: String, number: usize },
     #[error(
-        "no part of the body `{body}` lies inside the mesh; hint: move it, or end the run before it leaves the domain"
+        "the body `{body}` has gone out through `{tag}`, where bodies do not leave: no part of it lies inside the mesh; \
+         hint: set `boundary.{tag}.bodies = \"wall\"` to keep it inside, or `\"leave\"` to let it go"
     )]
-    Outside { body: String },
+    NoExit { body: String, tag: String },
     #[error("the body `{body}` covers the whole domain: no flow is left; hint: make it smaller")]
     Everything { body: String },
     #[error(
@@ -195,6 +198,11 @@ impl Immersion {
         Ok((new, changed))
     }
 
+    /// How viscous the bodies are in cells that they cut.
+    pub fn strength(&self) -> Strength {
+        self.strength
+    }
+
     /// Positions of the velocity nodes.
     pub fn positions(&self) -> &[Point] {
         &self.positions
@@ -239,7 +247,7 @@ impl Immersion {
 
     fn mean(&self, body: usize) -> Result<Means, BodyError> {
         let (space, centre) = (&*self.velocity, self.poses[body].position);
-        let outside = || BodyError::Outside { body: self.names[body].clone() };
+        let outside = || BodyError::Outside { body: self.names[body].clone(), number: body };
         let mut rows: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
         let (mut area, mut gram) = (0.0, Matrix3::zeros());
         for (&cell, part) in &self.parts[body] {
@@ -252,7 +260,8 @@ impl Immersion {
                 gram += motions[k] * moment.transpose();
             }
         }
-        if area <= 0.0 || area.is_nan() {
+        // of less than a sliver nothing tells how the body moves
+        if area <= SLIVER * self.cover.body(body).shape.area() || area.is_nan() {
             return Err(outside());
         }
         // lengths in the body's own size

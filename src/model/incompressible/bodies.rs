@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use super::{Description, Force, Incompressible, Inputs, State};
 use crate::body::guide::Guide;
+use crate::body::leaving::Remaining;
 use crate::form::Integrator;
 use crate::mesh::Mesh;
 use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use crate::model::floating::{Floating, embed};
-use crate::model::immersed::flow::Method;
+use crate::model::immersed::flow::{Method, Penalty};
+use crate::model::immersed::leaving::without_those_outside;
 use crate::model::immersed::nitsche::Placement;
-use crate::model::immersed::{Embedding, FlowWithBodies};
+use crate::model::immersed::{Embedding, FlowWithBodies, Immersed};
 use crate::model::momentum::{Momentum, MomentumError};
 use crate::model::polarity::Polarity;
 use crate::model::terms::FlowTerms;
@@ -51,6 +53,44 @@ impl Incompressible {
                 Embedding::Nitsche(Placement { cover, bodies: floating.guide.bodies.clone(), poses })
             }
         })
+    }
+
+    /// The same tissue without a body of which nothing is left in the mesh, and without others that lie outside as
+    /// well, with those that are left at their new places.
+    ///
+    /// # Errors
+    /// As [`Incompressible::around`].
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn without(&self, first: usize, poses: &[Pose]) -> Result<(Self, Remaining), MomentumError> {
+        without_those_outside(poses.len(), first, |remaining| self.with_fewer(remaining, &remaining.of(poses)))
+    }
+
+    /// The same tissue with fewer bodies, at these places.
+    ///
+    /// # Errors
+    /// As [`Incompressible::around`].
+    ///
+    /// # Panics
+    /// Without bodies.
+    pub fn with_fewer(&self, remaining: &Remaining, poses: &[Pose]) -> Result<Self, MomentumError> {
+        let old = self.bodies.as_ref().expect("a tissue with bodies");
+        let guide = Arc::new(old.guide.of(remaining));
+        let method = match self.momentum.bodies() {
+            Some(Immersed { immersion, rigidity, .. }) => {
+                Method::Penalty(Penalty { epsilon: rigidity.epsilon, strength: immersion.strength() })
+            }
+            None => Method::Nitsche,
+        };
+        let bodies = embed(&self.loops, &self.momentum.velocity, &guide, poses, method)?;
+        let floating = Arc::new(Floating::new(&self.loops, &guide, bodies.cover(), poses));
+        let momentum = Arc::new(self.momentum.around(&self.loops, &self.conditions, bodies)?);
+        let given = (&self.parameters, &self.conditions[..], &self.sources);
+        let (loops, space) = (self.loops.clone(), &self.polarity.space);
+        let mut fewer = Self::assemble(loops, Some(floating), momentum, space, given)?;
+        fewer.pushes = remaining.of(&self.pushes);
+        Ok(fewer)
     }
 
     /// Moves the bodies: keeps the mesh, the spaces, the structure of the coupled matrix, and of the flow's factors

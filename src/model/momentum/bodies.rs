@@ -8,8 +8,9 @@ use crate::body::guide::Rule;
 use crate::cut::Cover;
 use crate::form::Integrator;
 use crate::form::traction::Outline;
+use crate::model::Conditions;
 use crate::model::immersed::nitsche::{Forms, Moved, Nitsche};
-use crate::model::immersed::{FlowWithBodies, Ground, Immersed};
+use crate::model::immersed::{Embedding, FlowWithBodies, Ground, Immersed};
 use crate::shape::{Pose, Twist, Wrench};
 
 impl Momentum {
@@ -63,6 +64,20 @@ impl Momentum {
             System::Immersed(bodies) => bodies.move_to(ground, loops, poses),
             System::Nitsche(bodies) => bodies.move_to(ground, Forms { loops, velocity: &self.made_of }, poses),
         }
+    }
+
+    /// The same flow around other bodies.
+    ///
+    /// # Errors
+    /// As [`Momentum::with_bodies`].
+    pub fn around(
+        &self,
+        loops: &Integrator,
+        conditions: &[Conditions],
+        bodies: Embedding,
+    ) -> Result<Self, MomentumError> {
+        let spaces = (&self.velocity, &self.pressure);
+        Self::with_bodies(loops, spaces, conditions, &self.made_of.terms, self.slip, bodies)
     }
 
     /// Solves for the flow with the force `f` and prescribed nodal values, and for the bodies, with external loads

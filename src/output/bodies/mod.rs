@@ -7,6 +7,7 @@ mod files;
 mod picture;
 mod vtp;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 pub use files::{BodyFiles, BodyOutputs};
@@ -55,6 +56,14 @@ impl Solids {
             },
         };
         Self { bodies: bodies.iter().map(member).collect(), walls: walls.to_vec() }
+    }
+
+    /// Some of the bodies by their names, in the order of these, and all walls.
+    #[must_use]
+    pub fn named<'n>(&self, names: impl Iterator<Item = &'n str>) -> Self {
+        let by_name: HashMap<&str, &Member> = self.bodies.iter().map(|member| (&*member.name, member)).collect();
+        let bodies = names.filter_map(|name| by_name.get(name).copied().cloned()).collect();
+        Self { bodies, walls: self.walls.clone() }
     }
 
     /// Writes a JSON file, whole or not at all.

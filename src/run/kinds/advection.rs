@@ -341,7 +341,7 @@ impl Stepper for CarriedDensity<'_> {
         self.state.past.truncate(self.scene.order);
         (self.rho, self.v) = (rho, v);
         let notes = why.iter().map(|why| shortened(t, dt, why)).collect();
-        Ok(Stride { t, dt, iterations, rejected, coupled: None, notes })
+        Ok(Stride { t, dt, iterations, rejected, coupled: None, notes, left: Vec::new() })
     }
 
     fn state(&self) -> Vec<u8> {

@@ -390,7 +390,7 @@ impl Stepper for Swarm<'_> {
         (self.t, self.contacts) = (t, report.contacts);
         self.take_state();
         let notes = why.iter().map(|why| shortened(t, dt, why)).collect();
-        Ok(Stride { t, dt, iterations: report.effort.iterations, rejected, coupled: None, notes })
+        Ok(Stride { t, dt, iterations: report.effort.iterations, rejected, coupled: None, notes, left: Vec::new() })
     }
 
     fn state(&self) -> Vec<u8> {
@@ -401,7 +401,7 @@ impl Stepper for Swarm<'_> {
     fn look(&mut self, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
         let (bodies, poses, twists, contacts) =
             (&self.scene.bodies.bodies[..], &self.poses, &self.twists, &self.contacts);
-        let bodies = BodiesNow { bodies, poses, twists, contacts, flow: &[], holding: &|| Ok(None) };
+        let bodies = BodiesNow { bodies, poses, twists, contacts, flow: &[] };
         then(&View { t: self.t, fields: None, bodies: Some(bodies), tissue: None, flow: None })
     }
 }

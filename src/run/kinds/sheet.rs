@@ -3,7 +3,6 @@
 use super::tissue::has_moving_bodies;
 use crate::measure::fields::TissueFields;
 use crate::measure::list::{Bodies, OfMarch};
-use crate::model::State;
 use crate::run::maps::Caption;
 use crate::run::stepper::{Halt, Limits, MARCH_COLUMNS, Plan, Stage, Stepper, Stride, Wanted};
 use crate::run::summary::Unknowns;
@@ -65,7 +64,7 @@ pub(in crate::run) fn show(march: &March, then: &mut dyn FnMut(&View) -> Result<
     let fields = TissueFields { model, state, t };
     let counted = OfMarch { limited: march.limited(), mass_counted: march.mass_counted() };
     let tissue = TissueNow { model, state, rate_of_p: march.rate_of_p(), march: counted };
-    show_bodies_at_rest(model, state, t, &mut |bodies| {
+    show_bodies_at_rest(model, &mut |bodies| {
         then(&View { t, fields: Some(&fields), bodies, tissue: Some(tissue), flow: None })
     })
 }
@@ -76,16 +75,13 @@ pub(in crate::run) fn show(march: &March, then: &mut dyn FnMut(&View) -> Result<
 /// Those of `then`.
 pub(in crate::run) fn show_bodies_at_rest(
     model: &dyn Sheet,
-    state: &State,
-    t: f64,
     then: &mut dyn FnMut(Option<Bodies>) -> Result<(), RunError>,
 ) -> Result<(), RunError> {
     let SheetKind::Incompressible(model) = model.kind() else { return then(None) };
     let Some(floating) = &model.bodies else { return then(None) };
     let twists = vec![Twist::ZERO; floating.bodies().len()];
-    let holding = || Ok(model.holding(state, t)?.first().copied());
     let (bodies, poses) = (floating.bodies(), model.poses());
-    then(Some(Bodies { bodies, poses, twists: &twists, contacts: &[], flow: &[], holding: &holding }))
+    then(Some(Bodies { bodies, poses, twists: &twists, contacts: &[], flow: &[] }))
 }
 
 impl Setup {

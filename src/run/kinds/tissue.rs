@@ -246,16 +246,18 @@ impl MovingTissue {
             }
         };
         wanted.check_mesh(&model.loops.mesh)?;
-        let march = match wanted.unpack::<MovingCheckpoint>()? {
+        let mut march = match wanted.unpack::<MovingCheckpoint>()? {
             None => MovingMarch::start(model, scene.march(), p, (bodies.rigid.order, contact))
                 .map_err(|error| RunError::begin(origin, error))?,
             Some(state) => MovingMarch::resume(model, scene.march(), state, contact).map_err(failed)?,
         };
+        let exits = bodies.exits(&march.model().loops.mesh);
+        march.let_leave(exits.clone());
         let mesh = &march.model().loops.mesh;
-        let mut resolution = Resolution::new(mesh, bodies.bodies.len());
+        let mut resolution = Resolution::new(mesh, exits);
         // the run has told of those that are small at its start
-        resolution.of_bodies(mesh, &bodies.bodies, march.poses());
-        resolution.of_boundary(mesh, &bodies.bodies, march.poses());
+        resolution.of_bodies(mesh, march.bodies(), march.poses());
+        resolution.of_boundary(mesh, march.bodies(), march.poses());
         Ok(Self { resolution, march })
     }
 }
@@ -267,13 +269,12 @@ impl Stepper for MovingTissue {
     fn advance(&mut self, _: f64, landing: f64) -> Result<Stride, Halt> {
         let report = self.march.advance(landing, &NEVER);
         let report = report.map_err(|error: MovingError| Halt::from(error.to_string()))?;
-        let model = self.march.model();
-        let (mesh, bodies) = (&model.loops.mesh, model.bodies.as_ref().expect("a tissue with bodies").bodies());
+        let (mesh, bodies) = (&self.march.model().loops.mesh, self.march.bodies());
         let mut notes: Vec<String> = Vec::new();
         notes.extend(self.resolution.of_bodies(mesh, bodies, self.march.poses()));
         notes.extend(self.resolution.of_boundary(mesh, bodies, self.march.poses()));
         notes.extend(self.resolution.of_gaps(mesh, bodies, self.march.contacts()));
-        Ok(Stride { notes, ..Stride::from(report) })
+        Ok(Stride { notes, left: self.march.left().to_vec(), ..Stride::from(report) })
     }
 
     fn state(&self) -> Vec<u8> {
@@ -294,15 +295,14 @@ impl Stepper for MovingTissue {
                 unreachable!("bodies move in an incompressible sheet")
             };
             let floating = model.bodies.as_ref().expect("a tissue with bodies");
-            // a flow that was solved for can be solved for again
-            let holding = || Ok(model.holding(state, t).ok().and_then(|held| held.first().copied()));
             let (bodies, contacts) = (floating.bodies(), &contacts[..]);
             let (poses, twists) = (&poses[..], &twists[..]);
-            let bodies = BodiesNow { bodies, poses, twists, contacts, flow: &[], holding: &holding };
+            let bodies = BodiesNow { bodies, poses, twists, contacts, flow: &[] };
+            let bodies = (!bodies.bodies.is_empty()).then_some(bodies);
             let counted = OfMarch { limited: march.limited(), mass_counted: march.mass_counted() };
             let tissue = TissueNow { model: march.model, state, rate_of_p: march.rate_of_p(), march: counted };
             let fields = TissueFields { model: march.model, state, t };
-            then(&View { t, fields: Some(&fields), bodies: Some(bodies), tissue: Some(tissue), flow: None })
+            then(&View { t, fields: Some(&fields), bodies, tissue: Some(tissue), flow: None })
         })
     }
 

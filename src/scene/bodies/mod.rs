@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use super::error::SceneError;
 use super::source::SceneSource;
 use crate::body::Body;
+use crate::body::leaving::Exits;
 use crate::contact::in_flow::FlowCoupling;
 use crate::contact::{Law, Method, Partner, Settings, Wall};
 use crate::mesh::locate::Locator;
@@ -22,8 +23,10 @@ pub struct Bodies {
     pub bodies: Vec<Body>,
     /// Walls that need no mesh.
     pub walls: Vec<Wall>,
-    /// Numbers of `[[wall]]`s that are boundary tags, see [`Bodies::walls_on`].
-    pub wall_tags: Vec<(usize, String)>,
+    /// Boundary tags that are walls, and the keys that make them such, see [`Bodies::walls_on`].
+    pub wall_tags: Vec<(String, String)>,
+    /// Boundary tags through which bodies leave, see [`Bodies::exits`].
+    pub open_tags: Vec<String>,
     /// `None` where nothing can touch.
     pub contact: Option<ContactSettings>,
     /// How a flow carries them; without a meaning for particles.
@@ -63,25 +66,35 @@ impl Bodies {
         let of_tags = self.wall_tags.iter().flat_map(|(_, tag)| segments(mesh, tag));
         self.walls.iter().copied().chain(of_tags).collect()
     }
+
+    /// Where bodies leave a mesh.
+    pub fn exits(&self, mesh: &Mesh) -> Exits {
+        Exits::new(mesh, &self.open_tags)
+    }
 }
 
 impl Bodies {
     /// Whether walls name tags of a mesh, and every body has its place in it.
     ///
     /// # Errors
-    /// An unknown tag; a body that is larger than the domain, or wholly outside of it; one that overlaps a wall of the
+    /// An unknown tag; a wall that the boundary makes and that is curved; a body that is larger than the domain, or wholly outside of it; one that overlaps a wall of the
     /// boundary.
     pub fn check_mesh(&self, source: &SceneSource, mesh: &Mesh) -> Result<(), SceneError> {
         let error = |key: &str, value: String, rule: String, hint: &str| {
             let (place, key) = (source.place(key), key.to_owned());
             Err(SceneError::Value { place, key, value, rule, hint: hint.to_owned() })
         };
-        for (number, tag) in &self.wall_tags {
+        for (key, tag) in &self.wall_tags {
             if mesh.tag(tag).is_none() {
                 let known: Vec<&str> = mesh.tags.iter().map(String::as_str).collect();
                 let rule = format!("names no part of the mesh's boundary{}", names::did_you_mean(tag, &known));
                 let hint = format!("the mesh's tags are {}", known.join(", "));
-                return error(&format!("wall.{number}.tag"), format!("\"{tag}\""), rule, &hint);
+                return error(key, format!("\"{tag}\""), rule, &hint);
+            }
+            if key.starts_with("boundary.") && is_curved(mesh, tag) {
+                let rule = "this part of the boundary is curved, and contact knows straight walls of a mesh alone";
+                let hint = "put a [[wall]] there, `disc` or `hollow`, or set `mesh.curved = 1`";
+                return error(key, "\"wall\"".to_owned(), rule.to_owned(), hint);
             }
         }
         let extent = Extent::of(mesh);
@@ -90,28 +103,28 @@ impl Bodies {
                 return error(&body.key, format!("`{}`", body.name), rule, hint);
             }
         }
-        let of_tags: Vec<(usize, Wall)> = self
+        let of_tags: Vec<(&str, Wall)> = self
             .wall_tags
             .iter()
-            .flat_map(|(number, tag)| segments(mesh, tag).into_iter().map(|wall| (*number, wall)))
+            .flat_map(|(key, tag)| segments(mesh, tag).into_iter().map(move |wall| (wall_of(key), wall)))
             .collect();
         let walls: Vec<Wall> = of_tags.iter().map(|(_, wall)| *wall).collect();
         let Some((i, wall, depth)) = place::first_in_wall(&self.bodies, &walls, &|_| false) else {
             return self.check_margin(source, &walls, &of_tags);
         };
-        let (number, body) = (of_tags[wall].0, &self.bodies[i]);
-        let rule = format!("overlaps the wall `wall.{number}`, a part of the boundary, by {depth:.3e}");
+        let (wall, body) = (of_tags[wall].0, &self.bodies[i]);
+        let rule = format!("overlaps the wall `{wall}`, a part of the boundary, by {depth:.3e}");
         let at = format!("{} (`{}`)", shown(body.start.position), body.name);
         error(&body.key, at, rule, "move the body away from it, or take the wall off")
     }
 
     /// Whether the walls of the boundary leave room for the margin.
-    fn check_margin(&self, source: &SceneSource, walls: &[Wall], of_tags: &[(usize, Wall)]) -> Result<(), SceneError> {
+    fn check_margin(&self, source: &SceneSource, walls: &[Wall], of_tags: &[(&str, Wall)]) -> Result<(), SceneError> {
         let margin = self.contact.map_or(0.0, |contact| contact.margin);
         let Some((at, Partner::Wall(wall), gap)) = place::first_crowded(&self.bodies, walls, margin) else {
             return Ok(());
         };
-        let partner = format!("the wall `wall.{}`", of_tags[wall].0);
+        let partner = format!("the wall `{}`", of_tags[wall].0);
         let (rule, hint) = place::crowded_rule(&self.bodies[at].name, &partner, gap);
         let (key, value) = ("contact.margin".to_owned(), margin.to_string());
         Err(SceneError::Value { place: source.place(&key), key, value, rule, hint })
@@ -153,7 +166,7 @@ impl<'m> Extent<'m> {
         }
         if !outline.iter().any(|x| locator.locate(mesh, *x).is_some()) {
             let rule = format!("the body at {} lies wholly outside of the mesh", shown(body.start.position));
-            return Some((rule, "move it into the domain, or remove it"));
+            return Some((rule, "move it, so that some part of it lies in the domain: bodies leave, but do not enter"));
         }
         let (cell, _) = locator.locate(mesh, body.start.position)?;
         let (thin, cell) = (body.shape.inradius(), (2.0 * mesh.cell_area(cell)).sqrt());
@@ -178,6 +191,22 @@ fn short(length: f64) -> String {
 
 fn shown(x: Point) -> String {
     format!("[{}, {}]", x.x, x.y)
+}
+
+/// A wall's table, from the key that makes it a part of the boundary.
+fn wall_of(key: &str) -> &str {
+    if key.starts_with("wall.") { key.trim_end_matches(".tag") } else { key.trim_end_matches(".bodies") }
+}
+
+/// Whether a part of the boundary has a face that is not straight.
+fn is_curved(mesh: &Mesh, tag: &str) -> bool {
+    let Some(tag) = mesh.tag(tag) else { return false };
+    let middles = [Point::new(0.5, 0.5), Point::new(0.0, 0.5), Point::new(0.5, 0.0)];
+    mesh.faces.iter().filter(|face| face.tag == Some(tag)).any(|face| {
+        let [a, b] = mesh.face_vertices(face).map(|vertex| mesh.vertices[vertex]);
+        let (middle, _) = mesh.map(face.minus.cell).at(middles[face.minus.face]);
+        (middle - 0.5 * (a + b)).norm() > 1e-9 * (b - a).norm()
+    })
 }
 
 /// The boundary faces of a tag as walls with the mesh on their left; straight runs of faces make one wall.

@@ -1,6 +1,7 @@
 //! The rules of `[[body]]` and `[rigid]`, and of all tables of bodies together.
 
 use super::groups::Among;
+use super::passages::Side;
 use super::{Checker, shown};
 use crate::body::{Body, Hold};
 use crate::contact::{Partner, Wall};
@@ -24,6 +25,9 @@ pub(super) enum Around {
     Flow,
 }
 
+/// Why a compressible sheet has no bodies.
+pub(super) const NO_BODIES: &str = "a sheet that can be squeezed carries no rigid bodies";
+
 /// Names and values that formulas may use.
 pub(super) type Symbols<'a> = &'a [(&'static str, f64)];
 
@@ -34,13 +38,16 @@ impl Checker<'_> {
         tables: &mut BodyTables,
         around: Around,
         symbols: Symbols,
+        sides: &mut [Side],
     ) -> Result<Option<Bodies>, SceneError> {
         if tables.is_empty() {
+            let rule = "there is no body that could meet this boundary";
+            self.no_passage(sides, rule, "remove it, or add [[body]] with `shape` and `position`")?;
             return Ok(None);
         }
         self.some_body(tables)?;
         let rigid = self.rigid(tables, around)?;
-        let (walls, wall_tags) = self.walls(&mut tables.wall, around)?;
+        let (walls, mut wall_tags) = self.walls(&mut tables.wall, around)?;
         let mut bodies: Vec<Body> = Vec::new();
         for (at, table) in tables.body.iter_mut().enumerate() {
             table.name.get_or_insert_with(|| format!("body-{}", at + 1));
@@ -59,6 +66,7 @@ impl Checker<'_> {
         self.names_differ(&bodies)?;
         let numbers: Vec<usize> = (0..tables.wall.len()).filter(|at| tables.wall[*at].tag.is_none()).collect();
         self.apart(&bodies, &walls, &numbers, around)?;
+        let open_tags = self.passages(sides, &bodies, &mut wall_tags)?;
         let touch = bodies.len() > 1 || !(walls.is_empty() && wall_tags.is_empty());
         let contact = self.contact(&mut tables.contact, touch, around)?;
         if let Some(contact) = &contact {
@@ -72,7 +80,7 @@ impl Checker<'_> {
                 Err(self.error("contact.margin", contact.margin, &rule, &hint))
             })?;
         }
-        Ok(Some(Bodies { bodies, walls, wall_tags, contact, rigid }))
+        Ok(Some(Bodies { bodies, walls, wall_tags, open_tags, contact, rigid }))
     }
 
     /// Walls and settings without a body are a mistake.
@@ -391,8 +399,7 @@ impl Checker<'_> {
             ("rigid", tables.rigid.is_some()),
         ];
         given.into_iter().find(|(_, given)| *given).map_or(Ok(()), |(key, _)| {
-            let rule = "a sheet that can be squeezed carries no rigid bodies";
-            Err(self.error(key, "(given)", rule, "remove it, or take kind = \"incompressible\" or \"stokes\""))
+            Err(self.error(key, "(given)", NO_BODIES, "remove it, or take kind = \"incompressible\" or \"stokes\""))
         })
     }
 }

@@ -5,11 +5,13 @@ use std::collections::BTreeMap;
 use toml_edit::Item;
 
 use super::amounts::Course;
-use super::bodies::Around;
+use super::bodies::{Around, NO_BODIES};
 use super::outputs::Scope;
+use super::passages::Side;
 use super::{Checker, shown};
+use crate::body::leaving::Passage;
 use crate::expression::Expression;
-use crate::model::{Conditions, Fluid, ModelError, ModelKind, Sources};
+use crate::model::{Conditions, Fluid, ModelError, ModelKind, Parameters, Sources};
 use crate::scene::SceneSource;
 use crate::scene::bodies::tables::BodyTables;
 use crate::scene::error::SceneError;
@@ -109,7 +111,7 @@ pub(in crate::scene) fn particles(source: SceneSource) -> Result<ParticlesScene,
         wall: std::mem::take(&mut file.wall),
         contact: file.contact.take(),
     };
-    let bodies = checker.bodies(&mut tables, around, &symbols)?;
+    let bodies = checker.bodies(&mut tables, around, &symbols, &mut [])?;
     let hint = "add [[body]] with `shape` and `position`, or [[bodies]] with `count`, `radius` and `box`";
     let missing = || SceneError::Missing { place: source.place("body"), key: "body".to_owned(), hint: hint.to_owned() };
     let bodies = bodies.ok_or_else(missing)?;
@@ -152,7 +154,8 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
         wall: std::mem::take(&mut file.wall),
         contact: file.contact.take(),
     };
-    let bodies = checker.bodies(&mut tables, Around::Flow, &symbols)?;
+    let said = file.boundary.iter_mut().map(|(tag, table)| (tag, &mut table.bodies));
+    let bodies = checker.bodies(&mut tables, Around::Flow, &symbols, &mut sides(said, &boundary))?;
     BodyTables { rigid: file.rigid, body: file.body, bodies: file.bodies, wall: file.wall, contact: file.contact } =
         tables;
     let time = checker.motion_time(&mut file.time)?;
@@ -176,6 +179,14 @@ pub(in crate::scene) fn stokes(source: SceneSource) -> Result<StokesScene, Scene
         resolved: file,
         source,
     })
+}
+
+/// The parts of a boundary, as bodies meet them.
+fn sides<'a>(
+    said: impl Iterator<Item = (&'a String, &'a mut Option<Passage>)>,
+    boundary: &'a BTreeMap<String, Conditions>,
+) -> Vec<Side<'a>> {
+    said.map(|(tag, given)| Side { tag, given, flow: &boundary[tag].velocity }).collect()
 }
 
 impl Checker<'_> {
@@ -223,8 +234,8 @@ impl Checker<'_> {
     pub(super) fn bodies_of_tissue(
         &self,
         file: &mut SceneFile,
-        kind: ModelKind,
-        symbols: &[(&'static str, f64)],
+        parameters: &Parameters,
+        boundary: &BTreeMap<String, Conditions>,
     ) -> Result<Option<crate::scene::bodies::Bodies>, SceneError> {
         let mut tables = BodyTables {
             rigid: file.rigid.take(),
@@ -233,10 +244,12 @@ impl Checker<'_> {
             wall: std::mem::take(&mut file.wall),
             contact: file.contact.take(),
         };
-        let bodies = match kind {
-            ModelKind::Incompressible => self.bodies(&mut tables, Around::Flow, symbols)?,
+        let mut sides = sides(file.boundary.iter_mut().map(|(tag, table)| (tag, &mut table.bodies)), boundary);
+        let bodies = match parameters.kind() {
+            ModelKind::Incompressible => self.bodies(&mut tables, Around::Flow, &parameters.symbols(), &mut sides)?,
             ModelKind::Compressible => {
                 self.no_bodies(&tables)?;
+                self.no_passage(&sides, NO_BODIES, "remove it, or take kind = \"incompressible\" or \"stokes\"")?;
                 None
             }
         };

@@ -7,6 +7,7 @@ mod groups;
 mod kinds_of_scenes;
 mod maps;
 mod outputs;
+mod passages;
 mod rest;
 mod space;
 mod strain;
@@ -60,7 +61,7 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     time.rests_from = checker.rest(&time, &file.mesh, &boundary, &sources)?;
     let steady = checker.steady(&mut file, &boundary, &sources)?;
     let coupling = checker.coupling(&mut file)?;
-    let bodies = checker.bodies_of_tissue(&mut file, parameters.kind(), &parameters.symbols())?;
+    let bodies = checker.bodies_of_tissue(&mut file, &parameters, &boundary)?;
     let (kind, listed) = (&kinds::TISSUE, bodies.as_ref().map_or(&[][..], |bodies| &bodies.bodies));
     let scope = Scope { tissue: Some(&parameters), kind, bodies: listed, boundary: Some(&boundary) };
     let outputs = checker.outputs(&file.output, scope)?;

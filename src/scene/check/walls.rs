@@ -10,8 +10,8 @@ use crate::scene::bodies::tables::{CircleTable, ContactTable, LawName, WallTable
 use crate::scene::error::SceneError;
 use crate::schema::Range;
 
-/// Walls, and those that are boundary tags, with their numbers.
-type Walls = (Vec<Wall>, Vec<(usize, String)>);
+/// Walls, and those that are boundary tags, with the keys that make them such.
+type Walls = (Vec<Wall>, Vec<(String, String)>);
 
 impl Checker<'_> {
     pub(super) fn walls(&self, tables: &mut [WallTable], around: Around) -> Result<Walls, SceneError> {
@@ -50,7 +50,7 @@ impl Checker<'_> {
                         rule,
                         "remove one of the two",
                     )?;
-                    tags.push((at, tag.clone()));
+                    tags.push((key, tag.clone()));
                 }
                 (_, _, _, _) => {
                     return Err(self.error(&key, "(a table)", one, "write one [[wall]] for each"));

@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use super::particles::{MotionTime, MotionTimeTable};
 use super::{Keys, SceneKind};
+use crate::body::leaving::Passage;
 use crate::expression::{Formula, VectorFormula};
 use crate::mesh::Mesh;
 use crate::mesh::generate::MeshScene;
-use crate::model::boundary::{NamedCondition, velocity_schema};
+use crate::model::boundary::{NamedCondition, PASSAGE, velocity_schema};
 use crate::model::fields::{PRESSURE, VELOCITY};
 use crate::model::momentum::SlipTreatment;
 use crate::model::{Conditions, Fluid, Sources, TermStatus};
@@ -158,6 +159,10 @@ pub struct StokesBoundary {
     /// What holds for the velocity.
     #[schemars(schema_with = "velocity_schema")]
     pub velocity: NamedCondition,
+    /// What rigid bodies meet here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-default" = PASSAGE))]
+    pub bodies: Option<Passage>,
 }
 
 /// `[source]` of a Stokes flow.

@@ -78,7 +78,8 @@ fn check_bodies(forms: Forms, domain: &Domain, bodies: &[Body]) -> Result<(), Bo
     let sizes = bodies.iter().map(|body| body.shape.circumradius());
     let Some(dry) = wet.iter().zip(sizes).position(|(wet, size)| *wet <= DRY * size) else { return Ok(()) };
     let body = bodies[dry].name.clone();
-    Err(if domain.active.contains(&true) { BodyError::Outside { body } } else { BodyError::Everything { body } })
+    let lies_outside = domain.active.contains(&true);
+    Err(if lies_outside { BodyError::Outside { body, number: dry } } else { BodyError::Everything { body } })
 }
 
 /// The blocks of the active cells that bodies cut or touch.

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::body::Body;
+use crate::body::leaving::{Departure, Exits};
 use crate::body::motion::Motion;
 use crate::body::stiffness::{DECAY, Stiffness, Stride as Stretch};
 use crate::contact::in_flow::{Acting, FlowContact, FlowCoupling, Moment, Stepped};
@@ -12,8 +14,8 @@ use crate::measure::fields::FlowFields;
 use crate::measure::list::Bodies;
 use crate::mesh::Mesh;
 use crate::model::formulas::check_formulas;
-use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::{self, Flow};
+use crate::model::immersed::{FlowWithBodies, leaving};
 use crate::model::mobility::{Columns, Mobility};
 use crate::model::momentum::{MomentumError, outer_force};
 use crate::model::{Fluid, Sources};
@@ -31,6 +33,8 @@ use crate::time::coupling::StepFailure;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
     t: f64,
+    /// Names of the bodies that are left, of which all below has one entry each.
+    present: Vec<String>,
     motion: Motion,
     bonds: Bonds,
     /// Forces of contact on the bodies; empty where nothing is pushed.
@@ -56,6 +60,11 @@ pub struct FlowStepper {
     columns: Columns,
     /// What a checkpoint holds.
     good: Checkpoint,
+    /// The bodies of the good state.
+    bodies: Arc<[Body]>,
+    exits: Exits,
+    /// Those that left in the last step.
+    left: Vec<Departure>,
     resolution: Resolution,
 }
 
@@ -72,13 +81,8 @@ impl FlowStepper {
     ) -> Result<Self, RunError> {
         let origin = || scene.source().origin().to_owned();
         let model = |error: MomentumError| RunError::Model { origin: origin(), error: Box::new(error) };
-        let (mut bodies, settings) = match &scene.bodies {
-            Some(given) => (given.bodies.clone(), given.rigid),
-            None => (Vec::new(), flow::Settings::default()),
-        };
-        if let Some(resumed) = &resumed {
-            bodies.iter_mut().zip(&resumed.motion.poses).for_each(|(body, pose)| body.start = *pose);
-        }
+        let settings = scene.bodies.as_ref().map_or_else(flow::Settings::default, |bodies| bodies.rigid);
+        let bodies = bodies_of(scene, resumed.as_ref());
         let degrees = (scene.degrees[0], scene.degrees[1]);
         let conditions = scene.conditions(mesh);
         let t = resumed.as_ref().map_or(0.0, |resumed| resumed.t);
@@ -98,24 +102,50 @@ impl FlowStepper {
         let unpushed = carried.twists.clone();
         let stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| model(error.into()))?;
         let time = scene.time;
-        let mut resolution = Resolution::new(mesh, flow.guide.bodies.len());
+        let exits = scene.bodies.as_ref().map_or_else(Exits::default, |bodies| bodies.exits(mesh));
+        let mut resolution = Resolution::new(mesh, exits.clone());
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, &flow.guide.bodies, &flow.motion.poses);
         resolution.of_boundary(mesh, &flow.guide.bodies, &flow.motion.poses);
         let (columns, is_new) = (Columns::default(), resumed.is_none());
         let good = resumed.unwrap_or_else(|| Checkpoint::start(&flow, &carried));
-        let mut this =
-            Self { resolution, flow, contact, fluid, sources, time, stiffness, carried, unpushed, columns, good };
-        if is_new {
-            let begin = |refusal: Refusal| RunError::begin(&origin(), StepFailure::Bodies(refusal.to_string()));
-            let acting = this.act(&this.good.bonds).map_err(begin)?;
-            (this.good.pushes, this.good.contacts) = (acting.wrenches, acting.contacts);
-        }
-        this.push().map_err(model)?;
-        if is_new {
-            this.good.twists.clone_from(&this.carried.twists);
-        }
+        let (bodies, left) = (flow.guide.bodies.clone(), Vec::new());
+        let mut this = Self {
+            flow,
+            contact,
+            fluid,
+            sources,
+            time,
+            stiffness,
+            carried,
+            unpushed,
+            columns,
+            good,
+            bodies,
+            exits,
+            left,
+            resolution,
+        };
+        this.set_out(is_new, &origin())?;
         Ok(this)
+    }
+
+    /// Makes the flow that of the forces of contact: those of a checkpoint, or those at the start.
+    fn set_out(&mut self, is_new: bool, origin: &str) -> Result<(), RunError> {
+        if is_new {
+            let begin = |refusal: Refusal| RunError::begin(origin, StepFailure::Bodies(refusal.to_string()));
+            let acting = self.act(&self.good.bonds).map_err(begin)?;
+            (self.good.pushes, self.good.contacts) = (acting.wrenches, acting.contacts);
+        }
+        if !self.good.pushes.is_empty() {
+            let carried = solve(&self.flow, &self.fluid, &self.sources, &self.good.pushes);
+            let model = |error| RunError::Model { origin: origin.to_owned(), error: Box::new(error) };
+            self.carried = carried.map_err(model)?;
+        }
+        if is_new {
+            self.good.twists.clone_from(&self.carried.twists);
+        }
+        Ok(())
     }
 
     /// The moment at which the flow is.
@@ -138,14 +168,6 @@ impl FlowStepper {
         contact.act(&self.moment(&mobility), self.good.step_control.length(&self.time.bounds))
     }
 
-    /// Solves for the flow with the forces of contact, where there are some.
-    fn push(&mut self) -> Result<(), MomentumError> {
-        if !self.good.pushes.is_empty() {
-            self.carried = solve(&self.flow, &self.fluid, &self.sources, &self.good.pushes)?;
-        }
-        Ok(())
-    }
-
     /// Whether the step is easy to follow.
     fn followed(&self, t: f64, dt: f64, by: &[Twist]) -> Result<bool, Refusal> {
         let response = self.mobility();
@@ -160,7 +182,6 @@ impl FlowStepper {
 
     /// One step; `Err` leaves the flow broken, and the last good state as it was.
     fn step(&mut self, t: f64, dt: f64) -> Result<(usize, bool), Refusal> {
-        let text = |error: MomentumError| Refusal::Failure(error.to_string());
         // the loop's time is free of the rounding of many sums
         self.flow.t = t;
         let mobility = self.mobility();
@@ -170,27 +191,75 @@ impl FlowStepper {
             None => Stepped::free(&moment, dt)?,
             Some(contact) => contact.step(&moment, dt)?,
         };
-        let Stepped { by, now, contacts, bonds, iterations } = made;
         drop(mobility);
-        self.flow.advance(dt, &now, &by).map_err(text)?;
+        let (made, before) = self.move_bodies((t, dt), made)?;
+        let iterations = made.iterations;
+        if let Err(refusal) = self.settle(t + dt, made) {
+            // the good state has the bodies that have left now
+            before.into_iter().for_each(|flow| self.flow = flow);
+            return Err(refusal);
+        }
+        Ok((iterations, easy))
+    }
+
+    /// Moves the bodies to the end of a step from `t`. Where nothing is left in the mesh of some of them they are taken
+    /// out: then what is returned is the step of the others, and the flow with all.
+    fn move_bodies(&mut self, (t, dt): (f64, f64), made: Stepped) -> Result<(Stepped, Option<Flow>), Refusal> {
+        let text = |error: MomentumError| Refusal::Failure(error.to_string());
+        self.left.clear();
+        let moved = self.flow.advance(dt, &made.now, &made.by);
         self.flow.t = t + dt;
+        let Some(first) = moved.as_ref().err().and_then(leaving::outside) else {
+            return moved.map(|()| (made, None)).map_err(text);
+        };
+        let (flow, remaining) = self.flow.without(first).map_err(text)?;
+        let places = (&*self.flow.guide.bodies, &self.flow.motion.poses[..]);
+        let gone = leaving::departures(&self.exits, places, &remaining, t + dt);
+        self.left = gone.map_err(|error| text(error.into()))?;
+        self.stiffness = Stiffness::new(&flow.guide.bodies).map_err(|error| text(error.into()))?;
+        self.contact.iter_mut().for_each(|contact| contact.keep(&remaining));
+        Ok((made.of(&remaining), Some(std::mem::replace(&mut self.flow, flow))))
+    }
+
+    /// After the bodies were moved: solves for the flow, with the forces of contact at the new places.
+    fn settle(&mut self, t: f64, made: Stepped) -> Result<(), Refusal> {
+        let text = |error: MomentumError| Refusal::Failure(error.to_string());
+        let Stepped { by, contacts, bonds, .. } = made;
         self.columns.clear();
         self.carried = solve(&self.flow, &self.fluid, &self.sources, &[]).map_err(text)?;
         self.unpushed.clone_from(&self.carried.twists);
         let acting = self.act(&bonds)?;
         let (motion, step_control) = (self.flow.motion.clone(), self.good.step_control.clone());
-        let (pushes, twists) = (acting.wrenches, Vec::new());
-        self.good = Checkpoint { t: t + dt, motion, bonds, pushes, twists, contacts: acting.contacts, step_control };
-        self.push().map_err(text)?;
-        self.good.twists.clone_from(&self.carried.twists);
+        let (present, pushes, bodies) = (names(&self.flow), acting.wrenches, self.flow.guide.bodies.clone());
+        if !pushes.is_empty() {
+            self.carried = solve(&self.flow, &self.fluid, &self.sources, &pushes).map_err(text)?;
+        }
+        let twists = self.carried.twists.clone();
+        self.bodies = bodies;
+        self.good = Checkpoint { t, present, motion, bonds, pushes, twists, contacts: acting.contacts, step_control };
         if let Some(contact) = &mut self.contact {
             contact.restore(self.good.bonds.clone());
             if contact.coupling == FlowCoupling::Split {
                 self.good.show_split(contacts, &by);
             }
         }
-        Ok((iterations, easy))
+        Ok(())
     }
+}
+
+/// Of the bodies in a flow.
+fn names(flow: &Flow) -> Vec<String> {
+    flow.guide.bodies.iter().map(|body| body.name.clone()).collect()
+}
+
+/// The bodies of a scene, or those of them that are left in a checkpoint, where they are then.
+fn bodies_of(scene: &StokesScene, resumed: Option<&Checkpoint>) -> Vec<Body> {
+    let mut bodies = scene.bodies.as_ref().map_or_else(Vec::new, |given| given.bodies.clone());
+    if let Some(resumed) = resumed {
+        bodies.retain(|body| resumed.present.contains(&body.name));
+        bodies.iter_mut().zip(&resumed.motion.poses).for_each(|(body, pose)| body.start = *pose);
+    }
+    bodies
 }
 
 /// What can touch in a scene.
@@ -208,6 +277,7 @@ impl Checkpoint {
     fn start(flow: &Flow, carried: &FlowWithBodies) -> Self {
         Self {
             t: flow.t,
+            present: names(flow),
             motion: flow.motion.clone(),
             bonds: Bonds::default(),
             pushes: Vec::new(),
@@ -247,7 +317,10 @@ impl Stepper for FlowStepper {
         notes.extend(self.resolution.of_bodies(mesh, bodies, &self.flow.motion.poses));
         notes.extend(self.resolution.of_boundary(mesh, bodies, &self.flow.motion.poses));
         notes.extend(self.resolution.of_gaps(mesh, bodies, &self.good.contacts));
-        Ok(Stride { t, dt, iterations, rejected, coupled: None, notes })
+        let mut left = std::mem::take(&mut self.left);
+        // without the rounding of the sum
+        left.iter_mut().for_each(|gone| gone.time = t);
+        Ok(Stride { t, dt, iterations, rejected, coupled: None, notes, left })
     }
 
     fn state(&self) -> Vec<u8> {
@@ -257,10 +330,9 @@ impl Stepper for FlowStepper {
     fn look(&mut self, then: &mut dyn FnMut(&View) -> Result<(), RunError>) -> Result<(), RunError> {
         let fields = FlowFields { flow: &self.flow, carried: &self.carried };
         let Checkpoint { t, motion, twists, contacts, .. } = &self.good;
-        let holding = || Ok(self.carried.holding.first().copied());
-        let (bodies, poses) = (&*self.flow.guide.bodies, &motion.poses[..]);
+        let (bodies, poses) = (&*self.bodies, &motion.poses[..]);
         let flow = &self.carried.wrenches;
-        let bodies = Bodies { bodies, poses, twists, contacts, flow, holding: &holding };
+        let bodies = Bodies { bodies, poses, twists, contacts, flow };
         let bodies = (!bodies.bodies.is_empty()).then_some(bodies);
         let Self { flow, carried, fluid, sources, .. } = &*self;
         let flow = Some(FlowNow { flow, carried, fluid, sources });
