@@ -174,8 +174,16 @@ fn scenes() -> Vec<(&'static str, String, &'static [&'static str])> {
             sheet,
             &["mean_speed", "free_energy", "energy_budget", "mass", "density_min", "limited_cells", "force_on"],
         ),
-        ("fixed body", fixed, &["mean_speed", "free_energy", "overshoot", "energy_budget", "body", "holding"]),
-        ("moving body", BODY_IN_TISSUE.to_owned(), &["mean_speed", "kinetic_energy", "overlap", "body", "holding"]),
+        (
+            "fixed body",
+            fixed,
+            &["mean_speed", "free_energy", "overshoot", "energy_budget", "body", "holding", "wrench", "power_to"],
+        ),
+        (
+            "moving body",
+            BODY_IN_TISSUE.to_owned(),
+            &["mean_speed", "kinetic_energy", "overlap", "body", "wrench", "power_to"],
+        ),
         (
             "stokes",
             STOKES.to_owned(),

@@ -123,7 +123,7 @@ impl Reactions {
             axpy(-1.0, &model.tractions(&inner).flow, &mut residual);
         } else if let Some(floating) = &model.bodies {
             let loads = floating.guide.loads(&floating.poses, t)?;
-            add_bodies(momentum, &v.values, &[&loads, &model.holding(state, t)?], &mut residual);
+            add_bodies(momentum, &v.values, &[&loads, &model.carried(state, t)?.holding], &mut residual);
         }
         Ok(Self::new(&model.loops, velocity, &residual, &(whole + inner)))
     }

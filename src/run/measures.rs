@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::RunError;
 use super::kinds::sheet::show_bodies_at_rest;
 use super::stepper::{Ground, Plan};
-use super::view::{TissueNow, View, holding};
+use super::view::{TissueNow, View, acting, powers};
 use crate::measure::Measure;
 use crate::measure::errors::History;
 use crate::measure::fields::{Fields, TissueFields};
 use crate::measure::list::{
-    Asked, Boundary, Column, Domain, FREE_ENERGY, Flow, Holding, Prepared, Subject, Taken, Tissue,
+    Acting, Asked, Boundary, Column, Domain, FREE_ENERGY, Flow, Powers, Prepared, Subject, Taken, Tissue,
 };
 use crate::model::fields::{self, POLARITY, VELOCITY};
 use crate::model::{Exact, Residuals, State};
@@ -157,12 +157,14 @@ impl<'s> Gauges<'s> {
         let tissue = Tissue { domain, model, state, t, rate_of_p: &still, energy, march: None };
         let find = || model.reactions(state, t);
         let boundary = Boundary::new(&find);
-        let hold = || holding(model, state, t).unwrap_or_else(|| Ok(Vec::new()));
-        let held = Holding::new(&hold);
+        let act = || acting(model, state, t).unwrap_or_else(|| Ok(Vec::new()));
+        let take = || powers(model, state, t).unwrap_or_else(|| Ok(Vec::new()));
+        let (acting, powers) = (Acting::new(&act), Powers::new(&take));
         let mut taken = Taken::default();
         show_bodies_at_rest(model, &mut |bodies| {
             let flow = Some(Flow { v: &v, loops: &flowing });
-            let at = Subject { flow, boundary: Some(&boundary), bodies, holding: Some(&held), tissue: Some(tissue) };
+            let (boundary, acting, powers) = (Some(&boundary), Some(&acting), Some(&powers));
+            let at = Subject { flow, boundary, bodies, acting, powers, tissue: Some(tissue) };
             Ok(self.gauges.iter().try_for_each(|(_, gauge)| gauge.take(&at, &mut taken))?)
         })?;
         let residuals = model.residuals(state, t)?;
@@ -197,11 +199,13 @@ impl<'s> Gauges<'s> {
         });
         let find = || view.reactions().expect("a flow that forces drive");
         let boundary = Boundary::new(&find);
-        let hold = || view.holding().unwrap_or_else(|| Ok(Vec::new()));
-        let held = Holding::new(&hold);
+        let act = || view.acting().unwrap_or_else(|| Ok(Vec::new()));
+        let take = || view.powers().unwrap_or_else(|| Ok(Vec::new()));
+        let (acting, powers) = (Acting::new(&act), Powers::new(&take));
         let driven = view.tissue.is_some() || view.flow.is_some();
         let boundary = driven.then_some(&boundary);
-        let at = Subject { flow, boundary, bodies: view.bodies, holding: Some(&held), tissue };
+        let (acting, powers) = (Some(&acting), Some(&powers));
+        let at = Subject { flow, boundary, bodies: view.bodies, acting, powers, tissue };
         Ok(gauges.try_for_each(|gauge| gauge.take(&at, taken))?)
     }
 }

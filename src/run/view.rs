@@ -2,12 +2,11 @@
 
 use crate::measure::errors::{Errors, errors, of_flow};
 use crate::measure::fields::Fields;
-use crate::measure::list::{Bodies, OfMarch};
+use crate::measure::list::{ActsOn, Bodies, OfMarch};
 use crate::model::immersed::FlowWithBodies;
 use crate::model::immersed::flow::Flow;
 use crate::model::momentum::MomentumError;
 use crate::model::{Exact, Fluid, Reactions, Sources, State};
-use crate::shape::Wrench;
 use crate::time::{Sheet, SheetKind};
 
 /// What only a tissue shows.
@@ -59,9 +58,14 @@ impl View<'_> {
     }
 
     /// The forces and torques that hold the bodies of a flow; `None` where nothing flows around bodies.
-    pub fn holding(&self) -> Option<Result<Vec<Wrench>, MomentumError>> {
-        let of_flow = self.flow.map(|now| Ok(now.carried.holding.clone()));
-        of_flow.or_else(|| self.tissue.and_then(|now| holding(now.model, now.state, self.t)))
+    pub fn acting(&self) -> Option<Result<Vec<ActsOn>, MomentumError>> {
+        let of_flow = self.flow.map(|now| Ok(acts_on(now.carried)));
+        of_flow.or_else(|| self.tissue.and_then(|now| acting(now.model, now.state, self.t)))
+    }
+
+    /// What every body takes of the energy of a tissue; `None` where there is none, or no bodies in it.
+    pub fn powers(&self) -> Option<Result<Vec<f64>, MomentumError>> {
+        self.tissue.and_then(|now| powers(now.model, now.state, self.t))
     }
 
     /// The forces on the boundary; `None` where none drive the flow.
@@ -75,9 +79,25 @@ impl View<'_> {
 }
 
 /// The forces and torques that hold the bodies of a tissue; `None` without bodies.
-pub fn holding(model: &dyn Sheet, state: &State, t: f64) -> Option<Result<Vec<Wrench>, MomentumError>> {
+pub fn acting(model: &dyn Sheet, state: &State, t: f64) -> Option<Result<Vec<ActsOn>, MomentumError>> {
     match model.kind() {
-        SheetKind::Incompressible(model) => model.bodies.as_ref().map(|_| model.holding(state, t)),
+        SheetKind::Incompressible(model) => model.bodies.as_ref().map(|_| Ok(acts_on(&model.carried(state, t)?))),
         SheetKind::Compressible(_) => None,
     }
+}
+
+/// What every body takes of the energy of a tissue at a state; `None` without bodies in it.
+pub fn powers(model: &dyn Sheet, state: &State, t: f64) -> Option<Result<Vec<f64>, MomentumError>> {
+    match model.kind() {
+        SheetKind::Incompressible(model) => model.bodies.as_ref().map(|_| {
+            let twists = model.twists(state, t)?;
+            model.powers_to_bodies(state, &twists, t)
+        }),
+        SheetKind::Compressible(_) => None,
+    }
+}
+
+fn acts_on(carried: &FlowWithBodies) -> Vec<ActsOn> {
+    let FlowWithBodies { wrenches, holding, .. } = carried;
+    wrenches.iter().zip(holding).map(|(&flow, &holding)| ActsOn { flow, holding }).collect()
 }

@@ -98,7 +98,7 @@ fn walls_and_bodies_hold_each_other() {
     let (found, v, p) =
         (Reactions::of_incompressible(&model, &state, 0.0).unwrap(), &state[VELOCITY], &state[POLARITY]);
     let l = model.molecular(p, 0.0).unwrap();
-    let (holding, twists) = (model.holding(&state, 0.0).unwrap(), model.twists(&state, 0.0).unwrap());
+    let (holding, twists) = (model.carried(&state, 0.0).unwrap().holding, model.twists(&state, 0.0).unwrap());
     let inner = |x: &CellPoint| parameters.traction * p.vector(&x.site) - parameters.friction * v.vector(&x.site);
     let couple = |x: &CellPoint| parameters.elasticity * l.vector(&x.site).perp(&p.vector(&x.site));
     let sum = |f: &(dyn Fn(&CellPoint) -> f64 + Sync)| model.tissue().sum(9, f);

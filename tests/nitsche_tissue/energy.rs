@@ -8,6 +8,7 @@ use monolayer::measure::Budget;
 use monolayer::model::fields::{PRESSURE, VELOCITY};
 use monolayer::model::incompressible::State;
 use monolayer::model::{ElasticForce, Parameters};
+use monolayer::shape::Twist;
 use monolayer::time::moving::MovingMarch;
 use monolayer::time::{CouplingKind, March};
 
@@ -43,6 +44,16 @@ fn the_energy_law_holds_around_fixed_bodies() {
         println!("{budget:?}: {:.1e}", budget.defect());
         assert!(budget.bodies.abs() > 1e-3 * size(&budget), "bodies take something");
         assert!(budget.defect().abs() < 1e-12 * size(&budget));
+        // each its own part, whatever their order
+        let powers = model.powers_to_bodies(&state, &[Twist::ZERO; 2], 0.0).unwrap();
+        let turned = around(&square(4), parameters, &condition, fixed().into_iter().rev().collect());
+        let others = turned.powers_to_bodies(&state, &[Twist::ZERO; 2], 0.0).unwrap();
+        println!("{powers:?}, {others:?}");
+        assert!((powers.iter().sum::<f64>() - budget.bodies).abs() < 1e-12 * size(&budget));
+        assert!((powers[0] - powers[1]).abs() > 1e-3 * size(&budget), "bodies that differ take different powers");
+        for (one, other) in powers.iter().zip(others.iter().rev()) {
+            assert!((one - other).abs() < 1e-12 * size(&budget));
+        }
     }
 }
 

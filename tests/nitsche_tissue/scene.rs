@@ -51,7 +51,7 @@ end = 0.4
 
 const MEASURES: &str = r#"
 [[output]]
-measures = ["energy_budget", "free_energy", "holding", "body", { force_on = "walls" }, { force_on = "inlet" }]
+measures = ["energy_budget", "free_energy", "holding", "body", "wrench", "power_to", { force_on = "walls" }, { force_on = "inlet" }]
 every = { steps = 1 }
 [[output]]
 checkpoint = true
@@ -81,8 +81,9 @@ fn moving() -> String {
         "[[body]]\nname = \"free\"\nshape = { disc = { radius = 0.5 } }\nposition = [-1.5, -1.6]\nfriction = 1.0\n";
     let held =
         FIXED.replace("motion = \"fixed\"", "motion = { held = { velocity = [\"0.4\", \"0.1\"], spin = \"0.5\" } }");
+    let powers = "[[output]]\nmeasures = [{ power_to = \"free\" }]\nevery = { steps = 1 }\n";
     let wall = "[[wall]]\ntag = \"walls\"\n[contact]\nmargin = 0.1\n";
-    held + other + wall + MEASURES
+    held + other + wall + MEASURES + powers
 }
 
 #[test]
@@ -100,6 +101,11 @@ fn bodies_that_move_and_what_goes_on_where_it_was_left() {
     let measures = &summary(&folder.join("whole"))["measures"];
     let of = |name: &str| measures[name].as_f64().unwrap();
     assert!((of("body_x1") - 0.16).abs() < 1e-9 && of("budget_bodies").abs() > 1e-3, "{measures}");
+    // the line of the law body by body
+    let parts = [of("power_to"), of("power_to:free")];
+    assert!((parts[0] + parts[1] - of("budget_bodies")).abs() < 1e-9 && parts[1].abs() > 1e-6, "{measures}");
+    // what the flow does to a body that is held, its holding and its friction balance
+    assert!(of("wrench_x1").abs() > 1e-3, "{measures}");
     println!("{measures:#}");
 }
 

@@ -34,6 +34,8 @@ const FLOWN: [Column; 3] = [
     Column::new("wrench_torque", "torque of the flow on the body", DIMENSIONLESS, "torque"),
 ];
 
+const TAKEN: [Column; 1] = [Column::new("power_to", "energy law: what the body takes", DIMENSIONLESS, "body")];
+
 /// A measure of bodies.
 const fn of(
     name: &'static str,
@@ -80,13 +82,22 @@ pub const HOLDING: Measure = of_one(
     Which::InAFlow,
     holding,
 );
-/// Force and torque of a Stokes flow on a body; `bodies.csv` has those on all.
+/// Force and torque of a flow on a body; of a Stokes flow `bodies.csv` has those on all.
 pub const WRENCH: Measure = of_one(
     "wrench",
     "force and torque of the flow on the first body, or on one that is named",
     &FLOWN,
-    Which::InAStokesFlow,
+    Which::InAFlow,
     wrench,
+);
+/// What a body takes of the energy of a tissue, see
+/// [`Incompressible::powers_to_bodies`](crate::model::incompressible::Incompressible::powers_to_bodies).
+pub const POWER_TO: Measure = of_one(
+    "power_to",
+    "its part of `budget_bodies`: what the first body, or one that is named, takes of the energy",
+    &TAKEN,
+    Which::InATissue,
+    power_to,
 );
 
 fn kinetic_energy(at: &Bodies, taken: &mut Taken) -> Result<(), MeasureError> {
@@ -127,11 +138,15 @@ fn body(at: &OneBody) -> Result<Vec<f64>, MeasureError> {
 }
 
 fn holding(at: &OneBody) -> Result<Vec<f64>, MeasureError> {
-    Ok(at.held()?.map_or_else(Vec::new, numbers))
+    Ok(at.acting()?.map_or_else(Vec::new, |acts| numbers(acts.holding)))
 }
 
 fn wrench(at: &OneBody) -> Result<Vec<f64>, MeasureError> {
-    Ok(at.all.flow.get(at.index).copied().map_or_else(Vec::new, numbers))
+    Ok(at.acting()?.map_or_else(Vec::new, |acts| numbers(acts.flow)))
+}
+
+fn power_to(at: &OneBody) -> Result<Vec<f64>, MeasureError> {
+    Ok(at.power()?.into_iter().collect())
 }
 
 fn numbers(Wrench { force, torque }: Wrench) -> Vec<f64> {

@@ -25,11 +25,11 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub use asked::{Asked, On};
-pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, WALL_FORCE, WRENCH};
+pub use bodies::{BODY, CONTACTS, GAP, HOLDING, KINETIC_ENERGY, OVERLAP, POWER_TO, WALL_FORCE, WRENCH};
 pub use column::{Column, DIMENSIONLESS};
 pub use subject::{
-    Bodies, Boundary, Domain, Flow, Gauge, Holding, OfBodies, OfBody, OfBoundary, OfFlow, OfMarch, OfState, OneBody,
-    Prepared, Spot, Subject, Taken, Tissue,
+    Acting, ActsOn, Bodies, Boundary, Domain, Flow, Gauge, OfBodies, OfBody, OfBoundary, OfFlow, OfMarch, OfState,
+    OneBody, Powers, Prepared, Spot, Subject, Taken, Tissue,
 };
 
 pub use self::asymmetry::ASYMMETRY;
@@ -69,6 +69,7 @@ pub const ALL: &[&Measure] = &[
     &BODY,
     &HOLDING,
     &WRENCH,
+    &POWER_TO,
 ];
 
 /// What can be measured: one or more numbers. Two measures of one name are the same.
@@ -134,8 +135,8 @@ pub enum Which {
     Any,
     /// Those in a flow, at rest too.
     InAFlow,
-    /// Those in a Stokes flow, at rest too.
-    InAStokesFlow,
+    /// Those in a tissue, at rest too.
+    InATissue,
     /// In a tissue, those of which at least one moves; else any.
     Moving,
 }
@@ -178,13 +179,13 @@ impl Measure {
             Of::Bodies(which, _) => match which {
                 Which::Any => "bodies",
                 Which::InAFlow => "bodies in a flow",
-                Which::InAStokesFlow => "bodies in a Stokes flow",
+                Which::InATissue => "bodies in tissue",
                 Which::Moving => "bodies that move",
             },
             Of::Body(which, _) => match which {
                 Which::Any => "a body",
                 Which::InAFlow => "a body in a flow",
-                Which::InAStokesFlow => "a body in a Stokes flow",
+                Which::InATissue => "a body in tissue",
                 Which::Moving => "a body that moves",
             },
         }
@@ -199,7 +200,7 @@ impl Measure {
             Of::Compressible(_) => "compressible",
             Of::Bodies(which, _) | Of::Body(which, _) => match which {
                 Which::InAFlow => IN_A_FLOW,
-                Which::InAStokesFlow => "stokes",
+                Which::InATissue => TISSUE,
                 Which::Any | Which::Moving => WITH_BODIES,
             },
         }

@@ -78,8 +78,10 @@ pub struct Subject<'a> {
     pub boundary: Option<&'a Boundary<'a>>,
     /// What is rigid.
     pub bodies: Option<Bodies<'a>>,
-    /// What holds the bodies of a flow.
-    pub holding: Option<&'a Holding<'a>>,
+    /// What acts on the bodies in a flow.
+    pub acting: Option<&'a Acting<'a>>,
+    /// What they take of the energy of a tissue.
+    pub powers: Option<&'a Powers<'a>>,
     /// What only a tissue has.
     pub tissue: Option<Tissue<'a>>,
 }
@@ -101,8 +103,19 @@ pub struct Forces<'a, T> {
 
 /// On its boundary.
 pub type Boundary<'a> = Forces<'a, Reactions>;
-/// Those that hold every body to what is prescribed of its motion.
-pub type Holding<'a> = Forces<'a, Vec<Wrench>>;
+/// On every body in it.
+pub type Acting<'a> = Forces<'a, Vec<ActsOn>>;
+/// What every body takes of the energy.
+pub type Powers<'a> = Forces<'a, Vec<f64>>;
+
+/// What acts on a body in a flow: forces, and torques about its centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActsOn {
+    /// Of the flow.
+    pub flow: Wrench,
+    /// Those that hold it to what is prescribed of its motion; zero of a free body.
+    pub holding: Wrench,
+}
 
 impl<'a, T> Forces<'a, T> {
     /// With what finds them.
@@ -158,18 +171,29 @@ pub struct OneBody<'a> {
     pub all: &'a Bodies<'a>,
     /// Its number.
     pub index: usize,
-    /// What holds the bodies of a flow.
-    pub holding: Option<&'a Holding<'a>>,
+    /// What acts on the bodies in a flow.
+    pub acting: Option<&'a Acting<'a>>,
+    /// What they take of the energy of a tissue.
+    pub powers: Option<&'a Powers<'a>>,
 }
 
 impl OneBody<'_> {
-    /// Force and torque that hold it to what is prescribed of its motion; `None` where nothing flows.
+    /// What acts on it; `None` where nothing flows.
     ///
     /// # Errors
     /// Forces that cannot be found.
-    pub fn held(&self) -> Result<Option<Wrench>, MeasureError> {
-        let Some(holding) = self.holding else { return Ok(None) };
-        Ok(holding.get()?.get(self.index).copied())
+    pub fn acting(&self) -> Result<Option<ActsOn>, MeasureError> {
+        let Some(acting) = self.acting else { return Ok(None) };
+        Ok(acting.get()?.get(self.index).copied())
+    }
+
+    /// What it takes of the energy; `None` where there is no tissue.
+    ///
+    /// # Errors
+    /// Forces that cannot be found.
+    pub fn power(&self) -> Result<Option<f64>, MeasureError> {
+        let Some(powers) = self.powers else { return Ok(None) };
+        Ok(powers.get()?.get(self.index).copied())
     }
 }
 
@@ -278,7 +302,7 @@ impl Prepared {
                 let Some(all) = &at.bodies else { return Ok(()) };
                 let is_meant = |body: &Body| name.as_ref().is_none_or(|name| *name == body.name);
                 let Some(index) = all.bodies.iter().position(is_meant) else { return Ok(()) };
-                let numbers = take(&OneBody { all, index, holding: at.holding })?;
+                let numbers = take(&OneBody { all, index, acting: at.acting, powers: at.powers })?;
                 taken.values.extend(columns.iter().copied().zip(numbers));
                 Ok(())
             }

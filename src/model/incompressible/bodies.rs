@@ -196,15 +196,16 @@ impl Incompressible {
         Ok(carried)
     }
 
-    /// The forces and torques that hold the bodies in a state to what is prescribed of them; zero of a free body.
+    /// The flow of a state with what it does to the bodies, and with the forces and torques that hold them to what is
+    /// prescribed of them, zero of a free body.
     ///
     /// # Errors
     /// As [`Momentum::carry`].
     ///
     /// # Panics
     /// Without bodies.
-    pub fn holding(&self, state: &State, t: f64) -> Result<Vec<Wrench>, MomentumError> {
+    pub fn carried(&self, state: &State, t: f64) -> Result<FlowWithBodies, MomentumError> {
         let inputs = self.inputs(t)?;
-        Ok(self.carry(&self.force(&state[POLARITY], &state[VELOCITY], &inputs), &inputs)?.holding)
+        self.carry(&self.force(&state[POLARITY], &state[VELOCITY], &inputs), &inputs)
     }
 }

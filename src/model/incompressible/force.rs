@@ -10,8 +10,8 @@
 
 use super::Incompressible;
 use crate::body::{Body, Hold};
-use crate::form::words::Vector;
 use crate::form::traction::Pull;
+use crate::form::words::Vector;
 use crate::form::{Linear, power, traction};
 use crate::mesh::Point;
 use crate::model::momentum::MomentumError;
@@ -81,7 +81,8 @@ impl Incompressible {
         let (mut powers, velocity) = (vec![0.0; outline.poses.len()], &*self.momentum.velocity);
         for Pull { cell, body, rows } in traction::of_form(&self.loops, form, velocity, outline) {
             let value = |k: usize| v.values[velocity.dof(cell, k / velocity.n, k % velocity.n)];
-            powers[body] += rows[..velocity.cell_dof_count()].iter().enumerate().map(|(k, f)| f * value(k)).sum::<f64>();
+            powers[body] +=
+                rows[..velocity.cell_dof_count()].iter().enumerate().map(|(k, f)| f * value(k)).sum::<f64>();
         }
         powers
     }

@@ -21,7 +21,7 @@ impl Incompressible {
     /// body than the viscosity.
     ///
     /// # Errors
-    /// As [`Incompressible::holding`].
+    /// As [`Incompressible::carried`].
     pub fn powers_to_bodies(&self, state: &State, twists: &[Twist], t: f64) -> Result<Vec<f64>, MomentumError> {
         let Some(floating) = &self.bodies else { return Ok(Vec::new()) };
         let (v, p) = (&state[VELOCITY], &state[POLARITY]);
@@ -29,7 +29,8 @@ impl Incompressible {
             let (given, l) = (self.given(t), self.molecular(p, t));
             let at = At::new(&self.parameters, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
             let mut powers = self.momentum.powers_of_boundaries((&v.values, &state[PRESSURE].values), twists);
-            for (power, pulled) in powers.iter_mut().zip(self.powers_of_tractions(&Sum::of(&[MOMENTUM]).value(&at), v)) {
+            for (power, pulled) in powers.iter_mut().zip(self.powers_of_tractions(&Sum::of(&[MOMENTUM]).value(&at), v))
+            {
                 *power -= pulled;
             }
             return Ok(powers);
@@ -41,7 +42,7 @@ impl Incompressible {
             *power += self.parameters.friction * friction;
         }
         if twists.iter().any(|twist| *twist != Twist::ZERO) {
-            let loads = self.loads(&Force::default(), t)?.into_iter().zip(self.holding(state, t)?);
+            let loads = self.loads(&Force::default(), t)?.into_iter().zip(self.carried(state, t)?.holding);
             for ((power, (load, held)), twist) in powers.iter_mut().zip(loads).zip(twists) {
                 *power -= (load + held).power(twist);
             }

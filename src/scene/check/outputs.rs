@@ -178,10 +178,8 @@ impl Checker<'_> {
                 let in_flow = scope.kind.flows();
                 let (holds, rule) = match which {
                     Which::Any | Which::Moving => (true, ""),
-                    Which::InAFlow => (in_flow, "particles are in no flow that they would be held in"),
-                    Which::InAStokesFlow => {
-                        (in_flow && scope.tissue.is_none(), "only a Stokes flow tells what it does to bodies")
-                    }
+                    Which::InAFlow => (in_flow, "particles are in no flow that would act on them"),
+                    Which::InATissue => (scope.tissue.is_some(), "only a tissue has an energy law"),
                 };
                 self.require(holds, key, shown(), rule, "remove it")?;
                 asked.on.as_ref().map_or(Ok(()), |on| self.named_body(key, asked, &on.name, scope.bodies))
