@@ -156,7 +156,7 @@ fn manufactured(scene: &str, n: usize, sets: &[(&str, &str)]) -> History {
     let mut source = SceneSource::parse(&text, Path::new("tests")).unwrap();
     source.set("mesh.n", &n.to_string()).unwrap();
     source.set("time.step", &(1.0 / (3 * n) as f64).to_string()).unwrap();
-    source.set("time.end", "0.5").unwrap();
+    source.set("time.end", "0.25").unwrap();
     sets.iter().for_each(|(key, value)| source.set(key, value).unwrap());
     let scene = Scene::check(source).unwrap();
     let setup = Setup::new(&scene).unwrap();

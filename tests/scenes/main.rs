@@ -75,6 +75,11 @@ fn coarse_mesh(scene: &str) -> &'static [&'static str] {
     }
 }
 
+/// Of a strip the piece about the disc.
+fn piece(coarse: &[&str]) -> &'static [&'static str] {
+    if coarse.iter().any(|set| set.contains("h_disc")) { &["mesh.length=[-4.0, 6.0]"] } else { &[] }
+}
+
 /// `--set`s that leave a scene few of the bodies that it places at random.
 fn few_bodies(scene: &toml::Table) -> Vec<String> {
     let groups = scene.get("bodies").and_then(toml::Value::as_array);
@@ -170,7 +175,8 @@ fn short(sweep: &Path) -> Vec<String> {
     }
     let mut sets = vec!["time.max_steps=2".to_owned()];
     let mesh = coarse_mesh(&std::fs::read_to_string(&scene).unwrap());
-    sets.extend(mesh.iter().filter(|set| !taken.iter().any(|key| set.starts_with(key))).map(|set| (*set).to_owned()));
+    let mesh = mesh.iter().chain(piece(mesh));
+    sets.extend(mesh.filter(|set| !taken.iter().any(|key| set.starts_with(key))).map(|set| (*set).to_owned()));
     if let Some(vary) = table.get("vary").and_then(toml::Value::as_table) {
         let ends = |(key, list): (&String, &toml::Value)| {
             let list = list.as_array().unwrap();
@@ -262,9 +268,7 @@ fn every_study_of_branches_runs_coarse() {
         let scene = study.parent().unwrap().join(table_of(study)["scene"].as_str().unwrap());
         let mesh = coarse_mesh(&std::fs::read_to_string(scene).unwrap());
         let short = ["max_points=2", "max_branches=1", "steady.eigenvalues=1"];
-        // a piece of the strip about the disc
-        let piece = if mesh.iter().any(|set| set.contains("h_disc")) { &["mesh.length=[-4.0, 6.0]"][..] } else { &[] };
-        short.iter().chain(mesh).chain(piece).for_each(|set| arguments.extend(["--set", set]));
+        short.iter().chain(mesh).chain(piece(mesh)).for_each(|set| arguments.extend(["--set", set]));
         let output = program(&arguments, temporary.path());
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success() && output.stdout.is_empty(), "{}: {error}", study.display());
