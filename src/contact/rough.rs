@@ -46,10 +46,10 @@ pub(super) struct Slide {
 }
 
 impl Near {
-    /// The rows of the projection: one, or with friction the two edges of the cone.
-    pub(super) fn rows(&self, friction: f64) -> impl Iterator<Item = Row> {
+    /// The rows of the projection: its own, which it lends, or with friction the two edges of the cone.
+    pub(super) fn lend_rows(&mut self, friction: f64) -> impl Iterator<Item = Row> + use<> {
         let edges = self.slide.as_ref().map(|slide| [1.0, -1.0].map(|sign| self.edge(slide, sign * friction)));
-        let plain = self.slide.is_none().then(|| self.row.clone());
+        let plain = self.slide.is_none().then(|| std::mem::take(&mut self.row));
         plain.into_iter().chain(edges.into_iter().flatten())
     }
 
