@@ -23,6 +23,8 @@ const INNER: usize = 100;
 /// Whole steps before the search along the line.
 const WHOLE: usize = 20;
 const POLISH: usize = 20;
+/// With a tolerance above this the first multipliers that keep it will do; below it forces are refined once more.
+const LOOSE: f64 = 1e-9;
 
 /// The inner problem and its factors. Unknowns have the order of the elimination. A row with a bound `b > −∞` is shifted
 /// by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least 0.
@@ -35,12 +37,20 @@ struct Workspace<'a> {
     sigma: Vec<f64>,
     /// Rows of the last factors.
     factored: Vec<bool>,
+    /// What keeps a loose tolerance already.
+    good_enough: Option<Projection>,
     iterations: usize,
     factorisations: usize,
 }
 
 pub(super) fn solve(problem: &Problem, warm: &[f64], penalty: f64) -> Result<Projection, Unsolved> {
     let failed = |iterations| Unsolved { row: 0, excess: f64::INFINITY, iterations };
+    if problem.tolerance > LOOSE {
+        let velocity = problem.answer(warm);
+        if problem.worst(&velocity, warm).1 <= 1.0 {
+            return Ok(Projection { velocity, multipliers: warm.to_vec(), ..Projection::default() });
+        }
+    }
     let mut work = Workspace::new(problem, penalty);
     let mut mu: Vec<f64> = problem.rows.iter().zip(warm).map(|(row, mu)| mu - finite(row.bound)).collect();
     let mut u = work.gram.ordered(&problem.answer(warm));
@@ -56,6 +66,9 @@ pub(super) fn solve(problem: &Problem, warm: &[f64], penalty: f64) -> Result<Pro
     let mut likely = Some(work.active(&mu)).filter(|active| active.contains(&true));
     for _ in 0..OUTER {
         work.minimise(&mut u, &mu, likely.take()).ok_or(failed(work.iterations))?;
+        if let Some(done) = work.good_enough.take() {
+            return Ok(done);
+        }
         for (c, mu) in mu.iter_mut().enumerate() {
             let next = *mu - work.sigma[c] * work.value(c, &u);
             *mu = if work.one_sided[c] { next.max(0.0) } else { next };
@@ -96,8 +109,8 @@ impl<'a> Workspace<'a> {
             sigma.push(if response > 0.0 { penalty / response } else { 0.0 });
         }
         let one_sided = problem.rows.iter().map(|row| row.bound > f64::NEG_INFINITY).collect();
-        let (factored, iterations, factorisations) = (Vec::new(), 0, 0);
-        Self { problem, gram, metric, target, one_sided, sigma, factored, iterations, factorisations }
+        let (factored, good_enough, iterations, factorisations) = (Vec::new(), None, 0, 0);
+        Self { problem, gram, metric, target, one_sided, sigma, factored, good_enough, iterations, factorisations }
     }
 
     /// `w` of a row.
@@ -148,6 +161,12 @@ impl<'a> Workspace<'a> {
             if whole && self.factored == active || tried >= INNER {
                 return Some(());
             }
+            if tried > 0 && self.problem.tolerance > LOOSE {
+                self.good_enough = self.clipped(&ahead);
+                if self.good_enough.is_some() {
+                    return Some(());
+                }
+            }
             self.factorise(&active)?;
             let mut step = self.imbalance(u, &ahead, &active);
             self.solve(&mut step);
@@ -165,6 +184,21 @@ impl<'a> Workspace<'a> {
             tried += 1;
             whole = (length - 1.0).abs() < 1e-6;
         }
+    }
+
+    /// The velocities that multipliers give which have been cut off at their bounds, where they keep all rules.
+    fn clipped(&self, ahead: &[f64]) -> Option<Projection> {
+        let mu: Vec<f64> =
+            ahead.iter().zip(&self.one_sided).map(|(a, one)| if *one { a.max(0.0) } else { *a }).collect();
+        let multipliers = self.with_bounds(&mu);
+        let velocity = self.problem.answer(&multipliers);
+        let (iterations, factorisations) = (self.iterations, self.factorisations);
+        let is_good = self.problem.worst(&velocity, &multipliers).1 <= 1.0;
+        is_good.then_some(Projection { velocity, multipliers, iterations, factorisations })
+    }
+
+    fn with_bounds(&self, mu: &[f64]) -> Vec<f64> {
+        self.problem.rows.iter().zip(mu).map(|(row, mu)| mu + finite(row.bound)).collect()
     }
 
     /// Whether a step is rounding.
@@ -213,6 +247,9 @@ impl<'a> Workspace<'a> {
         for _ in 0..POLISH {
             let excess = self.excess(u, mu);
             if excess <= 1.0 {
+                if self.problem.tolerance > LOOSE {
+                    return Some(self.finish(u, mu));
+                }
                 // a gap within its slack may leave forces along soft chains of contacts that are not
                 let kept = (u.clone(), mu.clone());
                 self.factorise(&active)?;
@@ -289,7 +326,7 @@ impl<'a> Workspace<'a> {
     /// Takes the velocity that the multipliers give, which keeps momentum to rounding, where it keeps the rules as
     /// well.
     fn finish(&self, u: &[f64], mu: &[f64]) -> Projection {
-        let multipliers: Vec<f64> = self.problem.rows.iter().zip(mu).map(|(row, mu)| mu + finite(row.bound)).collect();
+        let multipliers = self.with_bounds(mu);
         let exact = self.problem.answer(&multipliers);
         let is_good = self.problem.worst(&exact, &multipliers).1 <= 1.0;
         let velocity = if is_good { exact } else { self.gram.restored(u) };

@@ -96,16 +96,17 @@ impl Grids {
 
     /// Calls with every pair of items that meet, the lower first; each once.
     fn meetings(&self, mut found: impl FnMut(usize, usize)) {
-        for item in &self.items {
+        for (at, item) in self.items.iter().enumerate() {
             let Some(own) = &self.bounds[item.index] else { continue };
             let first = self.levels.partition_point(|(level, _)| *level < item.cell.0);
             for (level, range) in &self.levels[first..] {
-                let items = &self.items[range.clone()];
+                // of the same level those that follow see the ones before
                 let same = *level == item.cell.0;
+                let items = &self.items[if same { at + 1 } else { range.start }..range.end];
                 // half a cell for the size of the others, and rounding
                 let size = 2.0_f64.powi(*level);
                 let (low, high) = (own.low.add_scalar(-0.51 * size), own.high.add_scalar(0.51 * size));
-                let (mut row, last) = (cell(low.y, size), cell(high.y, size));
+                let (mut row, last) = (if same { item.cell.1 } else { cell(low.y, size) }, cell(high.y, size));
                 let columns = cell(low.x, size)..=cell(high.x, size);
                 loop {
                     let start = items.partition_point(|other| (other.cell.1, other.cell.2) < (row, *columns.start()));
@@ -115,7 +116,7 @@ impl Grids {
                         continue;
                     }
                     let of_row = items[start..].iter().take_while(|o| o.cell.1 == row && o.cell.2 <= *columns.end());
-                    for other in of_row.filter(|other| !same || other.index > item.index) {
+                    for other in of_row {
                         if self.bounds[other.index].is_some_and(|bounds| bounds.meets(own)) {
                             found(item.index.min(other.index), item.index.max(other.index));
                         }

@@ -35,7 +35,7 @@ pub(super) struct Near {
     /// Whether the row follows the true gap at the end of the step rather than its tangent.
     pub(super) followed: bool,
     /// What slides there; `None` without friction.
-    pub(super) slide: Option<Slide>,
+    pub(super) slide: Option<Box<Slide>>,
     /// Whether others have struck the pair together.
     pub(super) struck: bool,
     /// Where it touches after the last projection, of rows that are no tangents.

@@ -7,11 +7,15 @@ impl Gram {
     /// Factorises with these weights, or as much of it as has changed since the last time. `None` where the matrix is
     /// not positive definite to rounding; then nothing is kept.
     pub fn factorise(&mut self, metric: &[f64], weights: &[f64]) -> Option<()> {
+        // numbers that have just been made are zero
+        let is_new = self.numbers.is_empty();
         let mut stale = self.stale(metric, weights);
         for k in 0..self.structure.fronts.len() {
             if stale[k] {
                 let front = &self.structure.fronts[k];
-                self.numbers[front.panel().start..front.rest().end].fill(0.0);
+                if !is_new {
+                    self.numbers[front.panel().start..front.rest().end].fill(0.0);
+                }
                 if let Some(above) = stale.get_mut(front.parent as usize) {
                     *above = true;
                 }
@@ -50,7 +54,9 @@ impl Gram {
             }
             return stale;
         }
-        self.numbers.resize(structure.numbers, 0.0);
+        if self.numbers.is_empty() {
+            self.numbers = vec![0.0; structure.numbers];
+        }
         let most = structure.fronts.iter().map(Front::stride).max().unwrap_or(0);
         self.work.resize(most, 0.0);
         self.metric.clear();
