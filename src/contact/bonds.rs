@@ -63,8 +63,8 @@ pub(super) struct InOrder<'a> {
 }
 
 impl InOrder<'_> {
-    /// The bonds of a pair for the places where it touches now; no later pair has been asked for. A corner that has taken
-    /// over from another one takes over its γ as well.
+    /// The bonds of a pair for the places where it touches now; no later pair has been asked for. A corner that has
+    /// taken over from another one takes over its γ as well.
     pub fn share(&mut self, pair: Pair, touches: &[Touch], out: &mut Vec<Bond>) {
         let before = self.rest.iter().take_while(|(key, _)| key.pair() < pair).count();
         let count = self.rest[before..].iter().take_while(|(key, _)| key.pair() == pair).count();

@@ -26,8 +26,8 @@ const POLISH: usize = 20;
 /// With a tolerance above this the first multipliers that keep it will do; below it forces are refined once more.
 const LOOSE: f64 = 1e-9;
 
-/// The inner problem and its factors. Unknowns have the order of the elimination. A row with a bound `b > −∞` is shifted
-/// by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least 0.
+/// The inner problem and its factors. Unknowns have the order of the elimination. A row with a bound `b > −∞` is
+/// shifted by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least 0.
 struct Workspace<'a> {
     problem: &'a Problem,
     gram: Gram,

@@ -51,8 +51,8 @@ pub struct Settings {
     pub restitution: f64,
     /// How the quadratic programme is solved.
     pub method: Method,
-    /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes; what a
-    /// larger tolerance may leave is accepted too. More is refused.
+    /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes; what
+    /// a larger tolerance may leave is accepted too. More is refused.
     pub overlap: f64,
 }
 

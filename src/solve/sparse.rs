@@ -119,8 +119,8 @@ pub fn factor_bound(columns: &[Vec<usize>]) -> usize {
     counts.iter().sum()
 }
 
-/// An order of elimination of little fill for a matrix of symmetric structure (Amestoy, Davis and Duff 1996). `links` are
-/// its pairs of unknowns, the lower one first, ascending and each once.
+/// An order of elimination of little fill for a matrix of symmetric structure (Amestoy, Davis and Duff 1996). `links`
+/// are its pairs of unknowns, the lower one first, ascending and each once.
 ///
 /// # Panics
 /// For links that are not ascending or out of range.

@@ -1,8 +1,8 @@
 //! Cholesky factors of `M + Σ σ bbᵀ`, M diagonal, with few entries in every row b, for many weights `σ ≥ 0`.
 //!
 //! Unknowns that rows always have together, as those of a body, are eliminated together, in an order of least degree
-//! (Amestoy, Davis and Duff 1996), by dense fronts (Duff and Reid 1983). Every front keeps what it hands on, so that new
-//! weights of a few rows cost the fronts above these rows alone, and give the same bits as all fronts anew.
+//! (Amestoy, Davis and Duff 1996), by dense fronts (Duff and Reid 1983). Every front keeps what it hands on, so that
+//! new weights of a few rows cost the fronts above these rows alone, and give the same bits as all fronts anew.
 
 mod fronts;
 mod structure;
