@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Partner;
+use super::gap::Touch;
 use super::pairs::Pair;
 use crate::body::leaving::Remaining;
 
@@ -61,31 +62,40 @@ impl Bonds {
         &self.list
     }
 
-    /// Those of the places of one pair.
-    pub fn of_pair(&self, pair: Pair) -> &[(Key, Bond)] {
-        let start = self.list.partition_point(|(key, _)| key.pair() < pair);
-        let end = start + self.list[start..].partition_point(|(key, _)| key.pair() == pair);
-        &self.list[start..end]
+    /// To read them in the order of pairs.
+    pub(super) fn in_order(&self) -> InOrder<'_> {
+        InOrder { rest: &self.list }
     }
+}
 
-    /// The bonds of a pair for the places where it touches now. A corner that has taken over from another one takes
-    /// over its γ as well.
-    pub fn shared(&self, pair: Pair, slots: &[u32]) -> Vec<Bond> {
-        let mut bonds = vec![Bond::default(); slots.len()];
-        for (key, bond) in self.of_pair(pair) {
-            let heir = slots.iter().position(|slot| *slot == key.slot);
+/// The bonds of pairs that ascend.
+pub(super) struct InOrder<'a> {
+    rest: &'a [(Key, Bond)],
+}
+
+impl InOrder<'_> {
+    /// The bonds of a pair for the places where it touches now; no later pair has been asked for. A corner that has
+    /// taken over from another one takes over its γ as well.
+    pub fn share(&mut self, pair: Pair, touches: &[Touch], out: &mut Vec<Bond>) {
+        let before = self.rest.iter().take_while(|(key, _)| key.pair() < pair).count();
+        let count = self.rest[before..].iter().take_while(|(key, _)| key.pair() == pair).count();
+        let (own, rest) = self.rest[before..].split_at(count);
+        self.rest = rest;
+        out.clear();
+        out.resize(touches.len(), Bond::default());
+        for (key, bond) in own {
+            let heir = touches.iter().position(|touch| touch.slot == key.slot);
             match heir {
                 Some(k) => {
-                    bonds[k].gamma += bond.gamma;
-                    bonds[k].multiplier = bond.multiplier;
+                    out[k].gamma += bond.gamma;
+                    out[k].multiplier = bond.multiplier;
                 }
                 None => {
-                    if let Some(first) = bonds.first_mut() {
+                    if let Some(first) = out.first_mut() {
                         first.gamma += bond.gamma;
                     }
                 }
             }
         }
-        bonds
     }
 }

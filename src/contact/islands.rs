@@ -7,7 +7,7 @@ use super::step::Step;
 use super::{ContactError, Partner};
 use crate::shape::Twist;
 
-/// Energy that rounding and the tolerance of the projection may give, relative to what an island has.
+/// Energy that rounding may give, relative to what an island has; a tolerance that is larger may give as much as it.
 const ROUNDING: f64 = 1e-12;
 
 impl Step<'_> {
@@ -67,8 +67,9 @@ impl Step<'_> {
     /// The island of every body: the lowest number of a body in it. What is given does not connect.
     fn islands(&self, is_pushed: impl Fn(usize) -> bool) -> Vec<usize> {
         let mut parent: Vec<usize> = (0..self.movers.len()).collect();
-        let root = |parent: &[usize], mut k: usize| {
+        let root = |parent: &mut [usize], mut k: usize| {
             while parent[k] != k {
+                parent[k] = parent[parent[k]];
                 k = parent[k];
             }
             k
@@ -76,11 +77,11 @@ impl Step<'_> {
         for (place, near) in self.near.iter().enumerate().filter(|(place, _)| is_pushed(*place)) {
             let Partner::Body(other) = self.near[place].pair.partner else { continue };
             if self.is_moved(near.pair.body) && self.is_moved(other) {
-                let (a, b) = (root(&parent, near.pair.body), root(&parent, other));
+                let (a, b) = (root(&mut parent, near.pair.body), root(&mut parent, other));
                 parent[a.max(b)] = a.min(b);
             }
         }
-        (0..parent.len()).map(|k| root(&parent, k)).collect()
+        (0..parent.len()).map(|k| root(&mut parent, k)).collect()
     }
 
     /// The bodies that can be reached from a pair over rows, which are all that a projection that failed can tell.
@@ -124,6 +125,7 @@ impl Step<'_> {
             // what bounces takes back the velocity from before the step
             _ => gains[island][1].max(before[island]),
         };
-        (0..islands.len()).filter(|k| gains[islands[*k]][0] > most(islands[*k]) * (1.0 + ROUNDING)).collect()
+        let room = ROUNDING.max(self.solver.settings.tolerance);
+        (0..islands.len()).filter(|k| gains[islands[*k]][0] > most(islands[*k]) * (1.0 + room)).collect()
     }
 }

@@ -102,13 +102,13 @@ impl<'a> InFlow<'a> {
     }
 
     /// Projects predicted velocities: `target` of bodies that nothing pushes, U* of the others.
-    pub(super) fn project(&mut self, problem: Problem, method: Method, warm: &[f64]) -> Result<Projection, Failed> {
+    pub(super) fn project(&mut self, problem: &Problem, method: Method, warm: &[f64]) -> Result<Projection, Failed> {
         let (unpushed, factor) = (self.unpushed.clone(), self.metric.factor);
         self.solve((&unpushed, factor), problem, method, warm)
     }
 
     /// Projects a displacement.
-    pub(super) fn displace(&mut self, problem: Problem, method: Method, warm: &[f64]) -> Result<Projection, Failed> {
+    pub(super) fn displace(&mut self, problem: &Problem, method: Method, warm: &[f64]) -> Result<Projection, Failed> {
         let nothing = vec![0.0; problem.target.len()];
         self.solve((&nothing, 1.0), problem, method, warm)
     }
@@ -116,7 +116,7 @@ impl<'a> InFlow<'a> {
     fn solve(
         &mut self,
         (of_pushed, factor): (&[f64], f64),
-        problem: Problem,
+        problem: &Problem,
         method: Method,
         warm: &[f64],
     ) -> Result<Projection, Failed> {
@@ -137,7 +137,7 @@ impl<'a> InFlow<'a> {
             let base: Vec<f64> = (self.places.iter().enumerate())
                 .map(|(i, &(body, _))| if self.pushed[body] { of_pushed[i] } else { problem.target[i] })
                 .collect();
-            let found = self.solve_pushed((&base, factor), &problem, method, warm)?;
+            let found = self.solve_pushed((&base, factor), problem, method, warm)?;
             let (iterations, factorisations) =
                 (now.iterations + found.iterations, now.factorisations + found.factorisations);
             now = Projection { iterations, factorisations, ..found };

@@ -11,7 +11,7 @@
 //! σ and the rounding of a large one leave.
 
 use super::projection::{Problem, Projection, Unsolved};
-use crate::solve::sparse::{Cholesky, Symmetric};
+use crate::solve::gram::{Gram, Rows};
 
 /// σ in units of the inverse response of a row.
 pub(super) const PENALTY: f64 = 1e6;
@@ -23,32 +23,37 @@ const INNER: usize = 100;
 /// Whole steps before the search along the line.
 const WHOLE: usize = 20;
 const POLISH: usize = 20;
+/// With a tolerance above this the first multipliers that keep it will do; below it forces are refined once more.
+const LOOSE: f64 = 1e-9;
 
-/// A row with a bound `b > −∞` is shifted by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least
-/// 0.
-struct Shifted<'a> {
+/// The inner problem and its factors. Unknowns have the order of the elimination. A row with a bound `b > −∞` is
+/// shifted by it: the target takes `M⁻¹Bᵀb`, and the rest of the multiplier is at least 0.
+struct Workspace<'a> {
     problem: &'a Problem,
+    gram: Gram,
+    metric: Vec<f64>,
     target: Vec<f64>,
     one_sided: Vec<bool>,
-}
-
-struct Workspace<'a> {
-    shifted: Shifted<'a>,
-    symmetric: Symmetric,
-    /// Places in the values of the products of the entries of each row.
-    places: Vec<Vec<usize>>,
-    diagonal: Vec<usize>,
     sigma: Vec<f64>,
-    factors: Option<(Vec<bool>, Cholesky)>,
+    /// Rows of the last factors.
+    factored: Vec<bool>,
+    /// What keeps a loose tolerance already.
+    good_enough: Option<Projection>,
     iterations: usize,
     factorisations: usize,
 }
 
 pub(super) fn solve(problem: &Problem, warm: &[f64], penalty: f64) -> Result<Projection, Unsolved> {
     let failed = |iterations| Unsolved { row: 0, excess: f64::INFINITY, iterations };
-    let mut work = Workspace::new(problem, penalty).ok_or(failed(0))?;
+    if problem.tolerance > LOOSE {
+        let velocity = problem.answer(warm);
+        if problem.worst(&velocity, warm).1 <= 1.0 {
+            return Ok(Projection { velocity, multipliers: warm.to_vec(), ..Projection::default() });
+        }
+    }
+    let mut work = Workspace::new(problem, penalty);
     let mut mu: Vec<f64> = problem.rows.iter().zip(warm).map(|(row, mu)| mu - finite(row.bound)).collect();
-    let mut u = problem.answer(warm);
+    let mut u = work.gram.ordered(&problem.answer(warm));
     let mut worst = (0, f64::INFINITY);
     let mut scale = penalty;
     // the rows of a pile at rest are those of the step before
@@ -57,20 +62,25 @@ pub(super) fn solve(problem: &Problem, warm: &[f64], penalty: f64) -> Result<Pro
     {
         return Ok(done);
     }
+    // those of a pile that moves are nearly
+    let mut likely = Some(work.active(&mu)).filter(|active| active.contains(&true));
     for _ in 0..OUTER {
-        work.minimise(&mut u, &mu).ok_or(failed(work.iterations))?;
-        for (c, row) in problem.rows.iter().enumerate() {
-            let next = mu[c] - work.sigma[c] * row.value(&u);
-            mu[c] = if work.shifted.one_sided[c] { next.max(0.0) } else { next };
+        work.minimise(&mut u, &mu, likely.take()).ok_or(failed(work.iterations))?;
+        if let Some(done) = work.good_enough.take() {
+            return Ok(done);
+        }
+        for (c, mu) in mu.iter_mut().enumerate() {
+            let next = *mu - work.sigma[c] * work.value(c, &u);
+            *mu = if work.one_sided[c] { next.max(0.0) } else { next };
         }
         if let Some(done) = work.polish(&mut u, &mut mu) {
             return Ok(done);
         }
-        let now = problem.worst(&u, &work.with_bounds(&mu));
+        let now = work.worst(&u, &mu);
         if now.1 >= 0.03 * worst.1 && scale < MOST_PENALTY.max(10.0 * penalty) {
             scale *= 30.0;
             work.sigma.iter_mut().for_each(|s| *s *= 30.0);
-            work.factors = None;
+            work.factored.clear();
         }
         worst = now;
     }
@@ -82,96 +92,83 @@ fn finite(bound: f64) -> f64 {
 }
 
 impl<'a> Workspace<'a> {
-    fn new(problem: &'a Problem, penalty: f64) -> Option<Self> {
-        let n = problem.metric.len();
-        let mut target = problem.target.clone();
-        for row in &problem.rows {
+    fn new(problem: &'a Problem, penalty: f64) -> Self {
+        let gram = Gram::new(problem.metric.len(), Rows::new(problem.rows.iter().map(|row| &row.entries[..])));
+        let metric = gram.ordered(&problem.metric);
+        let mut target = gram.ordered(&problem.target);
+        let mut sigma = Vec::with_capacity(problem.rows.len());
+        for (c, row) in problem.rows.iter().enumerate() {
             let bound = finite(row.bound);
-            if bound != 0.0 {
-                for &(k, b) in &row.entries {
-                    target[k] += b * bound / problem.metric[k];
+            let mut response = 0.0;
+            for (k, b) in gram.rows().entries(c) {
+                if bound != 0.0 {
+                    target[k] += b * bound / metric[k];
                 }
+                response += b * b / metric[k];
             }
+            sigma.push(if response > 0.0 { penalty / response } else { 0.0 });
         }
-        let mut all: Vec<(usize, usize)> = (0..n).map(|k| (k, k)).collect();
-        for row in &problem.rows {
-            for (i, &(k, _)) in row.entries.iter().enumerate() {
-                all.extend(row.entries[..=i].iter().map(|&(l, _)| (k.max(l), k.min(l))));
-            }
-        }
-        let symmetric = Symmetric::new(n, all).ok()?;
-        let places = problem.rows.iter().map(|row| {
-            let pairs = row.entries.iter().enumerate();
-            pairs
-                .flat_map(|(i, &(k, _))| row.entries[..=i].iter().map(move |&(l, _)| (k.max(l), k.min(l))))
-                .map(|(k, l)| symmetric.place(k, l))
-                .collect()
-        });
-        let places = places.collect();
-        let responses = problem.responses();
-        let sigma = responses.iter().map(|a| if *a > 0.0 { penalty / a } else { 0.0 }).collect();
         let one_sided = problem.rows.iter().map(|row| row.bound > f64::NEG_INFINITY).collect();
-        let diagonal = (0..n).map(|k| symmetric.place(k, k)).collect();
-        let shifted = Shifted { problem, target, one_sided };
-        let (factors, iterations, factorisations) = (None, 0, 0);
-        Some(Self { shifted, symmetric, places, diagonal, sigma, factors, iterations, factorisations })
+        let (factored, good_enough, iterations, factorisations) = (Vec::new(), None, 0, 0);
+        Self { problem, gram, metric, target, one_sided, sigma, factored, good_enough, iterations, factorisations }
     }
 
-    fn rows(&self) -> &'a [super::projection::Row] {
-        &self.shifted.problem.rows
+    /// `w` of a row.
+    fn value(&self, c: usize, u: &[f64]) -> f64 {
+        self.problem.rows[c].offset + self.gram.rows().times(c, u)
     }
 
-    fn with_bounds(&self, mu: &[f64]) -> Vec<f64> {
-        self.rows().iter().zip(mu).map(|(row, mu)| mu + finite(row.bound)).collect()
+    /// Rows with a multiplier, and equations.
+    fn active(&self, mu: &[f64]) -> Vec<bool> {
+        mu.iter().zip(&self.one_sided).map(|(mu, one_sided)| !one_sided || *mu > 0.0).collect()
     }
 
     /// Factors of `M + Σ σ bbᵀ` over the active rows; kept as long as these do not change.
     fn factorise(&mut self, active: &[bool]) -> Option<()> {
-        if self.factors.as_ref().is_some_and(|(of, _)| of == active) {
+        if self.factored == active {
             return Some(());
         }
-        let mut values = vec![0.0; self.symmetric.entries()];
-        for (place, m) in self.diagonal.iter().zip(&self.shifted.problem.metric) {
-            values[*place] = *m;
-        }
-        for (c, row) in self.rows().iter().enumerate().filter(|(c, _)| active[*c]) {
-            let mut place = self.places[c].iter();
-            for (i, &(_, b)) in row.entries.iter().enumerate() {
-                for &(_, other) in &row.entries[..=i] {
-                    values[*place.next().expect("one place per product")] += self.sigma[c] * b * other;
-                }
-            }
-        }
+        let weights: Vec<f64> = self.sigma.iter().zip(active).map(|(s, on)| if *on { *s } else { 0.0 }).collect();
         self.factorisations += 1;
-        self.factors = Some((active.to_vec(), self.symmetric.factorise(&values).ok()?));
+        self.factored.clear();
+        self.gram.factorise(&self.metric, &weights)?;
+        self.factored.extend_from_slice(active);
         Some(())
     }
 
     fn solve(&mut self, x: &mut [f64]) {
         self.iterations += 1;
-        self.factors.as_ref().expect("factorised before").1.solve_in_place(x);
+        self.gram.solve_in_place(x);
     }
 
-    /// Newton's method on the inner problem, until a whole step changes no activity.
-    fn minimise(&mut self, u: &mut [f64], mu: &[f64]) -> Option<()> {
-        let rows = self.rows();
+    /// `M (u* − u) + Σ b ahead` over the active rows.
+    fn imbalance(&self, u: &[f64], ahead: &[f64], active: &[bool]) -> Vec<f64> {
+        let mut out: Vec<f64> = (0..u.len()).map(|k| self.metric[k] * (self.target[k] - u[k])).collect();
+        for c in (0..ahead.len()).filter(|c| active[*c]) {
+            self.gram.rows().add(c, ahead[c], &mut out);
+        }
+        out
+    }
+
+    /// Newton's method on the inner problem, until a whole step changes no activity. It begins with the rows that are
+    /// `likely` active.
+    fn minimise(&mut self, u: &mut [f64], mu: &[f64], mut likely: Option<Vec<bool>>) -> Option<()> {
         let (mut tried, mut whole) = (0, false);
         loop {
-            let ahead: Vec<f64> = (0..rows.len()).map(|c| mu[c] - self.sigma[c] * rows[c].value(u)).collect();
-            let active: Vec<bool> = (0..rows.len()).map(|c| !self.shifted.one_sided[c] || ahead[c] > 0.0).collect();
+            let ahead: Vec<f64> = (0..mu.len()).map(|c| mu[c] - self.sigma[c] * self.value(c, u)).collect();
+            let active = likely.take().unwrap_or_else(|| self.active(&ahead));
             // a whole step on the rows that are active at its end was exact
-            let settled = whole && self.factors.as_ref().is_some_and(|(of, _)| *of == active);
-            if settled || tried >= INNER {
+            if whole && self.factored == active || tried >= INNER {
                 return Some(());
             }
-            self.factorise(&active)?;
-            let mut step: Vec<f64> =
-                (0..u.len()).map(|k| self.shifted.problem.metric[k] * (self.shifted.target[k] - u[k])).collect();
-            for c in (0..rows.len()).filter(|c| active[*c]) {
-                for &(k, b) in &rows[c].entries {
-                    step[k] += b * ahead[c];
+            if tried > 0 && self.problem.tolerance > LOOSE {
+                self.good_enough = self.clipped(&ahead);
+                if self.good_enough.is_some() {
+                    return Some(());
                 }
             }
+            self.factorise(&active)?;
+            let mut step = self.imbalance(u, &ahead, &active);
             self.solve(&mut step);
             if step.iter().any(|s| !s.is_finite()) {
                 return None;
@@ -189,30 +186,44 @@ impl<'a> Workspace<'a> {
         }
     }
 
+    /// The velocities that multipliers give which have been cut off at their bounds, where they keep all rules.
+    fn clipped(&self, ahead: &[f64]) -> Option<Projection> {
+        let mu: Vec<f64> =
+            ahead.iter().zip(&self.one_sided).map(|(a, one)| if *one { a.max(0.0) } else { *a }).collect();
+        let multipliers = self.with_bounds(&mu);
+        let velocity = self.problem.answer(&multipliers);
+        let (iterations, factorisations) = (self.iterations, self.factorisations);
+        let is_good = self.problem.worst(&velocity, &multipliers).1 <= 1.0;
+        is_good.then_some(Projection { velocity, multipliers, iterations, factorisations })
+    }
+
+    fn with_bounds(&self, mu: &[f64]) -> Vec<f64> {
+        self.problem.rows.iter().zip(mu).map(|(row, mu)| mu + finite(row.bound)).collect()
+    }
+
     /// Whether a step is rounding.
     fn is_negligible(&self, step: &[f64], u: &[f64]) -> bool {
-        let metric = &self.shifted.problem.metric;
-        let energy = |v: &[f64]| v.iter().zip(metric).map(|(v, m)| m * v * v).sum::<f64>();
-        energy(step) <= 1e-26 * (energy(u) + energy(&self.shifted.target))
+        let energy = |v: &[f64]| v.iter().zip(&self.metric).map(|(v, m)| m * v * v).sum::<f64>();
+        energy(step) <= 1e-26 * (energy(u) + energy(&self.target))
     }
 
     /// Where the inner function is least along `step`: its derivative is piecewise linear and ascending.
     fn search(&self, u: &[f64], step: &[f64], ahead: &[f64]) -> f64 {
-        let metric = &self.shifted.problem.metric;
-        let mut slope: f64 = (0..u.len()).map(|k| metric[k] * step[k] * (u[k] - self.shifted.target[k])).sum();
+        let metric = &self.metric;
+        let mut slope: f64 = (0..u.len()).map(|k| metric[k] * step[k] * (u[k] - self.target[k])).sum();
         let mut curvature: f64 = (0..u.len()).map(|k| metric[k] * step[k] * step[k]).sum();
         let mut breaks = Vec::new();
-        for (c, row) in self.rows().iter().enumerate() {
-            let change = row.times(step);
+        for c in 0..ahead.len() {
+            let change = self.gram.rows().times(c, step);
             let falls = self.sigma[c] * change;
             // the term is −change·max(0, ahead − t·falls)
-            let on = !self.shifted.one_sided[c] || ahead[c] > 0.0 || ahead[c] == 0.0 && falls < 0.0;
+            let on = !self.one_sided[c] || ahead[c] > 0.0 || ahead[c] == 0.0 && falls < 0.0;
             if on {
                 slope -= change * ahead[c];
                 curvature += change * falls;
             }
             let at = ahead[c] / falls;
-            if self.shifted.one_sided[c] && at > 0.0 && at.is_finite() {
+            if self.one_sided[c] && at > 0.0 && at.is_finite() {
                 let sign = if on { -1.0 } else { 1.0 };
                 breaks.push((at, c, -sign * change * ahead[c], sign * change * falls));
             }
@@ -231,11 +242,14 @@ impl<'a> Workspace<'a> {
     /// Solves the active rows as equations by refinement; the projection when it keeps all rules. What is gained stays
     /// when it does not.
     fn polish(&mut self, u: &mut Vec<f64>, mu: &mut Vec<f64>) -> Option<Projection> {
-        let active: Vec<bool> = (0..mu.len()).map(|c| !self.shifted.one_sided[c] || mu[c] > 0.0).collect();
+        let active = self.active(mu);
         let mut last = f64::INFINITY;
         for _ in 0..POLISH {
             let excess = self.excess(u, mu);
             if excess <= 1.0 {
+                if self.problem.tolerance > LOOSE {
+                    return Some(self.finish(u, mu));
+                }
                 // a gap within its slack may leave forces along soft chains of contacts that are not
                 let kept = (u.clone(), mu.clone());
                 self.factorise(&active)?;
@@ -257,27 +271,50 @@ impl<'a> Workspace<'a> {
         None
     }
 
+    /// The row that breaks its rule most, as [`Problem::worst`].
+    fn worst(&self, u: &[f64], mu: &[f64]) -> (usize, f64) {
+        let mut worst = (0, 0.0);
+        for (c, mu) in mu.iter().enumerate() {
+            let w = self.value(c, u);
+            let miss = if *mu > 0.0 || !self.one_sided[c] { w.abs() } else { -w };
+            let excess = miss / self.problem.rows[c].slack;
+            if excess > worst.1 || excess.is_nan() {
+                worst = (c, excess);
+            }
+        }
+        worst
+    }
+
     /// By how many of its slacks, or of the tolerance of the balance, the worst rule is broken.
     fn excess(&self, u: &[f64], mu: &[f64]) -> f64 {
-        let (problem, bounded) = (self.shifted.problem, self.with_bounds(mu));
-        let worst = problem.worst(u, &bounded).1;
+        let worst = self.worst(u, mu).1;
         // NaN is no less than a number
-        if worst.is_nan() { worst } else { worst.max(problem.imbalance(u, &bounded) / problem.tolerance) }
+        if worst.is_nan() { worst } else { worst.max(self.unbalanced(u, mu) / self.problem.tolerance) }
+    }
+
+    /// The relative residual of the balance, as [`Problem::imbalance`].
+    fn unbalanced(&self, u: &[f64], mu: &[f64]) -> f64 {
+        let target = &self.target;
+        let fastest = u.iter().chain(target).fold(0.0, |most: f64, u| most.max(u.abs()));
+        let mut residual: Vec<f64> = (0..u.len()).map(|k| self.metric[k] * (u[k] - target[k])).collect();
+        let mut size: Vec<f64> = self.metric.iter().map(|m| m * fastest).collect();
+        for (c, mu) in mu.iter().enumerate().filter(|(_, mu)| **mu != 0.0) {
+            for (k, b) in self.gram.rows().entries(c) {
+                residual[k] -= b * mu;
+                size[k] += (b * mu).abs();
+            }
+        }
+        residual.iter().zip(&size).map(|(r, s)| if *r == 0.0 { 0.0 } else { r.abs() / s }).fold(0.0, f64::max)
     }
 
     fn refine(&mut self, u: &mut [f64], mu: &mut [f64], active: &[bool]) {
-        let (rows, problem) = (self.rows(), self.shifted.problem);
-        let gaps: Vec<f64> = rows.iter().map(|row| row.value(u)).collect();
-        let mut step: Vec<f64> = (0..u.len()).map(|k| problem.metric[k] * (self.shifted.target[k] - u[k])).collect();
-        for c in (0..rows.len()).filter(|c| active[*c]) {
-            for &(k, b) in &rows[c].entries {
-                step[k] += b * (mu[c] - self.sigma[c] * gaps[c]);
-            }
-        }
+        let gaps: Vec<f64> = (0..mu.len()).map(|c| self.value(c, u)).collect();
+        let ahead: Vec<f64> = (0..mu.len()).map(|c| mu[c] - self.sigma[c] * gaps[c]).collect();
+        let mut step = self.imbalance(u, &ahead, active);
         self.solve(&mut step);
-        for c in (0..rows.len()).filter(|c| active[*c]) {
-            mu[c] -= self.sigma[c] * (gaps[c] + rows[c].times(&step));
-            if self.shifted.one_sided[c] {
+        for c in (0..mu.len()).filter(|c| active[*c]) {
+            mu[c] -= self.sigma[c] * (gaps[c] + self.gram.rows().times(c, &step));
+            if self.one_sided[c] {
                 mu[c] = mu[c].max(0.0);
             }
         }
@@ -289,9 +326,10 @@ impl<'a> Workspace<'a> {
     /// Takes the velocity that the multipliers give, which keeps momentum to rounding, where it keeps the rules as
     /// well.
     fn finish(&self, u: &[f64], mu: &[f64]) -> Projection {
-        let (problem, multipliers) = (self.shifted.problem, self.with_bounds(mu));
-        let exact = problem.answer(&multipliers);
-        let velocity = if problem.worst(&exact, &multipliers).1 <= 1.0 { exact } else { u.to_vec() };
+        let multipliers = self.with_bounds(mu);
+        let exact = self.problem.answer(&multipliers);
+        let is_good = self.problem.worst(&exact, &multipliers).1 <= 1.0;
+        let velocity = if is_good { exact } else { self.gram.restored(u) };
         Projection { velocity, multipliers, iterations: self.iterations, factorisations: self.factorisations }
     }
 }

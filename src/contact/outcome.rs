@@ -34,7 +34,7 @@ impl Step<'_> {
         self.effort.iterations += repaired.iterations;
         self.effort.factorisations += repaired.factorisations;
         self.effort.rounds += repaired.rounds;
-        let mut pushes = Vec::new();
+        let (mut pushes, moved) = (Vec::new(), !repaired.pushes.is_empty());
         if self.metric_of.has_inertia() {
             self.keep_angular_momentum(&repaired, &mut twists);
         } else {
@@ -57,7 +57,7 @@ impl Step<'_> {
             self.add_force(push.multiplier, (push.pair, &push.touch), &|k| poses[k], &mut out);
         }
         self.add_pushes(&pushes);
-        self.add_contacts(&pushes, shown, &mut out);
+        self.add_contacts((&pushes, moved), shown, &mut out);
         self.add_overlaps(given, &mut out);
         out
     }
@@ -99,18 +99,22 @@ impl Step<'_> {
         }
     }
 
-    /// Adds the contacts with their gaps.
-    fn add_contacts(&self, pushes: &[Push], shown: Shown, out: &mut Projected) {
+    /// Adds the contacts with their gaps; `moved` where a repair has moved bodies.
+    fn add_contacts(&self, (pushes, moved): (&[Push], bool), shown: Shown, out: &mut Projected) {
         let mut found: Vec<Touch> = Vec::new();
         let mut of = None;
         for (near, mu) in self.near.iter().zip(&self.solution.multipliers) {
-            if of != Some(near.pair) {
+            let is_known = !moved && !self.is_tangent(near.pair);
+            if !is_known && of != Some(near.pair) {
                 found.clear();
                 let reach = self.pair_reach(near.pair) + self.solver.settings.margin;
                 self.solver.touches(self.movers, near.pair, |k| out.poses[k], reach, &mut found);
                 of = Some(near.pair);
             }
-            let after = found.iter().find(|touch| touch.slot == near.touch.slot);
+            let after = match is_known {
+                true => near.after.as_ref(),
+                false => found.iter().find(|touch| touch.slot == near.touch.slot),
+            };
             let gap = after.map_or(near.row.value(&self.solution.velocity) + self.solver.settings.margin, |t| t.gap);
             let (touch, gap, gamma) = match shown {
                 Shown::After => (after.unwrap_or(&near.touch), gap, self.gamma(near, *mu)),

@@ -1,14 +1,8 @@
-//! Which bodies and walls can meet: a tree of bounding boxes, whatever their sizes, in a time about proportional to
-//! their number.
-
-use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
+//! Which bodies and walls can meet: grids of cells, one for each power of two among the sizes, in a time about
+//! proportional to their number.
 
 use super::{Partner, Wall};
 use crate::mesh::Point;
-
-/// A box with an index into bodies, or past them into walls.
-type Item = GeomWithData<Rectangle<[f64; 2]>, usize>;
 
 /// Centre and half of the side of a square that a body does not leave.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,20 +15,125 @@ pub struct Range {
     pub moves: bool,
 }
 
-impl Range {
-    fn corners(&self) -> ([f64; 2], [f64; 2]) {
-        let (c, h) = (self.centre, self.half);
-        ([c.x - h, c.y - h], [c.x + h, c.y + h])
+/// A box of a body or a wall.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    low: Point,
+    high: Point,
+}
+
+impl Bounds {
+    fn of_range(range: &Range) -> Self {
+        let half = Point::repeat(range.half);
+        Self { low: range.centre - half, high: range.centre + half }
+    }
+
+    /// Of walls that bodies are outside of; inside of a hollow one a body may be anywhere.
+    fn of_wall(wall: &Wall) -> Option<Self> {
+        match wall {
+            Wall::Segment([p, q]) => Some(Self { low: p.inf(q), high: p.sup(q) }),
+            Wall::Disc { centre, radius } => {
+                let half = Point::repeat(*radius);
+                Some(Self { low: centre - half, high: centre + half })
+            }
+            Wall::Hollow { .. } => None,
+        }
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        self.low.x <= other.high.x
+            && other.low.x <= self.high.x
+            && self.low.y <= other.high.y
+            && other.low.y <= self.high.y
+    }
+
+    /// The power of two that is no less than its longest side.
+    fn level(&self) -> i32 {
+        let side = (self.high - self.low).max();
+        let level = side.log2().ceil().clamp(-LEVELS, LEVELS) as i32;
+        level + i32::from(2.0_f64.powi(level) < side)
     }
 }
 
-fn wall_box(wall: &Wall) -> Option<Rectangle<[f64; 2]>> {
-    match wall {
-        Wall::Segment([p, q]) => Some(Rectangle::from_corners([p.x, p.y], [q.x, q.y])),
-        Wall::Disc { centre: c, radius: r } => Some(Rectangle::from_corners([c.x - r, c.y - r], [c.x + r, c.y + r])),
-        // a body may be anywhere inside
-        Wall::Hollow { .. } => None,
+/// Largest power of two of a cell.
+const LEVELS: f64 = 1000.0;
+
+/// A body, or past them a wall, in the cell of its middle: its level, row and column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Item {
+    cell: (i32, i64, i64),
+    index: usize,
+}
+
+/// Items in cells that are no smaller than they are.
+struct Grids {
+    bounds: Vec<Option<Bounds>>,
+    /// Ascending.
+    items: Vec<Item>,
+    /// Levels, and where their items are.
+    levels: Vec<(i32, std::ops::Range<usize>)>,
+}
+
+impl Grids {
+    fn new(bounds: Vec<Option<Bounds>>) -> Self {
+        let place = |(index, bounds): (usize, &Option<Bounds>)| {
+            let bounds = bounds.as_ref()?;
+            let (level, middle) = (bounds.level(), 0.5 * (bounds.low + bounds.high));
+            let size = 2.0_f64.powi(level);
+            Some(Item { cell: (level, cell(middle.y, size), cell(middle.x, size)), index })
+        };
+        let mut items: Vec<Item> = bounds.iter().enumerate().filter_map(place).collect();
+        items.sort_unstable();
+        let mut levels: Vec<(i32, std::ops::Range<usize>)> = Vec::new();
+        for (k, item) in items.iter().enumerate() {
+            match levels.last_mut() {
+                Some((level, range)) if *level == item.cell.0 => range.end = k + 1,
+                _ => levels.push((item.cell.0, k..k + 1)),
+            }
+        }
+        Self { bounds, items, levels }
     }
+
+    /// Calls with every pair of items that meet, the lower first; each once.
+    fn meetings(&self, mut found: impl FnMut(usize, usize)) {
+        for (at, item) in self.items.iter().enumerate() {
+            let Some(own) = &self.bounds[item.index] else { continue };
+            let first = self.levels.partition_point(|(level, _)| *level < item.cell.0);
+            for (level, range) in &self.levels[first..] {
+                // of the same level those that follow see the ones before
+                let same = *level == item.cell.0;
+                let items = &self.items[if same { at + 1 } else { range.start }..range.end];
+                // half a cell for the size of the others, and rounding
+                let size = 2.0_f64.powi(*level);
+                let (low, high) = (own.low.add_scalar(-0.51 * size), own.high.add_scalar(0.51 * size));
+                let (mut row, last) = (if same { item.cell.1 } else { cell(low.y, size) }, cell(high.y, size));
+                let columns = cell(low.x, size)..=cell(high.x, size);
+                loop {
+                    let start = items.partition_point(|other| (other.cell.1, other.cell.2) < (row, *columns.start()));
+                    let Some(next) = items.get(start).filter(|next| next.cell.1 <= last) else { break };
+                    if next.cell.1 > row {
+                        row = next.cell.1;
+                        continue;
+                    }
+                    let of_row = items[start..].iter().take_while(|o| o.cell.1 == row && o.cell.2 <= *columns.end());
+                    for other in of_row {
+                        if self.bounds[other.index].is_some_and(|bounds| bounds.meets(own)) {
+                            found(item.index.min(other.index), item.index.max(other.index));
+                        }
+                    }
+                    if row == last {
+                        break;
+                    }
+                    row += 1;
+                }
+            }
+        }
+    }
+}
+
+/// The cell of a coordinate; the last one of those too far away.
+fn cell(x: f64, size: f64) -> i64 {
+    (x / size).floor() as i64
 }
 
 /// Whether a square may reach the circle from inside.
@@ -63,44 +162,32 @@ pub struct Pairs {
 /// Finds the pairs.
 pub fn find(ranges: &[Range], walls: &[Wall]) -> Pairs {
     let n = ranges.len();
-    let bodies = ranges.iter().enumerate().map(|(index, range)| {
-        let (low, high) = range.corners();
-        Item::new(Rectangle::from_corners(low, high), index)
-    });
-    let fixed = walls.iter().enumerate().filter_map(|(index, wall)| Some(Item::new(wall_box(wall)?, n + index)));
-    let tree = RTree::bulk_load(bodies.chain(fixed).collect());
-    let hollows: Vec<(usize, Point, f64)> = walls
-        .iter()
-        .enumerate()
-        .filter_map(|(index, wall)| match wall {
-            Wall::Hollow { centre, radius } => Some((index, *centre, *radius)),
-            Wall::Segment(_) | Wall::Disc { .. } => None,
-        })
-        .collect();
+    let bounds = ranges.iter().map(|range| Some(Bounds::of_range(range))).chain(walls.iter().map(Bounds::of_wall));
     let mut pairs = Pairs::default();
-    let mut found = Vec::new();
-    for (i, range) in ranges.iter().enumerate() {
-        let (low, high) = range.corners();
-        found.clear();
-        for item in tree.locate_in_envelope_intersecting(AABB::from_corners(low, high)) {
-            if item.data >= n {
-                found.push(Partner::Wall(item.data - n));
-            } else if item.data > i {
-                found.push(Partner::Body(item.data));
-            }
+    let mut note = |body: usize, partner: Partner| {
+        let pushed = ranges[body].moves
+            || match partner {
+                Partner::Body(other) => ranges[other].moves,
+                Partner::Wall(_) => false,
+            };
+        let list = if pushed { &mut pairs.pushed } else { &mut pairs.given };
+        list.push(Pair { body, partner });
+    };
+    Grids::new(bounds.collect()).meetings(|first, second| {
+        // walls never meet
+        if second < n {
+            note(first, Partner::Body(second));
+        } else if first < n {
+            note(first, Partner::Wall(second - n));
         }
-        let near = hollows.iter().filter(|(_, centre, radius)| reaches(range, *centre, *radius));
-        found.extend(near.map(|(index, ..)| Partner::Wall(*index)));
-        found.sort_unstable();
-        for &partner in &found {
-            let pushed = range.moves
-                || match partner {
-                    Partner::Body(other) => ranges[other].moves,
-                    Partner::Wall(_) => false,
-                };
-            let list = if pushed { &mut pairs.pushed } else { &mut pairs.given };
-            list.push(Pair { body: i, partner });
+    });
+    for (index, wall) in walls.iter().enumerate() {
+        if let Wall::Hollow { centre, radius } = wall {
+            let near = ranges.iter().enumerate().filter(|(_, range)| reaches(range, *centre, *radius));
+            near.for_each(|(body, _)| note(body, Partner::Wall(index)));
         }
     }
+    pairs.pushed.sort_unstable();
+    pairs.given.sort_unstable();
     pairs
 }

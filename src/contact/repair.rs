@@ -58,6 +58,10 @@ impl Step<'_> {
             self.movers.iter().zip(twists).map(|(mover, twist)| mover.after(twist, self.dt)).collect();
         let mut out = Repaired { poses: ends.clone(), ..Repaired::default() };
         let mut delta = vec![0.0; self.metric.len()];
+        // rows that follow their gaps have none to repair
+        if !self.misses_a_tangent(pairs, &ends) {
+            return Ok(out);
+        }
         loop {
             let Round { touches, rows, worst } = self.round(pairs, &out.poses, &delta);
             let Some((pair, miss)) = worst else { return Ok(out) };
@@ -74,7 +78,7 @@ impl Step<'_> {
             let method = self.solver.settings.method;
             let solved = match &mut self.flow {
                 None => problem.solve(method, &warm).map_err(Failed::Rows),
-                Some(flow) => flow.displace(problem, method, &warm),
+                Some(flow) => flow.displace(&problem, method, &warm),
             };
             let solved = solved.map_err(|failed| match failed {
                 Failed::Rows(unsolved) => self.overlapped(touches[unsolved.row].0, miss),
@@ -89,6 +93,24 @@ impl Step<'_> {
             out.iterations += iterations;
             out.factorisations += factorisations;
         }
+    }
+
+    /// Whether a gap is missed whose row is a tangent.
+    fn misses_a_tangent(&self, pairs: &[Pair], poses: &[Pose]) -> bool {
+        let mut found: Vec<Touch> = Vec::new();
+        pairs.iter().filter(|pair| self.is_tangent(**pair)).any(|&pair| {
+            found.clear();
+            let reach = self.solver.settings.margin + self.pair_reach(pair);
+            self.solver.touches(self.movers, pair, |k| poses[k], reach, &mut found);
+            found.iter().any(|touch| self.miss(pair, touch) > 4.0 * self.slack(pair) || touch.gap.is_nan())
+        })
+    }
+
+    /// By how much a touch misses its gap: also by being too wide where a bond holds it.
+    fn miss(&self, pair: Pair, touch: &Touch) -> f64 {
+        let value = touch.gap - self.solver.settings.margin;
+        let held = self.near_of(pair, touch).is_some_and(|(near, mu)| holds(self.solver.settings.law, near, mu));
+        if held { value.abs() } else { -value }
     }
 
     fn overlapped(&self, pair: Pair, miss: f64) -> ContactError {

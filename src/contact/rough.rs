@@ -46,10 +46,10 @@ pub(super) struct Slide {
 }
 
 impl Near {
-    /// The rows of the projection: one, or with friction the two edges of the cone.
-    pub(super) fn rows(&self, friction: f64) -> impl Iterator<Item = Row> {
+    /// The rows of the projection: its own, which it lends, or with friction the two edges of the cone.
+    pub(super) fn lend_rows(&mut self, friction: f64) -> impl Iterator<Item = Row> + use<> {
         let edges = self.slide.as_ref().map(|slide| [1.0, -1.0].map(|sign| self.edge(slide, sign * friction)));
-        let plain = self.slide.is_none().then(|| self.row.clone());
+        let plain = self.slide.is_none().then(|| std::mem::take(&mut self.row));
         plain.into_iter().chain(edges.into_iter().flatten())
     }
 
@@ -110,7 +110,7 @@ impl Step<'_> {
     }
 
     /// What slides at a touch; `None` without friction.
-    pub(super) fn slide(&self, pair: Pair, touch: &Touch) -> Option<Slide> {
+    pub(super) fn slide(&self, pair: Pair, touch: &Touch) -> Option<Box<Slide>> {
         let friction = self.solver.settings.friction;
         if friction == 0.0 {
             return None;
@@ -123,7 +123,7 @@ impl Step<'_> {
         // what slid before the step goes on, and what was at rest stays so
         let before = Self::slopes(pair, touch, &pose).map(|(k, slope)| along(slope, &self.before(k)));
         let dilation = friction * self.dt * before.sum::<f64>().abs();
-        Some(Slide { row, dilation, multiplier: 0.0 })
+        Some(Box::new(Slide { row, dilation, multiplier: 0.0 }))
     }
 
     /// Renews `s` of every touch by the last velocities, by Anderson's method where the fixed point alone is slow; the

@@ -15,6 +15,9 @@ use crate::shape::{Pose, Twist};
 /// More friction cannot be told from bodies that never slide.
 pub const MOST_FRICTION: f64 = 1e3;
 
+/// Overlap that the next step must take from one before, in tolerances: twice what gaps may miss.
+const LEFT: f64 = 8.0;
+
 /// In which metric velocities are projected.
 #[derive(Debug, Clone, Copy)]
 pub enum Metric<'a> {
@@ -48,8 +51,8 @@ pub struct Settings {
     pub restitution: f64,
     /// How the quadratic programme is solved.
     pub method: Method,
-    /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes. More
-    /// is refused.
+    /// Overlap that a step accepts at its beginning, relative to the radius of the smaller body, and then removes; what
+    /// a larger tolerance may leave is accepted too. More is refused.
     pub overlap: f64,
 }
 
@@ -294,7 +297,8 @@ impl Solver {
         let Pair { body, partner } = pair;
         let size = self.size(movers, pair);
         // NaN is no gap either
-        if touch.gap >= -(self.settings.overlap * size + rounding(movers, pair)) {
+        let most = self.settings.overlap.max(LEFT * self.settings.tolerance);
+        if touch.gap >= -(most * size + rounding(movers, pair)) {
             return Ok(());
         }
         let (first, second) = (movers[body].name.to_owned(), partner_name(movers, partner));

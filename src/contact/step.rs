@@ -35,9 +35,11 @@ pub(super) struct Near {
     /// Whether the row follows the true gap at the end of the step rather than its tangent.
     pub(super) followed: bool,
     /// What slides there; `None` without friction.
-    pub(super) slide: Option<Slide>,
+    pub(super) slide: Option<Box<Slide>>,
     /// Whether others have struck the pair together.
     pub(super) struck: bool,
+    /// Where it touches after the last projection, of rows that are no tangents.
+    pub(super) after: Option<Touch>,
 }
 
 pub(super) struct Step<'a> {
@@ -173,19 +175,20 @@ impl<'a> Step<'a> {
         let margin = self.solver.settings.margin;
         let ranges: Vec<_> = self.movers.iter().zip(&self.reach).map(|(m, reach)| range(m, reach + margin)).collect();
         let pairs = pairs::find(&ranges, self.solver.walls.all());
-        let mut found = Vec::new();
+        let (mut found, mut shared) = (Vec::new(), Vec::new());
         let before = std::mem::take(&mut self.near);
+        let mut bonds = self.solver.bonds.in_order();
+        self.near.reserve(pairs.pushed.len());
         for &pair in &pairs.pushed {
             let reach = margin + self.pair_reach(pair);
             found.clear();
             self.solver.touches(self.movers, pair, |k| self.movers[k].pose, reach, &mut found);
             // a gap that is not a number must not pass for a wide one
             found.retain(|touch| touch.gap <= reach || touch.gap.is_nan());
-            let slots: Vec<u32> = found.iter().map(|touch| touch.slot).collect();
-            let bonds = self.solver.bonds.shared(pair, &slots);
-            for (touch, bond) in found.iter().zip(bonds) {
+            bonds.share(pair, &found, &mut shared);
+            for (touch, bond) in found.iter().zip(&shared) {
                 self.solver.refuse_overlap(self.movers, pair, touch)?;
-                let mut near = self.near(pair, *touch, bond);
+                let mut near = self.near(pair, *touch, *bond);
                 // the search before may have been nearly far enough
                 let first = before.partition_point(|n| n.pair < pair);
                 let mut of_pair = before[first..].iter().take_while(|n| n.pair == pair);
@@ -221,7 +224,7 @@ impl<'a> Step<'a> {
         row.slack = self.slack(pair);
         let warm = row.bound + bond.multiplier;
         let slide = self.slide(pair, &touch);
-        Near { pair, touch, row, resistance, warm, followed: false, slide, struck: false }
+        Near { pair, touch, row, resistance, warm, followed: false, slide, struck: false, after: None }
     }
 
     /// `D − η`, at least 0 where the row is a tangent, or what bodies that bounce have in its place; and what bodies of
@@ -255,7 +258,7 @@ impl<'a> Step<'a> {
     /// Projects the predicted velocities.
     fn project(&mut self, may_be_known: bool) -> Result<(), (Pair, ContactError)> {
         let friction = self.solver.settings.friction;
-        let rows = self.near.iter().flat_map(|near| near.rows(friction)).collect();
+        let rows = self.near.iter_mut().flat_map(|near| near.lend_rows(friction)).collect();
         let (metric, target) = (self.metric.clone(), self.target.clone());
         let problem = Problem { metric, target, rows, tolerance: self.solver.settings.tolerance };
         let warm: Vec<f64> = self.near.iter().flat_map(|near| near.warm_rows(friction)).collect();
@@ -264,8 +267,11 @@ impl<'a> Step<'a> {
         let solved = match (self.kept(&problem, &warm).filter(|_| may_be_known), &mut self.flow) {
             (Some(kept), _) => Ok(kept),
             (None, None) => problem.solve(method, &warm).map_err(Failed::Rows),
-            (None, Some(flow)) => flow.project(problem, method, &warm),
+            (None, Some(flow)) => flow.project(&problem, method, &warm),
         };
+        if friction == 0.0 {
+            self.near.iter_mut().zip(problem.rows).for_each(|(near, row)| near.row = row);
+        }
         let solution = solved.map_err(|failed| {
             let unsolved = match failed {
                 Failed::Rows(unsolved) => unsolved,
@@ -324,6 +330,7 @@ impl<'a> Step<'a> {
             found.clear();
             let reach = margin + self.pair_reach(pair);
             self.solver.touches(self.movers, pair, |k| poses[k], reach, &mut found);
+            self.near[start..start + count].iter_mut().for_each(|near| near.after = None);
             let slack = self.slack(pair);
             let mut note = |miss: f64| {
                 if miss > 4.0 * slack && worst.is_none_or(|(_, most)| miss > most) {
@@ -346,6 +353,7 @@ impl<'a> Step<'a> {
                 }
                 let miss = if held { true_value.abs() } else { -true_value };
                 near.followed |= miss > 4.0 * slack;
+                near.after = Some(*touch);
                 if near.followed {
                     near.row.offset += true_value - near.row.value(&self.solution.velocity);
                 }

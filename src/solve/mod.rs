@@ -8,6 +8,7 @@ pub mod blocks;
 pub mod bordered;
 pub mod dissection;
 mod front;
+pub mod gram;
 pub mod krylov;
 pub mod multifrontal;
 pub(crate) mod rows;

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::perm::PermRef;
 use faer::prelude::Solve;
-use faer::sparse::linalg::solvers::{Llt, Lu, SymbolicLlt};
-use faer::sparse::linalg::{colamd, qr};
-use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat, Triplet};
-use faer::{MatMut, Par, Side};
+use faer::sparse::linalg::solvers::Lu;
+use faer::sparse::linalg::{amd, colamd, qr};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat, Triplet};
+use faer::{MatMut, Par};
 
 use super::{DIRECT_TOLERANCE, SolveError, axpy, norm};
 
@@ -119,6 +119,29 @@ pub fn factor_bound(columns: &[Vec<usize>]) -> usize {
     counts.iter().sum()
 }
 
+/// An order of elimination of little fill for a matrix of symmetric structure (Amestoy, Davis and Duff 1996). `links`
+/// are its pairs of unknowns, the lower one first, ascending and each once.
+///
+/// # Panics
+/// For links that are not ascending or out of range.
+pub fn least_degree(unknowns: usize, links: &[(u32, u32)]) -> Vec<usize> {
+    let mut starts = vec![0_usize; unknowns + 1];
+    for &(low, _) in links {
+        starts[low as usize + 1] += 1;
+    }
+    for k in 0..unknowns {
+        starts[k + 1] += starts[k];
+    }
+    let rows = links.iter().map(|&(_, high)| high as usize).collect();
+    let pattern = SymbolicSparseColMat::new_checked(unknowns, unknowns, starts, None, rows);
+    let mut memory = MemBuffer::new(amd::order_scratch::<usize>(unknowns, links.len()));
+    let (mut forward, mut inverse) = (vec![0; unknowns], vec![0; unknowns]);
+    let control = amd::Control::default();
+    amd::order(&mut forward, &mut inverse, pattern.as_ref(), control, MemStack::new(&mut memory))
+        .expect("indices of this size do not overflow");
+    forward
+}
+
 static FACTORISATIONS: AtomicUsize = AtomicUsize::new(0);
 static SOLVES: AtomicUsize = AtomicUsize::new(0);
 
@@ -222,87 +245,5 @@ impl Factored {
         let mut r = b.to_vec();
         self.matrix.times_add(-1.0, x, &mut r);
         r
-    }
-}
-
-/// Places of the entries of symmetric matrices, and their order of elimination: many matrices share them.
-pub struct Symmetric {
-    pattern: SymbolicSparseColMat<usize>,
-    symbolic: SymbolicLlt<usize>,
-}
-
-impl Symmetric {
-    /// `places` are `(row, column)` with row ≥ column, in any order, repeated or not; the diagonal must be among them.
-    ///
-    /// # Errors
-    /// When memory does not suffice.
-    ///
-    /// # Panics
-    /// For a place out of range.
-    pub fn new(unknowns: usize, mut places: Vec<(usize, usize)>) -> Result<Self, SolveError> {
-        faer::set_global_parallelism(Par::Seq);
-        places.sort_unstable_by_key(|&(i, j)| (j, i));
-        places.dedup();
-        let mut starts = vec![0; unknowns + 1];
-        for &(_, j) in &places {
-            starts[j + 1] += 1;
-        }
-        for j in 0..unknowns {
-            starts[j + 1] += starts[j];
-        }
-        let rows = places.iter().map(|p| p.0).collect();
-        let pattern = SymbolicSparseColMat::new_checked(unknowns, unknowns, starts, None, rows);
-        let symbolic = SymbolicLlt::try_new(pattern.as_ref(), Side::Lower).map_err(|e| SolveError::Factorise {
-            system: "symmetric".into(),
-            reason: format!("{e:?}"),
-            hint: "memory may be short".into(),
-        })?;
-        Ok(Self { pattern, symbolic })
-    }
-
-    /// Number of places.
-    pub fn entries(&self) -> usize {
-        self.pattern.compute_nnz()
-    }
-
-    /// Index of the value at `(row, column)`, row ≥ column.
-    ///
-    /// # Panics
-    /// When the place is not one of them.
-    pub fn place(&self, row: usize, column: usize) -> usize {
-        let start = self.pattern.col_ptr()[column];
-        start + self.pattern.row_idx_of_col_raw(column).binary_search(&row).expect("the place is in the pattern")
-    }
-
-    /// Factors of the positive definite matrix with these values, on one thread, so that the bits do not depend on the
-    /// number of threads.
-    ///
-    /// # Errors
-    /// When it is not positive definite.
-    pub fn factorise(&self, values: &[f64]) -> Result<Cholesky, SolveError> {
-        faer::set_global_parallelism(Par::Seq);
-        FACTORISATIONS.fetch_add(1, Ordering::Relaxed);
-        let matrix = SparseColMatRef::new(self.pattern.as_ref(), values);
-        let llt = Llt::try_new_with_symbolic(self.symbolic.clone(), matrix, Side::Lower);
-        let llt = llt.map_err(|e| SolveError::Factorise {
-            system: "symmetric".into(),
-            reason: format!("{e:?}"),
-            hint: "the matrix must be positive definite".into(),
-        })?;
-        Ok(Cholesky { llt })
-    }
-}
-
-/// Factors of a positive definite matrix; unchecked: who solves with them looks at the residual.
-pub struct Cholesky {
-    llt: Llt<usize, f64>,
-}
-
-impl Cholesky {
-    /// `x ← A⁻¹ x`
-    pub fn solve_in_place(&self, x: &mut [f64]) {
-        SOLVES.fetch_add(1, Ordering::Relaxed);
-        let n = x.len();
-        self.llt.solve_in_place(MatMut::from_column_major_slice_mut(x, n, 1));
     }
 }

@@ -1,6 +1,7 @@
 //! Contact of rigid bodies: gaps, projection, gluey bonds, and the stepper of particles.
 
 mod common;
+mod factors;
 mod gaps;
 mod glue;
 #[path = "../listed/mod.rs"]

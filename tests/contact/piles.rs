@@ -1,7 +1,8 @@
 //! What large piles cost.
 
 use monolayer::contact::pairs::{self, Range};
-use monolayer::contact::{Law, Wall};
+use monolayer::contact::particles::{Dynamics, Particles};
+use monolayer::contact::{Law, Settings, Solver, Wall};
 use monolayer::mesh::Point;
 use rand::RngExt;
 
@@ -62,4 +63,26 @@ fn a_pile_takes_few_solves_and_at_rest_hardly_any() {
     }
     println!("{:.1} solves per step, at most {most}; at rest after {steps} steps", all as f64 / steps as f64);
     assert!(most <= 60 && all <= 15 * steps, "{all} solves in {steps} steps, at most {most}");
+}
+
+#[test]
+fn overlaps_are_those_of_the_tolerance_and_the_next_step_takes_them() {
+    let mut last = 0.0;
+    for tolerance in [1e-12, 1e-8, 1e-5, 1e-3] {
+        let settings = Settings { tolerance, ..Settings::default() };
+        let solver = Solver::new(&open_box(1.3, 6.0), settings).expect("the settings are good");
+        let bodies = scattered(60, [0.06, 0.1], 1.3, 3);
+        let mut particles = Particles::new(bodies, Dynamics::Inertial { drag: 0.0 }, solver).expect("no overlap");
+        let drive = gravity(&particles);
+        let mut overlap: f64 = 0.0;
+        for step in 0..600 {
+            let report = particles.step(0.01, &drive).unwrap_or_else(|e| panic!("{tolerance:e}, step {step}: {e}"));
+            overlap = overlap.max(report.overlap() / 0.06);
+        }
+        println!("tolerance {tolerance:e}: an overlap of {overlap:.1e} r");
+        // what gaps may miss, of bodies up to as large as the largest, and rounding
+        assert!(overlap <= 4.0 * tolerance * (0.1 / 0.06) + 1e-12, "{tolerance:e}: {overlap:e}");
+        assert!(overlap >= last, "{tolerance:e}: {overlap:e} after {last:e}");
+        last = overlap;
+    }
 }
