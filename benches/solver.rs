@@ -18,9 +18,16 @@ use monolayer::model::tangent::Tangent;
 use monolayer::model::terms::At;
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
+use monolayer::solve::multifrontal::Precision;
 use monolayer::solve::sparse::{Factored, Matrix};
 use monolayer::time::sheet::SheetKind;
 use monolayer::time::{Checkpoint, March};
+
+/// What the coupled factors are kept in, and how making them is called.
+const PRECISIONS: [(Precision, [&str; 2]); 2] = [
+    (Precision::Double, ["coupled new", "coupled renew"]),
+    (Precision::Single, ["coupled single new", "coupled single renew"]),
+];
 
 /// Steps before the state at which everything is measured: the BDF has its order, and Newton's method its factors.
 const STEPS: usize = 3;
@@ -137,11 +144,14 @@ fn factorise(criterion: &mut Criterion, bench: &Bench) {
         b.iter_batched(|| stokes.clone(), factor, BatchSize::PerIteration);
     });
     group.bench_function(bench.id("coupled structure"), |b| b.iter(|| Structure::new("coupled", &model.layout())));
-    group.bench_function(bench.id("coupled new"), |b| b.iter(|| Lagged::new(&structure, &Parts::new(&tangent))));
-    let mut lagged = Lagged::new(&structure, &Parts::new(&tangent)).expect("the matrix is regular");
-    group.bench_function(bench.id("coupled renew"), |b| {
-        b.iter(|| lagged.renew(&Parts::new(&tangent)).expect("the matrix is regular"));
-    });
+    for (precision, [new, renew]) in PRECISIONS {
+        let make = || Lagged::new(&structure, &Parts::new(&tangent), precision).expect("the matrix is regular");
+        group.bench_function(bench.id(new), |b| b.iter(make));
+        let mut lagged = make();
+        group.bench_function(bench.id(renew), |b| {
+            b.iter(|| lagged.renew(&Parts::new(&tangent)).expect("the matrix is regular"));
+        });
+    }
     group.finish();
 }
 
@@ -150,13 +160,16 @@ fn solve(criterion: &mut Criterion, bench: &Bench) {
     let inputs = model.inputs(bench.after.t).expect("the formulas are finite");
     let force = model.force(&state[POLARITY], &state[VELOCITY], &inputs);
     let structure = Structure::new("coupled", &model.layout()).expect("the structure is sound");
-    let lagged = Lagged::new(&structure, &Parts::new(&bench.tangent(state))).expect("the matrix is regular");
     let right = model.polarity.mass_times(&state[POLARITY].values);
     let mut group = group(criterion, "solve", 3);
     group.bench_function(bench.id("stokes"), |b| b.iter(|| model.flow_of(&force, &inputs)));
-    group.bench_function(bench.id("coupled"), |b| {
-        b.iter_batched_ref(|| right.clone(), |r| lagged.solve(r), BatchSize::LargeInput);
-    });
+    let tangent = bench.tangent(state);
+    for (precision, name) in [(Precision::Double, "coupled"), (Precision::Single, "coupled single")] {
+        let lagged = Lagged::new(&structure, &Parts::new(&tangent), precision).expect("the matrix is regular");
+        group.bench_function(bench.id(name), |b| {
+            b.iter_batched_ref(|| right.clone(), |r| lagged.solve(r), BatchSize::LargeInput);
+        });
+    }
     group.finish();
 }
 

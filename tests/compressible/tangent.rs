@@ -7,6 +7,7 @@ use monolayer::model::fields::DENSITY;
 use monolayer::model::lagged::Lagged;
 use monolayer::model::terms::factor;
 use monolayer::model::{DensityLaw, Parameters};
+use monolayer::solve::multifrontal::Precision;
 use monolayer::space::Field;
 use monolayer::time::Phases;
 use monolayer::time::equations::{Equations, Trial};
@@ -116,7 +117,8 @@ fn the_factors_of_the_coupled_matrix_invert_the_derivative() {
         for y in [disturbed(&model), limited(&model)] {
             let trial = evaluate(&equations, y);
             let tangent = model.tangent(&equations, &trial, WEIGHTS);
-            let lagged = Lagged::new(Sheet::structure(&model).unwrap(), &*tangent.elements()).unwrap();
+            let lagged =
+                Lagged::new(Sheet::structure(&model).unwrap(), &*tangent.elements(), Precision::Double).unwrap();
             let x = random(model.carried_len(), 8);
             let mut image = vec![0.0; x.len()];
             tangent.times(&x, &mut image).unwrap();

@@ -6,6 +6,7 @@ use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts};
 use monolayer::model::tangent::Tangent;
 use monolayer::solve::krylov::gmres;
+use monolayer::solve::multifrontal::Precision;
 use monolayer::space::Field;
 use monolayer::time::{CouplingKind, March};
 
@@ -45,7 +46,7 @@ fn newtons_method_converges_quadratically_around_bodies() {
                 break;
             }
             let tangent = Tangent::new(&model, &state, &state[VELOCITY], WEIGHT, 0.0);
-            let factors = Lagged::new(model.structure().unwrap(), &Parts::new(&tangent)).unwrap();
+            let factors = Lagged::new(model.structure().unwrap(), &Parts::new(&tangent), Precision::Double).unwrap();
             let right: Vec<f64> = r.iter().map(|r| -r).collect();
             let mut step = vec![0.0; p.len()];
             let apply = |x: &[f64], y: &mut [f64]| tangent.times(x, y).unwrap();
