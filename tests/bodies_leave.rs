@@ -331,3 +331,28 @@ fn halved_steps_are_counted_in_the_history_and_in_the_summary() {
         assert!(halved > 0.0 && halved == left.summary.counts.rejected as f64, "{halved} {:?}", left.summary.counts);
     }
 }
+
+#[test]
+fn contact_goes_on_between_those_that_are_left() {
+    // below the second one a third, which pushes against it and sticks
+    let third = disc("third", 0.08, [0.25, 0.25], "force = [\"0\", \"4\"]");
+    let scene = two("nitsche", 0.65, "").replace("[rigid]", &format!("{third}[contact]\nlaw = \"gluey\"\n[rigid]"));
+    let whole = run(&scene).ended();
+    assert_eq!(whole.gone(), [("first".to_owned(), "right".to_owned())]);
+    let left_at = whole.summary.bodies.as_ref().unwrap().left[0].time;
+    let mut table = csv::Reader::from_path(whole.out().join("contacts.csv")).unwrap();
+    let mut touching = 0;
+    for row in table.records().map(Result::unwrap) {
+        let [time, gap, force] = [0, 3, 4].map(|at| row[at].parse::<f64>().expect("a number"));
+        if time >= left_at {
+            assert_eq!([&row[1], &row[2]], ["second", "third"], "{row:?}");
+            assert!(gap > -1e-9, "{row:?}");
+            touching += usize::from(force != 0.0);
+        }
+    }
+    assert!(touching > 0, "the third one presses");
+    let parts = run_in_parts(&scene, whole.column("time").len() - 2).ended();
+    for file in ["bodies.csv", "history.csv", "contacts.csv"] {
+        assert!(whole.bytes(file) == parts.bytes(file), "{file} differs");
+    }
+}
