@@ -258,6 +258,10 @@ impl MovingTissue {
         // the run has told of those that are small at its start
         resolution.of_bodies(mesh, march.bodies(), march.poses());
         resolution.of_boundary(mesh, march.bodies(), march.poses());
+        if wanted.saved.is_some() {
+            // and of the gaps that are narrow now
+            resolution.of_gaps(mesh, march.bodies(), march.contacts());
+        }
         Ok(Self { resolution, march })
     }
 }

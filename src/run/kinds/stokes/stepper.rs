@@ -137,6 +137,10 @@ impl FlowStepper {
             let acting = self.act(&self.good.bonds).map_err(begin)?;
             (self.good.pushes, self.good.contacts) = (acting.wrenches, acting.contacts);
         }
+        if !is_new {
+            // the run has told of the gaps that are narrow now
+            self.resolution.of_gaps(&self.flow.loops.mesh, &self.bodies, &self.good.contacts);
+        }
         if !self.good.pushes.is_empty() {
             let carried = solve(&self.flow, &self.fluid, &self.sources, &self.good.pushes);
             let model = |error| RunError::Model { origin: origin.to_owned(), error: Box::new(error) };
