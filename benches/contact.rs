@@ -50,7 +50,7 @@ fn contact(criterion: &mut Criterion) {
     for count in [100, 1000] {
         let mut particles = pile(count);
         let drive = weight(&particles);
-        for _ in 0..40 {
+        for _ in 0..12 {
             particles.step(0.01, &drive).expect("the step succeeds");
         }
         group.bench_function(BenchmarkId::new("step", count), |b| {
