@@ -22,6 +22,7 @@ use crate::output::OutputError;
 use crate::output::bodies::{BodyFiles, BodyOutputs, Look, Moment, Solids, picture};
 use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
+use crate::output::plot::check_free;
 use crate::output::plot::map::{Picture, Window};
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
@@ -377,6 +378,9 @@ impl<'p> Writer<'p> {
         let (window, caption, ground) = (self.window, &self.plan.caption, self.ground);
         let (fields, t) = (view.fields, view.t);
         let paths: Vec<PathBuf> = new.iter().map(|request| self.bodies.picture_path(&request.name, step)).collect();
+        for (request, path) in new.iter().zip(&paths) {
+            check_free(path).map_err(|error| maps::failed(&request.name, error))?;
+        }
         let drawn = with_moment(&self.cast, view, |moment| {
             let draw = |(request, path): (&&MapRequest, &PathBuf)| {
                 let picture = match (request.of, fields, ground) {
