@@ -213,19 +213,19 @@ impl<'a> Workspace<'a> {
         let mut slope: f64 = (0..u.len()).map(|k| metric[k] * step[k] * (u[k] - self.target[k])).sum();
         let mut curvature: f64 = (0..u.len()).map(|k| metric[k] * step[k] * step[k]).sum();
         let mut breaks = Vec::new();
-        for c in 0..ahead.len() {
+        for (c, &ahead) in ahead.iter().enumerate() {
             let change = self.gram.rows().times(c, step);
             let falls = self.sigma[c] * change;
             // the term is −change·max(0, ahead − t·falls)
-            let on = !self.one_sided[c] || ahead[c] > 0.0 || ahead[c] == 0.0 && falls < 0.0;
+            let on = !self.one_sided[c] || ahead > 0.0 || ahead == 0.0 && falls < 0.0;
             if on {
-                slope -= change * ahead[c];
+                slope -= change * ahead;
                 curvature += change * falls;
             }
-            let at = ahead[c] / falls;
+            let at = ahead / falls;
             if self.one_sided[c] && at > 0.0 && at.is_finite() {
                 let sign = if on { -1.0 } else { 1.0 };
-                breaks.push((at, c, -sign * change * ahead[c], sign * change * falls));
+                breaks.push((at, c, -sign * change * ahead, sign * change * falls));
             }
         }
         breaks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

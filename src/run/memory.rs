@@ -26,6 +26,7 @@ use crate::model::incompressible::Description;
 use crate::model::lagged::{Layout, Structure};
 use crate::model::parameters::{ElasticForce, ModelKind};
 use crate::model::terms::{MOLECULAR, MOMENTUM, POLARITY, Sum, Term};
+use crate::output::plot::AT_ONCE;
 use crate::scene::{Cut, Initial, Scene, What};
 use crate::solve::SolveError;
 use crate::solve::blocks::{Neighbours, neighbours};
@@ -284,7 +285,7 @@ pub fn samples(scene: &Scene, cells: f64) -> Option<Samples> {
     Samples::new((&scene.mesh, cells), scene.source(), |table, mesh| count(&scene.on(table, &mesh.tags), &mesh))
 }
 
-/// What the rows of sections take, and the largest picture that a run draws.
+/// What the rows of sections take, and the largest pictures that a run draws at once.
 fn pictures(scene: &Scene) -> f64 {
     let told = scene.time.stop_residual.is_some() || scene.time.stop_energy_rate.is_some() || scene.steady.is_some();
     let drawn = scene.outputs.iter().map(|output| match &output.what {
@@ -295,7 +296,8 @@ fn pictures(scene: &Scene) -> f64 {
     let points = scene.outputs.iter().flat_map(|output| output.what.cuts()).map(Cut::points);
     let batch = cuts::CHUNK * cuts::CHUNKS * rayon::current_num_threads();
     let rows = points.max().unwrap_or(0).min(batch);
-    drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max) + ROW * rows as f64
+    let at_once = AT_ONCE.min(rayon::current_num_threads()) as f64;
+    at_once * drawn.fold(if told { PICTURES[0] } else { 0.0 }, f64::max) + ROW * rows as f64
 }
 
 /// What a scene takes: of a search for steady states with its eigenvalues, else of the coupling.

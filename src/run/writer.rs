@@ -22,8 +22,8 @@ use crate::output::OutputError;
 use crate::output::bodies::{BodyFiles, BodyOutputs, Look, Moment, Solids, picture};
 use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
-use crate::output::plot::check_free;
 use crate::output::plot::map::{Picture, Window};
+use crate::output::plot::{AT_ONCE, check_free};
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::scene::{MapRequest, Quantity, What};
@@ -392,7 +392,9 @@ impl<'p> Writer<'p> {
                 };
                 picture?.write(path).map_err(|error| maps::failed(&request.name, error))
             };
-            Ok::<Vec<Result<(), RunError>>, RunError>(new.par_iter().zip(&paths).map(draw).collect())
+            let all: Vec<(&&MapRequest, &PathBuf)> = new.iter().zip(&paths).collect();
+            let some = |some: &[(&&MapRequest, &PathBuf)]| some.par_iter().copied().map(draw).collect::<Vec<_>>();
+            Ok::<Vec<Result<(), RunError>>, RunError>(all.chunks(AT_ONCE).flat_map(some).collect())
         })?;
         for (request, drawn) in new.into_iter().zip(drawn) {
             drawn?;
