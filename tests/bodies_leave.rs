@@ -280,7 +280,7 @@ fn what_a_scene_says_of_bodies_at_its_boundary_is_filled_in() {
         move |tag: &str| value["boundary"][tag].get("bodies").and_then(|said| said.as_str()).map(str::to_owned)
     };
     let said = resolved(&two("nitsche", 0.5, ""));
-    assert_eq!(["left", "right", "top"].map(|tag| said(tag)), [Some("leave".into()), Some("leave".into()), None]);
+    assert_eq!(["left", "right", "top"].map(said), [Some("leave".into()), Some("leave".into()), None]);
     let walls = two("nitsche", 0.5, "[[wall]]\ntag = \"right\"\n");
     assert_eq!(resolved(&walls)("right").as_deref(), Some("wall"));
     let said = resolved(&tissue("penalty", 1.0, ""));

@@ -87,17 +87,7 @@ pub fn times_each(blocks: &[f64], n: usize, components: usize, x: &[f64]) -> Vec
 
 /// `y += A x`, A row-major.
 pub fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
-    let (first, last) = x.as_chunks::<4>();
     for (row, y) in a.chunks_exact(x.len()).zip(y) {
-        let (head, tail) = row.as_chunks::<4>();
-        // four lanes need no chain of dependent additions
-        let mut lanes = [0.0; 4];
-        for (a, x) in head.iter().zip(first) {
-            for l in 0..4 {
-                lanes[l] += a[l] * x[l];
-            }
-        }
-        let rest: f64 = tail.iter().zip(last).map(|(a, x)| a * x).sum();
-        *y += (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest;
+        *y += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
     }
 }
