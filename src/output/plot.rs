@@ -292,7 +292,7 @@ fn with_suffix(stem: &Path, suffix: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Pictures that are drawn side by side: each takes some 20 to 30 MiB, and two threads are there nearly everywhere.
+/// Pictures of curves that are drawn side by side: each takes some 20 MiB, and two threads are there nearly everywhere.
 pub const AT_ONCE: usize = 2;
 
 /// Whether a picture can be written under a name, before it is drawn; endings are appended.

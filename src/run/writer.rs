@@ -3,8 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::cuts::{QUICK, Table, section};
 use super::defects::{self, DefectTables};
 use super::folder::Resumed;
@@ -23,7 +21,6 @@ use crate::output::bodies::{BodyFiles, BodyOutputs, Look, Moment, Solids, pictur
 use crate::output::checkpoint::{Kept, Saved};
 use crate::output::history::History;
 use crate::output::plot::map::{Picture, Window};
-use crate::output::plot::{AT_ONCE, check_free};
 use crate::output::pvd::Series;
 use crate::output::vtk::{self, Grid, write_vtu};
 use crate::scene::{MapRequest, Quantity, What};
@@ -374,43 +371,31 @@ impl<'p> Writer<'p> {
         if self.last_maps.0 != step {
             self.last_maps = (step, Vec::new());
         }
-        let new: Vec<&MapRequest> = requests.iter().filter(|r| !self.last_maps.1.contains(&r.name)).collect();
-        let (window, caption, ground) = (self.window, &self.plan.caption, self.ground);
-        let (fields, t) = (view.fields, view.t);
-        let paths: Vec<PathBuf> = new.iter().map(|request| self.bodies.picture_path(&request.name, step)).collect();
-        for (request, path) in new.iter().zip(&paths) {
-            check_free(path).map_err(|error| maps::failed(&request.name, error))?;
-        }
-        let drawn = with_moment(&self.cast, view, |moment| {
-            let draw = |(request, path): (&&MapRequest, &PathBuf)| {
-                let picture = match (request.of, fields, ground) {
-                    (Quantity::Bodies, ..) => draw_bodies(moment, request, window),
-                    (_, Some(fields), Some(ground)) => {
-                        Draft::new(fields, ground, t).with_bodies(moment).draw(request, caption)
-                    }
-                    (_, _, _) => unreachable!("maps of fields are refused where there are none"),
-                };
-                picture?.write(path).map_err(|error| maps::failed(&request.name, error))
-            };
-            let all: Vec<(&&MapRequest, &PathBuf)> = new.iter().zip(&paths).collect();
-            let some = |some: &[(&&MapRequest, &PathBuf)]| some.par_iter().copied().map(draw).collect::<Vec<_>>();
-            Ok::<Vec<Result<(), RunError>>, RunError>(all.chunks(AT_ONCE).flat_map(some).collect())
-        })?;
-        for (request, drawn) in new.into_iter().zip(drawn) {
-            drawn?;
+        for request in requests {
+            if self.last_maps.1.contains(&request.name) {
+                continue;
+            }
+            let path = self.bodies.picture_path(&request.name, step);
+            let drawn = with_moment(&self.cast, view, |moment| match (request.of, view.fields, self.ground) {
+                (Quantity::Bodies, ..) => self.draw_bodies(moment, request),
+                (_, Some(fields), Some(ground)) => {
+                    Draft::new(fields, ground, view.t).with_bodies(moment).draw(request, &self.plan.caption)
+                }
+                (_, _, _) => unreachable!("maps of fields are refused where there are none"),
+            })?;
+            drawn.write(&path).map_err(|error| maps::failed(&request.name, error))?;
             self.bodies.note_picture(&request.name, step, view.t)?;
             self.last_maps.1.push(request.name.clone());
         }
         Ok(())
     }
-}
 
-/// Bodies alone, in the window that was asked for or the run's own.
-fn draw_bodies(moment: &Moment, request: &MapRequest, window: Option<Window>) -> Result<Picture, RunError> {
-    let failed = |error| maps::failed(&request.name, error);
-    let own = request.window.map(|[low, high]| Window::new(low, high)).transpose();
-    let window = own.map_err(failed)?.or(window);
-    picture(moment, &Look { window, ..Look::default() }).map_err(failed)
+    fn draw_bodies(&self, moment: &Moment, request: &MapRequest) -> Result<Picture, RunError> {
+        let failed = |error| maps::failed(&request.name, error);
+        let own = request.window.map(|[low, high]| Window::new(low, high)).transpose();
+        let window = own.map_err(failed)?.or(self.window);
+        picture(moment, &Look { window, ..Look::default() }).map_err(failed)
+    }
 }
 
 fn make_folder(path: &Path) -> Result<(), OutputError> {
