@@ -292,18 +292,6 @@ fn with_suffix(stem: &Path, suffix: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Pictures of curves that are drawn side by side: each takes some 20 MiB, and two threads are there nearly everywhere.
-pub const AT_ONCE: usize = 2;
-
-/// Whether a picture can be written under a name, before it is drawn; endings are appended.
-///
-/// # Errors
-/// [`PlotError::Foreign`] if a file is there that is not one of this program.
-pub fn check_free(path_without_extension: &Path) -> Result<(), PlotError> {
-    let free = |ending: &str| mark::check(&with_suffix(path_without_extension, ending));
-    [".svg", ".png"].into_iter().try_for_each(free).map_err(|error| PlotError::Foreign(Box::new(error)))
-}
-
 fn write_file(stem: &Path, ending: &str, bytes: &[u8]) -> Result<(), PlotError> {
     let path = with_suffix(stem, ending);
     mark::check(&path).map_err(|error| PlotError::Foreign(Box::new(error)))?;

@@ -3,13 +3,11 @@
 use std::cell::OnceCell;
 use std::path::Path;
 
-use rayon::prelude::*;
-
 use super::history::Histories;
 use super::plots::{ALL, PlotKind, When};
 use super::{Results, ResultsError, label};
 use crate::output::plot::grid::Grid;
-use crate::output::plot::{AT_ONCE, Plot, PlotError, check_free};
+use crate::output::plot::{Plot, PlotError};
 
 /// What is to be drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -229,11 +227,6 @@ impl Drawn {
             return Ok(());
         }
         std::fs::create_dir_all(folder).map_err(|source| PlotError::Write { path: folder.to_owned(), source })?;
-        self.pictures.iter().try_for_each(|picture| check_free(&folder.join(&picture.name)))?;
-        // encoding takes most of the time; of several errors the first picture's is told
-        self.pictures.chunks(AT_ONCE).try_for_each(|some| {
-            let write = |picture: &Picture| picture.image.write(&folder.join(&picture.name));
-            some.par_iter().map(write).collect::<Vec<_>>().into_iter().collect()
-        })
+        self.pictures.iter().try_for_each(|picture| picture.image.write(&folder.join(&picture.name)))
     }
 }
