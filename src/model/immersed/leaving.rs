@@ -27,7 +27,7 @@ pub(in crate::model) fn without_those_outside<T>(
 /// What is told of the bodies that are not among those that are left, at the time at which they have gone.
 ///
 /// # Errors
-/// [`BodyError::NoExit`] of a body that is beside a part of the boundary through which bodies do not leave.
+/// An error of a body that is beside a part of the boundary through which bodies do not leave.
 pub fn departures(
     exits: &Exits,
     (bodies, poses): (&[Body], &[Pose]),
