@@ -5,6 +5,7 @@ use std::ops::{Add, Mul, Neg, Range, Sub};
 
 use super::integrate::{CellPoint, FacePoint, Faces};
 use super::linear::Linear;
+use super::side::BilinearSide;
 use super::words::{Jet, Trace};
 use crate::space::Field;
 
@@ -59,18 +60,19 @@ pub(super) struct FaceTerm<'a> {
 pub struct Bilinear<'a, U: Jet, V: Jet> {
     pub(super) cell_terms: Vec<CellTerm<'a>>,
     pub(super) face_terms: Vec<FaceTerm<'a>>,
+    pub(super) side_terms: Vec<BilinearSide<'a>>,
     kinds: PhantomData<fn(U, V)>,
 }
 
 impl<'a, U: Jet, V: Jet> Bilinear<'a, U, V> {
     /// The form without terms.
     pub fn zero() -> Self {
-        Self { cell_terms: Vec::new(), face_terms: Vec::new(), kinds: PhantomData }
+        Self { cell_terms: Vec::new(), face_terms: Vec::new(), side_terms: Vec::new(), kinds: PhantomData }
     }
 
     /// Whether there are integrals over faces.
     pub fn has_faces(&self) -> bool {
-        !self.face_terms.is_empty()
+        !self.face_terms.is_empty() || !self.side_terms.is_empty()
     }
 
     /// Whether there are integrals over faces that two cells share.
@@ -154,6 +156,7 @@ impl<U: Jet, V: Jet> Add for Bilinear<'_, U, V> {
     fn add(mut self, other: Self) -> Self {
         self.cell_terms.extend(other.cell_terms);
         self.face_terms.extend(other.face_terms);
+        self.side_terms.extend(other.side_terms);
         self
     }
 }
@@ -164,6 +167,7 @@ impl<'a, U: Jet, V: Jet> Mul<Bilinear<'a, U, V>> for f64 {
     fn mul(self, mut form: Bilinear<'a, U, V>) -> Bilinear<'a, U, V> {
         form.cell_terms.iter_mut().for_each(|t| t.scale *= self);
         form.face_terms.iter_mut().for_each(|t| t.scale *= self);
+        form.side_terms.iter_mut().for_each(|t| t.scale *= self);
         form
     }
 }

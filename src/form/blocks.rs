@@ -170,6 +170,20 @@ impl Integrator {
         assert!(off.iter().all(|value| *value == 0.0), "the rows of a cell see another one");
     }
 
+    /// The integrals over a cell and over its faces on the boundary.
+    pub(super) fn add_own_terms<U: Jet, V: Jet>(
+        &self,
+        worker: &mut Worker,
+        form: &Bilinear<U, V>,
+        cell: usize,
+        own: &mut [f64],
+    ) {
+        worker.add_cell(self, form, cell, own);
+        for local in (0..3).filter(|&local| self.mesh.faces[self.mesh.cell_faces[cell][local]].plus.is_none()) {
+            self.add_face_of_cell(worker, form, (cell, local), own, &mut []);
+        }
+    }
+
     fn add_face_of_cell<U: Jet, V: Jet>(
         &self,
         worker: &mut Worker,

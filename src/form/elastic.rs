@@ -5,12 +5,14 @@ use nalgebra::Matrix2;
 use super::compression::Compression;
 use super::density::Density;
 use super::integrate::{FacePoint, Faces, Integrator};
+use super::hybrid::energy_of_side;
+use super::side::SidePoint;
 use super::swip::jump_and_slope;
 use super::words::{Scalar, Vector, penalty_constant};
 use super::{Bilinear, Linear, mass};
 use crate::mesh::Point;
 use crate::space::field::Site;
-use crate::space::{Field, Space};
+use crate::space::{Field, Space, Traces};
 
 /// `c_h(p,p,w;ρ) = ∫ ρ(∇_hpᵀ·∇_hp) : D(w)`, test w   [7.6d]
 pub fn ericksen<'a>(velocity: &Space, p: &'a Field, rho: Density<'a>) -> Linear<'a, Vector> {
@@ -70,10 +72,11 @@ pub fn double_well_by_density<'a>(p: &'a Field, density: &Space) -> Bilinear<'a,
 /// `F_h/B = ∫ [¼(|p|²−1)² + ½κ²|∇_hp|²] + κ² Σ_Si∪SD ∫ (½ C ϖ |[p]|² − {∂_np}·[p])`, with `[p] = p − p_D` on Dirichlet
 /// faces   [5.38], [7.2]
 ///
+/// In hybrid form `Σ_K ∫_∂K (C ϖ |p−p̂|² − ∂_np·(p−p̂))` over inner faces, and the derivative is that at fixed traces.
 /// Dimensionless; multiply by B for the free energy. Its derivative along q is `(1/B)(L_h|q)`.
 pub fn energy_over_b(
     loops: &Integrator,
-    p: &Field,
+    (p, traces): (&Field, Option<&Traces>),
     kappa: f64,
     dirichlet: Faces,
     data: impl Fn(&FacePoint) -> Point + Sync,
@@ -84,6 +87,9 @@ pub fn energy_over_b(
     let slope = loops.sum(2 * (q - 1), |x| 0.5 * p.vector_gradient(&x.site).norm_squared());
     let c = penalty_constant(q);
     let face = loops.sum_faces(Faces::INTERIOR | dirichlet, 2 * q, |s| {
+        if let (Some(_), Some(traces)) = (&s.plus, traces) {
+            return [false, true].map(|is_plus| energy_of_side(p, traces, &SidePoint { s, is_plus })).iter().sum();
+        }
         let inner = p.vector_gradient(&s.minus) * s.n;
         let (jump, slope) = match &s.plus {
             Some(plus) => (p.vector(&s.minus) - p.vector(plus), (inner + p.vector_gradient(plus) * s.n) * 0.5),

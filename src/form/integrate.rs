@@ -14,6 +14,7 @@ use super::bilinear::MAX_SLOTS;
 use super::kernel::{Basis, add_vector};
 use super::linear::{self, Linear};
 use super::restrict::Restriction;
+use super::side::SidePoint;
 use super::words::Jet;
 use crate::cut::{Cover, MeshPart};
 use crate::element::quadrature::{self, MAX_INTERVAL_DEGREE, MAX_TRIANGLE_DEGREE};
@@ -90,6 +91,8 @@ pub struct FacePoint<'t> {
     pub weight: f64,
     /// `ϖ_S = max(|∂K−|/|K−|, |∂K+|/|K+|)` [6.26].
     pub varpi: f64,
+    /// Place along the face, 0 to 1 as the minus side runs; NaN where a body cuts the face.
+    pub along: f64,
 }
 
 /// The integration loops on one mesh, or on a part of it.
@@ -200,14 +203,15 @@ impl Integrator {
         let face = &self.mesh.faces[index];
         let minus = tables::face(degree, face.minus.face, false);
         let plus = face.plus.map(|s| tables::face(degree, s.face, true));
-        self.each_point_on_face(index, &quadrature::interval(degree).weights, (minus, plus), visit);
+        let rule = quadrature::interval(degree);
+        self.each_point_on_face(index, (&rule.points, &rule.weights), (minus, plus), visit);
     }
 
-    /// At points of a face that are tabulated on both sides.
+    /// At points of a face that are tabulated on both sides; their places along it are known on whole faces.
     pub(super) fn each_point_on_face(
         &self,
         index: usize,
-        weights: &[f64],
+        (along, weights): (&[f64], &[f64]),
         tables: (&Tables, Option<&Tables>),
         visit: &mut dyn FnMut(&FacePoint),
     ) {
@@ -222,7 +226,8 @@ impl Integrator {
             let length = tangent.norm();
             let n = Point::new(tangent.y, -tangent.x) / length;
             let exact_n = curve.map_or(n, |c| c.normal(minus.x, n));
-            visit(&FacePoint { minus, plus, face: index, n, exact_n, weight: w * length, varpi });
+            let along = along.get(q).copied().unwrap_or(f64::NAN);
+            visit(&FacePoint { minus, plus, face: index, n, exact_n, weight: w * length, varpi, along });
         }
     }
 
@@ -307,7 +312,9 @@ impl Integrator {
 
     /// Faces at work in parallel, each with room of its own; gathered in the order of the faces.
     fn add_face_terms<V: Jet>(&self, form: &Linear<V>, test: &Space, local: &mut [f64]) {
-        let concerns = |face: &Face| form.face_terms.iter().any(|t| t.faces.holds(face));
+        let concerns = |face: &Face| {
+            (face.plus.is_some() && !form.side_terms.is_empty()) || form.face_terms.iter().any(|t| t.faces.holds(face))
+        };
         let faces: Vec<usize> = (0..self.mesh.faces.len()).filter(|&f| concerns(&self.mesh.faces[f])).collect();
         let rows = block_size::<V>(test);
         let mut parts = vec![0.0; 2 * faces.len() * rows];
@@ -322,6 +329,16 @@ impl Integrator {
                         for (side, (site, part)) in sides.enumerate() {
                             chi.evaluate(site);
                             add_vector(part, weights, side * V::SLOTS, chi, s.weight * term.scale);
+                        }
+                    });
+                }
+                for term in form.side_terms.iter().filter(|_| self.mesh.faces[index].plus.is_some()) {
+                    self.each_face_point(index, term.degree, &mut |s| {
+                        for (is_plus, part) in [false, true].into_iter().zip(part.chunks_exact_mut(rows)) {
+                            let side = SidePoint { s, is_plus };
+                            term.at(&side, weights);
+                            chi.evaluate(side.own());
+                            add_vector(part, weights, 0, chi, s.weight * term.scale);
                         }
                     });
                 }

@@ -4,8 +4,9 @@ use super::bilinear::Stencil;
 use super::linear::Weights;
 use crate::element::tables::{MAX_STRIDE, stride};
 use crate::mesh::Point;
-use crate::space::Space;
 use crate::space::field::Site;
+use crate::space::skeleton::legendre;
+use crate::space::{Skeleton, Space};
 
 /// Values and physical gradients of one basis at one point, slot by slot, padded with zeros.
 pub(super) struct Basis {
@@ -17,6 +18,17 @@ pub(super) struct Basis {
 impl Basis {
     pub fn new(space: &Space) -> Self {
         Self { n: space.n, degree: space.degree, rows: [[0.0; MAX_STRIDE]; 3] }
+    }
+
+    /// The polynomials on a face.
+    pub fn of_trace(skeleton: &Skeleton) -> Self {
+        Self { n: skeleton.modes(), degree: skeleton.degree, rows: [[0.0; MAX_STRIDE]; 3] }
+    }
+
+    /// Those polynomials at a place along the face.
+    pub fn evaluate_on_face(&mut self, along: f64) {
+        let values = legendre(self.degree, along);
+        self.rows[0][..values.len()].copy_from_slice(&values);
     }
 
     pub fn evaluate(&mut self, site: &Site) {
@@ -48,7 +60,12 @@ pub(super) struct Block {
 impl Block {
     /// A block for `components` of (test, trial) jets.
     pub fn new(test: &Space, trial: &Space, components: (usize, usize)) -> Self {
-        let (test, trial) = ((test.n, components.0), (trial.n, components.1));
+        Self::of(test.n, trial.n, components)
+    }
+
+    /// Of so many test and trial functions of one component.
+    pub fn of(test: usize, trial: usize, components: (usize, usize)) -> Self {
+        let (test, trial) = ((test, components.0), (trial, components.1));
         Self { test, trial, values: vec![0.0; test.0 * test.1 * trial.1 * stride(trial.0)] }
     }
 
@@ -64,7 +81,7 @@ impl Block {
             12 => self.add_padded::<12>(stencil, corner, test, trial, weight),
             16 => self.add_padded::<16>(stencil, corner, test, trial, weight),
             24 => self.add_padded::<24>(stencil, corner, test, trial, weight),
-            other => unreachable!("no Lagrange triangle has {other} padded functions"),
+            other => unreachable!("no Lagrange triangle and no face has {other} padded functions"),
         }
     }
 
@@ -106,6 +123,18 @@ impl Block {
         for (out, row) in out.chunks_exact_mut(n).zip(self.values.chunks_exact(padded)) {
             for (out, value) in out.iter_mut().zip(row) {
                 *out += value;
+            }
+        }
+    }
+
+    /// Adds the block, without padding, to rows of `columns` entries, beginning at a corner.
+    pub fn add_into(&self, out: &mut [f64], corner: (usize, usize), columns: usize) {
+        let (n, padded) = (self.trial.0, stride(self.trial.0));
+        for (i, row) in self.values.chunks_exact(padded * self.trial.1).enumerate() {
+            let start = (corner.0 + i) * columns + corner.1;
+            for (component, row) in row.chunks_exact(padded).enumerate() {
+                let out = &mut out[start + component * n..][..n];
+                out.iter_mut().zip(row).for_each(|(out, value)| *out += value);
             }
         }
     }

@@ -5,6 +5,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use super::bilinear::{MAX_SLOTS, unit_trace};
 use super::integrate::{CellPoint, FacePoint, Faces};
+use super::side::LinearSide;
 use super::words::{Jet, Trace, Vector};
 use crate::mesh::{Face, Point};
 
@@ -31,18 +32,19 @@ pub(super) struct FaceTerm<'a> {
 pub struct Linear<'a, V: Jet> {
     pub(super) cell_terms: Vec<CellTerm<'a>>,
     pub(super) face_terms: Vec<FaceTerm<'a>>,
+    pub(super) side_terms: Vec<LinearSide<'a>>,
     kinds: PhantomData<fn(V)>,
 }
 
 impl<'a, V: Jet> Linear<'a, V> {
     /// The form without terms.
     pub fn zero() -> Self {
-        Self { cell_terms: Vec::new(), face_terms: Vec::new(), kinds: PhantomData }
+        Self { cell_terms: Vec::new(), face_terms: Vec::new(), side_terms: Vec::new(), kinds: PhantomData }
     }
 
     /// Whether there is no term at all.
     pub fn is_zero(&self) -> bool {
-        self.cell_terms.is_empty() && self.face_terms.is_empty()
+        self.cell_terms.is_empty() && self.face_terms.is_empty() && self.side_terms.is_empty()
     }
 
     /// `∫_Ω integrand(χ)`, of polynomial degree `degree`.
@@ -120,6 +122,7 @@ impl<V: Jet> Add for Linear<'_, V> {
     fn add(mut self, other: Self) -> Self {
         self.cell_terms.extend(other.cell_terms);
         self.face_terms.extend(other.face_terms);
+        self.side_terms.extend(other.side_terms);
         self
     }
 }
@@ -130,6 +133,7 @@ impl<'a, V: Jet> Mul<Linear<'a, V>> for f64 {
     fn mul(self, mut form: Linear<'a, V>) -> Linear<'a, V> {
         form.cell_terms.iter_mut().for_each(|t| t.scale *= self);
         form.face_terms.iter_mut().for_each(|t| t.scale *= self);
+        form.side_terms.iter_mut().for_each(|t| t.scale *= self);
         form
     }
 }

@@ -59,7 +59,7 @@ impl Restriction {
             (Class::Outside | Class::Inside(_), _) => loops.each_point_of_whole_face(index, degree, visit),
             (Class::Cut(cut), _) => {
                 let rule = self.cover.face_rule(cut, index, self.part, degree);
-                loops.each_point_on_face(index, &rule.weights, (&rule.minus, rule.plus.as_ref()), visit);
+                loops.each_point_on_face(index, (&[], &rule.weights), (&rule.minus, rule.plus.as_ref()), visit);
             }
         }
     }

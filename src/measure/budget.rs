@@ -52,7 +52,7 @@ impl Budget {
 
     fn incompressible(model: &Incompressible, state: &State, rate_of_p: &[f64], t: f64) -> Result<Self, MomentumError> {
         let (m, v, p) = (&model.parameters, &state[VELOCITY], &state[POLARITY]);
-        let (given, l) = (model.given(t), model.molecular(p, t));
+        let (given, l) = (model.given(t), model.molecular(p, v, t));
         let at = At::new(m, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
         let flow = if model.momentum.boundaries().is_some() { model.tissue() } else { &model.loops };
         let loops = Loops { tissue: model.tissue(), flow };
@@ -60,7 +60,7 @@ impl Budget {
         let bodies = model.powers_to_bodies(state, &twists, t)?.iter().sum();
         let mut budget = Self { wall_friction, bodies, lines: powers(&at, &loops), ..Self::default() };
         if let Some(l) = &l {
-            let well = model.polarity.molecular_functional(model.tissue(), p, t);
+            let well = model.molecular_functional(p, v, t);
             budget.rate = m.elasticity * dot(&well, rate_of_p) + model.swept_energy(p, &twists);
             budget.relaxation = m.elasticity * dot(&well, &l.values) / m.peclet;
         }

@@ -97,7 +97,7 @@ pub fn errors(model: &dyn Sheet, exact: &Exact, state: &State, t: f64) -> Errors
 }
 
 fn incompressible(model: &Incompressible, exact: &Exact, state: &State, t: f64) -> Errors {
-    let laplacian = model.polarity.laplacian(model.tissue(), &state[POLARITY], t);
+    let laplacian = model.laplacian(state, t);
     let m = &model.parameters;
     let shifted = m.elastic_force == ElasticForce::Energy && m.elasticity != 0.0;
     let degree = 2 * state[POLARITY].space.degree + 2;

@@ -66,6 +66,12 @@ impl Mesh {
         }
     }
 
+    /// The middle of a face, of its chord where it is curved.
+    pub fn midpoint(&self, face: usize) -> Point {
+        let [a, b] = self.face_vertices(&self.faces[face]).map(|vertex| self.vertices[vertex]);
+        (a + b) * 0.5
+    }
+
     /// Area of one cell.
     pub fn cell_area(&self, cell: usize) -> f64 {
         match self.map(cell) {

@@ -28,7 +28,7 @@ use crate::mesh::Mesh;
 use crate::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use crate::shape::Wrench;
 use crate::solve::{SolveError, axpy, dot};
-use crate::space::{Continuity, Field, Space};
+use crate::space::{Continuity, Field, Space, Traces};
 
 /// All that is given from outside at one time.
 #[derive(Debug, Clone)]
@@ -71,6 +71,16 @@ pub struct Incompressible {
     pub natural_faces: [Faces; 2],
     /// That of the coupled matrix, once somebody has asked for it.
     structure: Found,
+}
+
+/// Most passes between flow and traces until they agree.
+pub(super) const SETTLED: usize = 30;
+
+/// Whether two vectors agree to rounding.
+pub(super) fn is_same(a: &[f64], b: &[f64]) -> bool {
+    let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    let off = a.iter().zip(b).fold(0.0_f64, |off, (a, b)| off.max((a - b).abs()));
+    off <= 8.0 * f64::EPSILON * size(b)
 }
 
 impl State {
@@ -215,14 +225,39 @@ impl Incompressible {
         force
     }
 
-    /// `L_h/B` where the model has elasticity.
-    pub fn molecular(&self, p: &Field, t: f64) -> Option<Field> {
-        (self.parameters.elasticity != 0.0).then(|| self.polarity.molecular_over_b(self.tissue(), p, t))
+    /// The values of the polarity on the faces in a flow, where it is in hybrid form.
+    pub fn traces(&self, p: &Field, flow: &Field, t: f64) -> Option<Traces> {
+        self.polarity.hybrid().map(|hybrid| {
+            let given = self.given(t);
+            let at = At::new(&self.parameters, p, &given).with_flow(&self.momentum.velocity, Carrier::from(flow));
+            hybrid.traces(self.tissue(), &at)
+        })
+    }
+
+    /// `(1/B)(L_h|q)` as a functional; in hybrid form it depends on the flow by the values on the faces   [7.10]
+    pub fn molecular_functional(&self, p: &Field, flow: &Field, t: f64) -> Vec<f64> {
+        self.polarity.molecular_functional(self.tissue(), p, self.traces(p, flow, t).as_ref(), t)
+    }
+
+    /// `Δ_h p` at a state   [7.2]
+    pub fn laplacian(&self, state: &State, t: f64) -> Field {
+        let (v, p) = (&state[VELOCITY], &state[POLARITY]);
+        self.polarity.laplacian(self.tissue(), p, self.traces(p, v, t).as_ref(), t)
+    }
+
+    /// `L_h/B` of a functional.
+    pub fn projected(&self, functional: &[f64]) -> Field {
+        Field::new(&self.polarity.space, self.polarity.project(functional))
+    }
+
+    /// `L_h/B` where the model has elasticity; in hybrid form it depends on the flow by the values on the faces.
+    pub fn molecular(&self, p: &Field, flow: &Field, t: f64) -> Option<Field> {
+        (self.parameters.elasticity != 0.0).then(|| self.projected(&self.molecular_functional(p, flow, t)))
     }
 
     /// All forces of the polarity `p` and from outside   [7.11a]
     pub fn force(&self, p: &Field, sides: &Field, inputs: &Inputs) -> Force {
-        self.force_of(p, self.molecular(p, inputs.t).as_ref(), sides, inputs)
+        self.force_of(p, self.molecular(p, sides, inputs.t).as_ref(), sides, inputs)
     }
 
     /// As [`Incompressible::force`] with `L_h/B` at hand.
@@ -257,16 +292,24 @@ impl Incompressible {
     /// As [`Momentum::solve`].
     pub fn flow(&self, p: &Field, t: f64) -> Result<(Field, Field), MomentumError> {
         let inputs = self.inputs(t)?;
-        let molecular = self.molecular(p, t);
         let mut flow = Field::zero(&self.momentum.velocity);
-        // the energy-consistent force looks upstream, so the flow has to be known; a few passes settle the directions
-        let passes = match self.parameters.elastic_force {
-            ElasticForce::Energy if molecular.is_some() => 4,
-            ElasticForce::Energy | ElasticForce::Stress => 1,
+        if self.parameters.elasticity == 0.0 {
+            return self.flow_of(&self.force(p, &flow, &inputs), &inputs);
+        }
+        // the energy-consistent force looks upstream, so the flow has to be known; a few passes settle the directions.
+        // Traces depend on the flow, though little
+        let passes = match (self.parameters.elastic_force, self.polarity.hybrid()) {
+            (ElasticForce::Energy, _) => 4,
+            (ElasticForce::Stress, Some(_)) => SETTLED,
+            (ElasticForce::Stress, None) => 1,
         };
         let mut pi = Field::zero(&self.momentum.pressure);
         for _ in 0..passes {
-            (flow, pi) = self.flow_of(&self.force_of(p, molecular.as_ref(), &flow, &inputs), &inputs)?;
+            let last;
+            (last, (flow, pi)) = (flow.clone(), self.flow_of(&self.force(p, &flow, &inputs), &inputs)?);
+            if is_same(&last.values, &flow.values) {
+                break;
+            }
         }
         Ok((flow, pi))
     }
@@ -305,9 +348,11 @@ impl Incompressible {
     /// `Pe a_upw(p,q;v) − Pe [ω + a δ](p,q,v) + (1/B)(L_h|q) − Pe ∫_ΓDp (v·n)⊖ p_D·q − (f_p|q)` as a functional  
     /// [7.11c]
     pub fn polarity_residual(&self, state: &State, t: f64) -> Vec<f64> {
-        let molecular = self.polarity.molecular_functional(self.tissue(), &state[POLARITY], t);
+        let (v, p) = (&state[VELOCITY], &state[POLARITY]);
+        let traces = self.traces(p, v, t);
+        let molecular = self.polarity.molecular_functional(self.tissue(), p, traces.as_ref(), t);
         let source = self.polarity_source(&self.sources.at_time(t), t);
-        self.polarity_residual_of(Carrier::from(&state[VELOCITY]), &state[POLARITY], &molecular, &source, t)
+        self.polarity_residual_of(Carrier::from(v), (p, traces.as_ref()), &molecular, &source, t)
     }
 
     /// As [`Incompressible::polarity_residual`] with `(1/B)(L_h|q)` and `(f_p|q)` at hand, and directions of its own
@@ -315,13 +360,13 @@ impl Incompressible {
     pub fn polarity_residual_of(
         &self,
         carrier: Carrier,
-        p: &Field,
+        (p, traces): (&Field, Option<&Traces>),
         molecular: &[f64],
         source: &[f64],
         t: f64,
     ) -> Vec<f64> {
         let given = self.given(t);
-        let at = At::new(&self.parameters, p, &given).with_flow(&self.momentum.velocity, carrier);
+        let at = At::new(&self.parameters, p, &given).with_flow(&self.momentum.velocity, carrier).with_traces(traces);
         let mut r = self.tissue().vector(&Sum::of(&[terms::POLARITY]).value(&at), &self.polarity.space);
         axpy(1.0, molecular, &mut r);
         axpy(-1.0, source, &mut r);
@@ -359,10 +404,12 @@ impl Incompressible {
 
     /// How the unknowns of the coupled matrix hang together.
     pub fn layout(&self) -> Layout<'_> {
+        let traces = self.polarity.hybrid().map(|hybrid| &*hybrid.skeleton);
         Layout {
             velocity: &self.momentum.velocity,
             pressure: Some(&self.momentum.pressure),
             carried: [None, Some(&self.polarity.space)],
+            traces,
             frames: &self.momentum.frames,
             closed: &self.momentum.closed,
             neighbours: self.polarity.neighbours(),
@@ -388,15 +435,18 @@ impl Incompressible {
         }
     }
 
-    /// `F_h(p)` [7.2]: the free energy whose derivative is `L_h`; zero without elasticity.
-    pub fn free_energy(&self, p: &Field, t: f64) -> f64 {
+    /// `F_h(p)` [7.2]: the free energy whose derivative is `L_h`, in hybrid form at the values on the faces in that
+    /// flow; zero without elasticity.
+    pub fn free_energy(&self, p: &Field, flow: &Field, t: f64) -> f64 {
         let m = &self.parameters;
         if m.elasticity == 0.0 {
             return 0.0;
         }
         let given = self.polarity.given(t);
         let data = |s: &FacePoint| given.polarity(s);
-        let tissue = elastic::energy_over_b(self.tissue(), p, m.coherence, self.polarity.dirichlet, data);
+        let traces = self.traces(p, flow, t);
+        let polarity = (p, traces.as_ref());
+        let tissue = elastic::energy_over_b(self.tissue(), polarity, m.coherence, self.polarity.dirichlet, data);
         m.elasticity * (tissue + self.polarity.ghost_energy(p))
     }
 }

@@ -18,13 +18,14 @@ use std::sync::{Arc, OnceLock};
 
 pub use self::parts::Parts;
 use super::closed::ClosedParts;
+use super::condensed::Eliminated;
 use super::frames::Frames;
 use crate::solve::SolveError;
 use crate::solve::blocks::{NONE, Neighbours};
 use crate::solve::dissection::{Group, LEAF, LateGroup, dissect};
 use crate::solve::multifrontal::{Multifrontal, Precision};
 use crate::solve::symbolic::{Element, Symbolic};
-use crate::space::Space;
+use crate::space::{Skeleton, Space};
 
 /// Factors with more entries outgrow the caches of most machines.
 const LARGE: usize = 1 << 20;
@@ -71,6 +72,8 @@ impl Found {
 pub struct Lagged {
     factors: Factors,
     first: usize,
+    /// Where the polarities of the cells are not in the matrix.
+    eliminated: Option<Arc<Eliminated>>,
 }
 
 #[derive(Debug)]
@@ -135,7 +138,7 @@ impl Lagged {
             Precision::Single => Factors::Single(Multifrontal::new(symbolic, fill)?),
             Precision::Double => Factors::Double(Multifrontal::new(symbolic, fill)?),
         };
-        Ok(Self { factors, first: structure.first })
+        Ok(Self { factors, first: structure.first, eliminated: elements.eliminated() })
     }
 
     /// What its numbers are kept in.
@@ -152,6 +155,7 @@ impl Lagged {
     /// A singular matrix.
     pub fn renew(&mut self, elements: &dyn Elements) -> Result<(), SolveError> {
         let fill = |e: usize, out: &mut Element| elements.fill(e, out);
+        self.eliminated = elements.eliminated();
         match &mut self.factors {
             Factors::Single(factors) => factors.refactor(fill),
             Factors::Double(factors) => factors.refactor(fill),
@@ -163,7 +167,8 @@ impl Lagged {
         self.solve_all(free);
     }
 
-    fn solve_all(&self, x: &mut [f64]) {
+    /// Overwrites a right side for all unknowns of the matrix by the solution.
+    pub fn solve_all(&self, x: &mut [f64]) {
         match &self.factors {
             Factors::Single(factors) => factors.solve_in_place(x),
             Factors::Double(factors) => factors.solve_in_place(x),
@@ -172,6 +177,12 @@ impl Lagged {
 
     /// Overwrites the residual of what is carried by the carried part of `A⁻¹ (0, 0, r)`.
     pub fn solve(&self, r: &mut [f64]) {
+        if let Some(eliminated) = &self.eliminated {
+            let mut c = eliminated.forward(r);
+            self.solve_all(&mut c);
+            eliminated.backward(&c, r);
+            return;
+        }
         let mut x = vec![0.0; self.first];
         x.extend_from_slice(r);
         self.solve_all(&mut x);
@@ -183,11 +194,20 @@ impl Lagged {
 pub trait Elements: Sync {
     /// The element of number `e`: its unknowns as [`Layout`] numbers them, and its values.
     fn fill(&self, e: usize, out: &mut Element);
+
+    /// How the polarities of the cells follow, where they are not in the matrix.
+    fn eliminated(&self) -> Option<Arc<Eliminated>> {
+        None
+    }
 }
 
 impl<E: Elements + ?Sized> Elements for &E {
     fn fill(&self, e: usize, out: &mut Element) {
         (**self).fill(e, out);
+    }
+
+    fn eliminated(&self) -> Option<Arc<Eliminated>> {
+        (**self).eliminated()
     }
 }
 
@@ -214,6 +234,8 @@ pub struct Layout<'m> {
     /// Discontinuous fields that the flow carries: density and polarity, one after the other in a cell and among all
     /// unknowns.
     pub carried: [Option<&'m Space>; 2],
+    /// The traces of a polarity in hybrid form, which are unknowns in its stead: it is eliminated in its cells.
+    pub traces: Option<&'m Skeleton>,
     /// Where `v·n` is an unknown of its own.
     pub frames: &'m Frames,
     /// The parts in which the pressure has a multiplier of its mean.
@@ -228,16 +250,40 @@ impl Layout<'_> {
         self.frames.free + self.pressure.map_or(0, Space::dof_count) + self.closed.count()
     }
 
-    /// Unknowns of the carried fields.
+    /// Unknowns of the carried fields, or of the traces in their stead.
     pub fn carried_count(&self) -> usize {
-        self.carried.iter().flatten().map(|space| space.dof_count()).sum()
+        self.first_trace() - self.first() + self.traces.map_or(0, Skeleton::dof_count)
+    }
+
+    /// The carried fields that are unknowns of the matrix.
+    fn kept(&self) -> [Option<&Space>; 2] {
+        match self.traces {
+            None => self.carried,
+            Some(_) => [self.carried[0], None],
+        }
+    }
+
+    /// Where the traces begin.
+    fn first_trace(&self) -> usize {
+        self.first() + self.kept().iter().flatten().map(|space| space.dof_count()).sum::<usize>()
+    }
+
+    /// Unknowns of the traces on the inner faces of a cell.
+    fn traces_of(&self, cell: usize) -> impl Iterator<Item = u32> {
+        let first = self.first_trace();
+        self.traces.into_iter().flat_map(move |skeleton| {
+            let count = skeleton.face_dof_count();
+            skeleton.of_cell(cell).into_iter().flatten().flat_map(move |begin| {
+                (first + begin) as u32..(first + begin + count) as u32
+            })
+        })
     }
 
     /// Unknowns of the carried fields on a cell.
     pub fn block(&self, cell: usize) -> impl Iterator<Item = u32> {
         let mut first = self.first();
         let mut ranges = [0..0, 0..0];
-        for (range, space) in ranges.iter_mut().zip(self.carried.into_iter().flatten()) {
+        for (range, space) in ranges.iter_mut().zip(self.kept().into_iter().flatten()) {
             let n = space.cell_dof_count();
             *range = (first + cell * n) as u32..(first + (cell + 1) * n) as u32;
             first += space.dof_count();
@@ -257,6 +303,18 @@ impl Layout<'_> {
         cell
     }
 
+    /// `λ ∫ ξ` and its transposed on the k-th cell of closed parts; `means` are the `∫ ξ` of all cells.
+    pub(super) fn fill_mean(&self, k: usize, means: &[f64], out: &mut Element) {
+        let cell = self.mean_unknowns(k, out);
+        let np = out.rows.len() - 1;
+        out.values.clear();
+        out.values.resize((np + 1) * (np + 1), 0.0);
+        for (j, mean) in means[cell * np..(cell + 1) * np].iter().enumerate() {
+            out.values[j * (np + 1) + np] = *mean;
+            out.values[np * (np + 1) + j] = *mean;
+        }
+    }
+
     /// Unknowns of the pressure on a cell.
     pub fn pressures(&self, cell: usize) -> impl Iterator<Item = u32> {
         let free = self.frames.free;
@@ -265,7 +323,7 @@ impl Layout<'_> {
             .flat_map(move |space| (0..space.n).map(move |i| (free + space.dof(cell, 0, i)) as u32))
     }
 
-    /// Rows and columns of a cell's element: its free velocities, pressures and carried fields; columns also the
+    /// Rows and columns of a cell's element: its free velocities, pressures, carried fields and traces; columns also the
     /// carried fields of its neighbours. Returns, for every velocity dof of the cell, its places among the rows with
     /// coefficients.
     pub fn unknowns(&self, cell: usize, out: &mut Element) -> Vec<Vec<(usize, f64)>> {
@@ -285,6 +343,7 @@ impl Layout<'_> {
         }
         rows.extend(self.pressures(cell));
         rows.extend(self.block(cell));
+        rows.extend(self.traces_of(cell));
         out.columns.clear();
         out.columns.extend_from_slice(&out.rows);
         for other in self.neighbours[cell].into_iter().filter(|&o| o != NONE) {
@@ -293,26 +352,32 @@ impl Layout<'_> {
         places
     }
 
-    /// One group for every cell's polarity and every velocity node, and who couples to whom; pressures come late.
+    /// One group for every cell's carried fields, every face's traces and every velocity node, and who couples to whom;
+    /// pressures come late.
     fn groups(&self) -> (Vec<Group>, Vec<Vec<u32>>, Vec<LateGroup>) {
         let (velocity, pressure) = (self.velocity, self.pressure);
         let (mesh, neighbours) = (&velocity.mesh, self.neighbours);
-        let cells = mesh.cells.len();
+        let cells = if self.kept().iter().any(Option::is_some) { mesh.cells.len() } else { 0 };
         let mut groups: Vec<Group> = (0..cells)
             .map(|cell| Group { unknowns: self.block(cell).collect(), position: mesh.centroid(cell).into() })
             .collect();
+        groups.extend(self.face_groups());
+        let first_node = groups.len() as u32;
         groups.extend(velocity.node_positions().iter().enumerate().map(|(node, x)| Group {
             unknowns: self.frames.owned(node).map(|u| u as u32).collect(),
             position: (*x).into(),
         }));
         let mut adjacency = vec![BTreeSet::new(); groups.len()];
         let mut around = vec![BTreeSet::new(); pressure.map_or(0, |space| space.node_count)];
-        for cell in 0..cells {
-            let nodes: Vec<u32> = velocity.cell_nodes(cell).iter().map(|node| node + cells as u32).collect();
-            let others = neighbours[cell].into_iter().filter(|&o| o != NONE).map(|o| o as u32);
-            let blocks: Vec<u32> = std::iter::once(cell as u32).chain(others).collect();
-            for &a in nodes.iter().chain(&blocks[..1]) {
-                for &b in nodes.iter().chain(&blocks) {
+        for cell in 0..mesh.cells.len() {
+            let nodes: Vec<u32> = velocity.cell_nodes(cell).iter().map(|node| node + first_node).collect();
+            let faces = mesh.cell_faces[cell].into_iter();
+            let traces = faces.filter_map(|face| Some((cells + self.traces?.place(face)?) as u32));
+            let own: Vec<u32> = (0..cells.min(1)).map(|_| cell as u32).chain(traces).collect();
+            let others = neighbours[cell].into_iter().filter(|&o| o != NONE && o < cells).map(|o| o as u32);
+            let seen: Vec<u32> = own.iter().copied().chain(others).collect();
+            for &a in nodes.iter().chain(&own) {
+                for &b in nodes.iter().chain(&seen) {
                     if a != b {
                         adjacency[a as usize].insert(b);
                         adjacency[b as usize].insert(a);
@@ -329,5 +394,17 @@ impl Layout<'_> {
         };
         let adjacency = adjacency.into_iter().map(|set| set.into_iter().collect()).collect();
         (groups, adjacency, around.into_iter().enumerate().map(late).collect())
+    }
+
+    /// The traces of every inner face.
+    fn face_groups(&self) -> impl Iterator<Item = Group> {
+        let first = self.first_trace();
+        self.traces.into_iter().flat_map(move |skeleton| {
+            let count = skeleton.face_dof_count();
+            skeleton.faces.iter().enumerate().map(move |(place, &face)| Group {
+                unknowns: ((first + place * count) as u32..(first + (place + 1) * count) as u32).collect(),
+                position: skeleton.mesh.midpoint(face as usize).into(),
+            })
+        })
     }
 }

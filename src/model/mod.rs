@@ -4,6 +4,7 @@ mod beside;
 pub mod boundary;
 pub(crate) mod closed;
 pub mod compressible;
+pub mod condensed;
 pub mod description;
 pub mod fields;
 pub mod floating;

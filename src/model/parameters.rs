@@ -1,8 +1,11 @@
 //! Parameters of the model, and the terms that they switch on.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::fields::{DENSITY, FieldId, POLARITY, PRESSURE, VELOCITY};
 pub use super::table::{DensityScene, ElasticForce, ModelScene};
-use super::terms::{Factors, factor};
+use super::terms::{self, Factors, MOLECULAR, MOMENTUM, Sum, factor};
 use crate::form::compression::Compression;
 
 /// Which equations are solved.
@@ -37,6 +40,17 @@ pub struct DensityLaw {
     pub active_stress_iso: f64,
 }
 
+/// How the cells of the polarity see one another.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PolarityForm {
+    /// By values on their faces, see [`crate::form::hybrid`]: where the model has that, otherwise directly.
+    Hybrid,
+    /// By jumps and means of their own values.
+    #[default]
+    Direct,
+}
+
 /// Checked parameters of the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
@@ -56,6 +70,8 @@ pub struct Parameters {
     pub alignment: f64,
     /// How the elastic force is discretised.
     pub elastic_force: ElasticForce,
+    /// How the polarity is discretised.
+    pub form: PolarityForm,
     /// `c_0`, `γ`, `ρ_min` and `S_a'`; `None` in the incompressible sheet, whose density is 1.
     pub density: Option<DensityLaw>,
     /// Of the terms that have one of their own.
@@ -79,6 +95,7 @@ impl Parameters {
         elasticity: 0.0,
         alignment: 1.0,
         elastic_force: ElasticForce::Stress,
+        form: PolarityForm::Direct,
         density: None,
         factors: Factors::NONE,
     };
@@ -88,6 +105,22 @@ impl Parameters {
         match self.density {
             None => ModelKind::Incompressible,
             Some(_) => ModelKind::Compressible,
+        }
+    }
+
+    /// Whether the polarity of a sheet without bodies is in hybrid form.
+    pub fn is_hybrid(&self) -> bool {
+        self.form == PolarityForm::Hybrid && self.keeps_direct().is_none()
+    }
+
+    /// Why the polarity cannot be in hybrid form; `None` where it can. Bodies in the tissue are another reason.
+    pub fn keeps_direct(&self) -> Option<&'static str> {
+        let wide = Sum::of(&[MOMENTUM]).is_wide(self) || Sum::of(&[terms::POLARITY, MOLECULAR]).is_wide(self);
+        match self.kind() {
+            ModelKind::Compressible => Some("a compressible sheet weighs diffusion with its density"),
+            ModelKind::Incompressible if wide => Some("a term sees the polarities of both cells of a face"),
+            ModelKind::Incompressible if self.coherence == 0.0 => Some("without coherence nothing is on the faces"),
+            ModelKind::Incompressible => None,
         }
     }
 

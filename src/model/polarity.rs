@@ -1,10 +1,13 @@
 //! The polarity equation of a given flow, and the molecular field.
 
+mod hybrid;
+
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+pub use self::hybrid::Hybrid;
 use super::boundary::{Conditions, PolarityCondition};
 use super::manufactured::Exact;
 use super::parameters::{ModelKind, Parameters};
@@ -18,7 +21,7 @@ use crate::solve::krylov::gmres;
 use crate::solve::rows::times_each;
 use crate::solve::sparse::Factored;
 use crate::solve::{SolveError, norm};
-use crate::space::{Field, Space};
+use crate::space::{Field, Skeleton, Space, Traces};
 
 /// Degree with which formulas are integrated.
 pub const FORMULA_DEGREE: usize = 6;
@@ -39,8 +42,10 @@ pub struct Polarity {
     pub dirichlet: Faces,
     parameters: Parameters,
     conditions: Vec<Conditions>,
-    /// The constant terms of a sheet without density: `κ² a_swip`.
+    /// The constant terms of a sheet without density: `κ² a_swip`; none in hybrid form.
     constant: ScalarBlocks,
+    /// What stands in their stead in hybrid form.
+    hybrid: Option<Hybrid>,
     /// `(φ|χ)`, `n × n` per cell.
     mass: Vec<f64>,
     mass_inverse: Vec<f64>,
@@ -92,10 +97,16 @@ impl Polarity {
         let neighbours = neighbours(mesh);
         // that of a sheet with density changes with it
         let fixed = parameters.kind() == ModelKind::Incompressible;
-        let mut constant = ScalarBlocks::zero(&neighbours, if fixed { space.n } else { 0 });
-        if fixed {
-            let (given, none) = (Given::new(mesh, conditions, dirichlet, None, 0.0), Field::zero(space));
-            let form = Sum::of(&[MOLECULAR]).constant().by_components(&At::new(parameters, &none, &given));
+        let hybrid = parameters.is_hybrid() && passive.is_none();
+        let mut constant = ScalarBlocks::zero(&neighbours, if fixed && !hybrid { space.n } else { 0 });
+        let (given, none) = (Given::new(mesh, conditions, dirichlet, None, 0.0), Field::zero(space));
+        let at = At::new(parameters, &none, &given);
+        let hybrid = hybrid.then(|| {
+            let traces = Traces::zero(&Arc::new(Skeleton::new(mesh, space.degree)));
+            Hybrid::new(loops, space, traces.skeleton.clone(), &at.with_traces(Some(&traces)))
+        });
+        if fixed && hybrid.is_none() {
+            let form = Sum::of(&[MOLECULAR]).constant().by_components(&at);
             loops.add_rows(&form, (space, space), &mut constant.diagonal, &mut constant.off);
         }
         let whole = passive.map_or(loops, |passive| &passive.whole);
@@ -112,6 +123,7 @@ impl Polarity {
             parameters: *parameters,
             conditions: conditions.to_vec(),
             constant,
+            hybrid,
             mass,
             mass_inverse,
             neighbours,
@@ -146,22 +158,34 @@ impl Polarity {
         loops.vector(&-Sum::of(&[MOLECULAR]).constant().pass(&at).rest, &self.space)
     }
 
+    /// What stands between the cells in hybrid form; `None` where they see one another directly.
+    pub fn hybrid(&self) -> Option<&Hybrid> {
+        self.hybrid.as_ref()
+    }
+
+    /// The constant terms of polarity and traces.
+    fn constant_times(&self, p: &Field, traces: Option<&Traces>) -> Vec<f64> {
+        match (&self.hybrid, traces) {
+            (Some(hybrid), Some(traces)) => hybrid.times(&p.values, traces),
+            (Some(_), None) => panic!("the hybrid form has values on the faces"),
+            (None, _) => self.constant.times(&p.values),
+        }
+    }
+
     /// `∫ (|p|²−1) p·q + κ² [a_swip(p,q) − l_swip(q)] = (1/B)(L_h|q)` as a functional   [7.10]
-    pub fn molecular_functional(&self, loops: &Integrator, p: &Field, t: f64) -> Vec<f64> {
+    ///
+    /// # Panics
+    /// In hybrid form without values on the faces.
+    pub fn molecular_functional(&self, loops: &Integrator, p: &Field, traces: Option<&Traces>, t: f64) -> Vec<f64> {
         let given = self.given(t);
         let varying = Sum::of(&[MOLECULAR]).varying().value(&At::new(&self.parameters, p, &given));
         let mut out = loops.vector(&varying, &self.space);
-        let constant = self.constant.times(&p.values);
+        let constant = self.constant_times(p, traces);
         let data = self.constant_data(loops, t);
         for ((out, d), g) in out.iter_mut().zip(constant).zip(data) {
             *out += d - g;
         }
         out
-    }
-
-    /// `L_h / B`, the molecular field of `p` over the elasticity, cell by cell   [7.10]
-    pub fn molecular_over_b(&self, loops: &Integrator, p: &Field, t: f64) -> Field {
-        Field::new(&self.space, self.project(&self.molecular_functional(loops, p, t)))
     }
 
     /// The function whose products with the polarity space are `f`: `M⁻¹ f`, in a cell that a body cuts as in
@@ -179,7 +203,7 @@ impl Polarity {
         times_each(self.inertia(), self.space.n, 2, y)
     }
 
-    fn inertia(&self) -> &[f64] {
+    pub(super) fn inertia(&self) -> &[f64] {
         self.around.as_ref().map_or(&self.mass, |around| &around.inertia)
     }
 
@@ -224,11 +248,18 @@ impl Polarity {
     pub fn pass(&self, loops: &Integrator, w: f64, at: &At, out: &mut VectorBlocks) -> Vec<f64> {
         let space = &*self.space;
         let forms = Sum::of(&[POLARITY, MOLECULAR]).varying().pass(at);
-        let mut diagonal = self.constant.diagonal.clone();
-        self.add_inertia(w, &mut diagonal);
-        out.restart(&self.constant.off);
-        loops.add_rows(&forms.components, (space, space), &mut diagonal, &mut out.off);
-        out.add_alike(&diagonal);
+        if let Some(hybrid) = &self.hybrid {
+            out.restart(&[]);
+            let mut blocks = hybrid.with_constant(loops, &forms.components, space);
+            hybrid.add_cells(self.inertia(), self.parameters.peclet * w, &mut blocks);
+            hybrid.add_primal(&blocks, out);
+        } else {
+            let mut diagonal = self.constant.diagonal.clone();
+            self.add_inertia(w, &mut diagonal);
+            out.restart(&self.constant.off);
+            loops.add_rows(&forms.components, (space, space), &mut diagonal, &mut out.off);
+            out.add_alike(&diagonal);
+        }
         loops.add_mixed(&forms.full, space, out);
         loops.vector(&forms.rest, space)
     }
@@ -267,9 +298,12 @@ impl Polarity {
     }
 
     /// `Δ_h p = M⁻¹ [l_swip(q) − a_swip(p,q)]`, the discrete Laplacian   [7.2]
-    pub fn laplacian(&self, loops: &Integrator, p: &Field, t: f64) -> Field {
+    ///
+    /// # Panics
+    /// As [`Polarity::molecular_functional`].
+    pub fn laplacian(&self, loops: &Integrator, p: &Field, traces: Option<&Traces>, t: f64) -> Field {
         let mut r = self.constant_data(loops, t);
-        crate::solve::axpy(-1.0, &self.constant.times(&p.values), &mut r);
+        crate::solve::axpy(-1.0, &self.constant_times(p, traces), &mut r);
         let kappa2 = self.parameters.coherence.powi(2);
         Field::new(&self.space, self.project(&r).into_iter().map(|v| v / kappa2).collect())
     }

@@ -110,7 +110,7 @@ impl Reactions {
         let (momentum, parameters) = (&model.momentum, &model.parameters);
         let (velocity, v, p) = (&*momentum.velocity, &state[VELOCITY], &state[POLARITY]);
         let sources = model.sources.at_time(t);
-        let (given, molecular) = (everywhere(model.given(t), &model.conditions, &sources), model.molecular(p, t));
+        let (given, molecular) = (everywhere(model.given(t), &model.conditions, &sources), model.molecular(p, v, t));
         let at = At::new(parameters, p, &given).with_flow(velocity, Carrier::from(v)).with_field(molecular.as_ref());
         let whole = flowing(momentum, &FlowTerms::of(parameters), v, &state[PRESSURE]);
         let inner = Sum::of(&[MOMENTUM]).value(&at) - body_force(velocity, parameters, &sources, t);

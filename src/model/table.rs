@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::ModelError;
 use super::beside::Beside;
-use super::parameters::{DensityLaw, ModelKind, Parameters};
+use super::parameters::{DensityLaw, ModelKind, Parameters, PolarityForm};
 use super::terms::{Factors, factor};
 use crate::names;
 use crate::schema::{self, Range};
@@ -54,6 +54,10 @@ pub struct ModelScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("default" = ElasticForce::default()))]
     pub elastic_force: Option<ElasticForce>,
+    /// How the cells of the polarity see one another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-default" = "`hybrid` where the model has that"))]
+    pub polarity_form: Option<PolarityForm>,
     /// Isotropic active stress, `S_a'`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("x-kinds" = "compressible", "default" = ModelScene::ACTIVE_STRESS))]
@@ -194,6 +198,7 @@ impl ModelScene {
             elasticity: Some(p.elasticity),
             alignment: Some(p.alignment),
             elastic_force: Some(p.elastic_force),
+            polarity_form: Some(p.form),
             active_stress_iso: p.density.map(|law| law.active_stress_iso),
             ..self.clone()
         })
@@ -234,6 +239,7 @@ impl ModelScene {
                 objective,
             )?,
             elastic_force: self.elastic_force.unwrap_or_default(),
+            form: self.polarity_form.unwrap_or_default(),
             density: match kind {
                 ModelKind::Incompressible => self.check_no_density()?,
                 ModelKind::Compressible => Some(self.check_density()?),

@@ -7,6 +7,9 @@
 //! `F′ = F_p + F_L M⁻¹ Λ′` couples a cell's velocities to the polarity of its neighbours. With the velocity eliminated,
 //! too (the Stokes problem is linear and factorised), the polarity alone remains: `R_p′ = J_pp + D S⁻¹ F′`.
 
+mod hybrid;
+
+pub use self::hybrid::{CellTangent, HybridTangent};
 use super::fields::State;
 use super::incompressible::{Force, Incompressible};
 use super::momentum::MomentumError;
@@ -55,7 +58,7 @@ impl<'m> Tangent<'m> {
     /// `w = α₀/Δt` the weight of the new polarity in the time derivative (0 for the stationary equations).
     pub fn new(model: &'m Incompressible, state: &'m State, before: &'m Field, w: f64, t: f64) -> Self {
         let (loops, p, velocity) = (model.tissue(), &state[POLARITY], &*model.momentum.velocity);
-        let (given, l) = (model.given(t), model.molecular(p, t));
+        let (given, l) = (model.given(t), model.molecular(p, &state[VELOCITY], t));
         let carrier = model.carrier(&state[VELOCITY], before);
         let at = At::new(&model.parameters, p, &given).with_flow(velocity, carrier).with_field(l.as_ref());
         let molecular = model.polarity.molecular_tangent(loops, p);
@@ -72,7 +75,7 @@ impl<'m> Tangent<'m> {
     pub fn local_force(&self) -> ForceTangent {
         let (model, p) = (self.model, &self.state[POLARITY]);
         let parameters = Parameters { elastic_force: ElasticForce::Stress, ..model.parameters };
-        let (given, l) = (model.given(self.t), model.molecular(p, self.t));
+        let (given, l) = (model.given(self.t), model.molecular(p, &self.state[VELOCITY], self.t));
         let carrier = Carrier::from(&self.state[VELOCITY]);
         let at = At::new(&parameters, p, &given).with_flow(&model.momentum.velocity, carrier).with_field(l.as_ref());
         ForceTangent::new(model, &at)

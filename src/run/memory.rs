@@ -31,7 +31,7 @@ use crate::solve::SolveError;
 use crate::solve::blocks::{Neighbours, neighbours};
 use crate::solve::multifrontal::Precision;
 use crate::solve::sparse::factor_bound;
-use crate::space::{Continuity, Space};
+use crate::space::{Continuity, Skeleton, Space};
 use crate::steady::{SteadySettings, Want, spectrum};
 use crate::time::CouplingKind;
 
@@ -75,6 +75,8 @@ pub struct Unknowns {
     pub volume: Space,
     /// The space of p.
     pub polarity: Space,
+    /// Its traces in hybrid form.
+    traces: Option<Skeleton>,
     /// Where `v·n` is an unknown of its own.
     pub frames: Frames,
     kind: ModelKind,
@@ -126,7 +128,9 @@ impl Unknowns {
                 (Space::new(mesh, Continuity::Discontinuous, scene.space.density, 1), ClosedParts::default())
             }
         };
+        let hybrid = scene.parameters.is_hybrid() && scene.bodies.is_none();
         Self {
+            traces: hybrid.then(|| Skeleton::new(mesh, scene.space.polarity)),
             volume,
             kind,
             polarity: Space::new(mesh, Continuity::Discontinuous, scene.space.polarity, 2),
@@ -153,6 +157,7 @@ impl Unknowns {
             velocity: &self.velocity,
             pressure,
             carried: [density, Some(&self.polarity)],
+            traces: self.traces.as_ref(),
             frames: &self.frames,
             closed: &self.closed,
             neighbours: &self.neighbours,
@@ -181,7 +186,7 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
 pub fn of_flow(velocity: &Space, pressure: &Space, frames: &Frames, closed: &ClosedParts) -> f64 {
     let neighbours = neighbours(&velocity.mesh);
     let layout =
-        Layout { velocity, pressure: Some(pressure), carried: [None, None], frames, closed, neighbours: &neighbours };
+        Layout { velocity, pressure: Some(pressure), carried: [None, None], traces: None, frames, closed, neighbours: &neighbours };
     let r = factor_bound(&stokes_pattern(&layout)) as f64;
     let (cells, rows) = (velocity.mesh.cells.len() as f64, velocity.cell_dof_count() as f64);
     MARGIN * (PROGRAM + STOKES * r + BLOCKS * cells * rows * rows) + PICTURES[0]
@@ -220,7 +225,10 @@ impl Work<'_> {
                     0.0
                 };
                 let operators = blocks(&[POLARITY, MOLECULAR]) + blocks(&[MOLECULAR]);
-                let tangent = operators * n * n + (2.0 * force + 1.0) * columns * rows + squeezed;
+                let tangent = match layout.traces {
+                    None => operators * n * n + (2.0 * force + 1.0) * columns * rows + squeezed,
+                    Some(skeleton) => condensed(n, rows, np, skeleton.modes() as f64),
+                };
                 let parts = rows * rows + rows * np + 2.0 * local * columns * rows;
                 let threads = rayon::current_num_threads();
                 let made = NUMBER * cells * parts + structure.room(threads, precision) as f64;
@@ -229,6 +237,15 @@ impl Work<'_> {
             }
         }
     }
+}
+
+/// Numbers per cell of the derivative in hybrid form: its parts, and the condensed element with what the elimination
+/// leaves, which the factors keep from an earlier state, too.
+fn condensed(n: f64, rows: f64, np: f64, modes: f64) -> f64 {
+    let (columns, faces) = (2.0 * n, 6.0 * modes);
+    let parts = (n + 3.0 * modes).powi(2) + 2.0 * columns * columns + (3.0 * columns + faces) * rows;
+    let element = rows + np + faces;
+    parts + element * element + 2.0 * (columns * columns + 2.0 * columns * element)
 }
 
 /// What a scene takes, its elastic strain included, which is solved for while everything else is held.

@@ -154,10 +154,13 @@ impl VectorBlocks {
     }
 
     /// All blocks zero, in the same memory, but for those that act on both components alike across faces: those are
-    /// `off`.
+    /// `off`, or zero where that is empty.
     pub fn restart(&mut self, off: &[f64]) {
         self.diagonal.fill(0.0);
-        self.off.copy_from_slice(off);
+        match off.is_empty() {
+            true => self.off.fill(0.0),
+            false => self.off.copy_from_slice(off),
+        }
         self.mixed.fill(0.0);
     }
 

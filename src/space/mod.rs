@@ -5,6 +5,7 @@
 
 pub mod field;
 pub mod project;
+pub mod skeleton;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,6 +14,7 @@ use crate::element::{MAX_DEGREE, basis};
 use crate::mesh::{Mesh, Point};
 
 pub use field::Field;
+pub use skeleton::{Skeleton, Traces};
 
 /// Whether functions of a space are continuous across faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

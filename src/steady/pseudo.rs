@@ -195,7 +195,7 @@ fn attempt(
     // from what the limiter left, as a time step goes on from there
     let mut y = now.state.carried();
     crate::solve::axpy(1.0, &delta, &mut y);
-    let next = equations.evaluate(y, work.phases)?;
+    let next = equations.evaluate_near(y, &now.state[VELOCITY], work.phases)?;
     if next.size.is_nan() || next.size > settings.growth * now.size {
         return Err(too_much);
     }

@@ -108,7 +108,13 @@ impl Sheet for Compressible {
         Compressible::inputs(self, t)
     }
 
-    fn evaluate(&self, equations: &Equations, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
+    fn evaluate(
+        &self,
+        equations: &Equations,
+        y: Vec<f64>,
+        _: &Field,
+        phases: &mut Phases,
+    ) -> Result<Trial, StepFailure> {
         let inputs = &equations.inputs;
         let (u, p) = self.split(&y);
         let limited = phases.measure("limiter", || self.density.limiter.limit_on_the_way(&u))?;

@@ -23,6 +23,8 @@ pub struct Trial {
     pub residual: Vec<f64>,
     /// `(R|M⁻¹R)^½`
     pub size: f64,
+    /// The flow that it was found from; empty where that does not matter.
+    pub near: Vec<f64>,
     /// What the derivative of a compressible sheet needs of the evaluation.
     pub evaluated: Option<Arc<Evaluated>>,
 }
@@ -57,7 +59,15 @@ impl<'m> Equations<'m> {
     /// # Errors
     /// A residual that is not finite; a flow that cannot be solved for; a density that is negative.
     pub fn evaluate(&self, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
-        self.model.evaluate(self, y, phases)
+        self.evaluate_near(y, &self.before, phases)
+    }
+
+    /// As [`Equations::evaluate`] with a flow that is closer than that before the step.
+    ///
+    /// # Errors
+    /// As [`Equations::evaluate`].
+    pub fn evaluate_near(&self, y: Vec<f64>, near: &Field, phases: &mut Phases) -> Result<Trial, StepFailure> {
+        self.model.evaluate(self, y, near, phases)
     }
 
     /// `∂_t p` at a state by the formula of the step.
@@ -77,6 +87,6 @@ impl<'m> Equations<'m> {
             return Err(SolveError::NotFiniteInput { system: "polarity".to_owned(), index }.into());
         }
         let size = root(dot(&residual, &self.model.mass_solve(&residual)));
-        Ok(Trial { y, state, residual, size, evaluated: None })
+        Ok(Trial { y, state, residual, size, near: Vec::new(), evaluated: None })
     }
 }

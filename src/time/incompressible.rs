@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+mod hybrid;
+
+use self::hybrid::InHybridForm;
 use super::Phases;
 use super::coupling::StepFailure;
 use super::equations::{Equations, Trial};
@@ -19,8 +22,8 @@ use crate::model::terms::At;
 use crate::model::{Conditions, FieldId, Parameters, Reactions, Residuals, Sources, State, tangent};
 use crate::solve::blocks::{Incomplete, VectorBlocks};
 use crate::solve::sparse::Matrix;
-use crate::solve::{SolveError, axpy, dot, root};
-use crate::space::{Field, Space};
+use crate::solve::{SolveError, dot, root};
+use crate::space::{Field, Space, Traces};
 
 /// Each polarity solve reduces its residual by this factor: the iteration around it corrects what is left.
 pub(super) const LINEAR_REDUCTION: f64 = 1e-2;
@@ -108,22 +111,28 @@ impl Sheet for Incompressible {
         Incompressible::inputs(self, t)
     }
 
-    fn evaluate(&self, equations: &Equations, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
+    fn evaluate(
+        &self,
+        equations: &Equations,
+        y: Vec<f64>,
+        near: &Field,
+        phases: &mut Phases,
+    ) -> Result<Trial, StepFailure> {
         let (inputs, before) = (&equations.inputs, &equations.before);
         let p = Field::new(&self.polarity.space, y.clone());
-        let well = phases.measure("residual", || self.polarity.molecular_functional(self.tissue(), &p, inputs.t));
+        if let Some(hybrid) = self.polarity.hybrid() {
+            return self.evaluate_hybrid(hybrid, equations, p, near, phases);
+        }
+        let well = phases.measure("residual", || self.molecular_functional(&p, before, inputs.t));
         let force = phases.measure("force", || {
-            let l = (self.parameters.elasticity != 0.0)
-                .then(|| Field::new(&self.polarity.space, self.polarity.project(&well)));
+            let l = (self.parameters.elasticity != 0.0).then(|| self.projected(&well));
             self.force_of(&p, l.as_ref(), before, inputs)
         });
         let (v, pi) = phases.measure("stokes", || self.flow_of(&force, inputs))?;
         let residual = phases.measure("residual", || {
-            let mut rate = equations.history.clone();
-            axpy(equations.weights.polarity, &p.values, &mut rate);
             let carrier = self.carrier(&v, before);
-            let mut r = self.polarity_residual_of(carrier, &p, &well, &inputs.source, inputs.t);
-            axpy(self.parameters.peclet, &self.polarity.inertia_times(&rate), &mut r);
+            let mut r = self.polarity_residual_of(carrier, (&p, None), &well, &inputs.source, inputs.t);
+            self.add_rate(equations, &p, &mut r);
             r
         });
         equations.trial(y, State::incompressible(v, pi, p), residual)
@@ -131,6 +140,9 @@ impl Sheet for Incompressible {
 
     fn tangent<'t>(&'t self, equations: &'t Equations, at: &'t Trial, weights: Weights) -> Box<dyn Tangent + 't> {
         let (before, t) = (&equations.before, equations.inputs.t);
+        if self.polarity.hybrid().is_some() {
+            return Box::new(InHybridForm::new(self, &at.state, weights.polarity, t));
+        }
         Box::new(tangent::Tangent::new(self, &at.state, before, weights.polarity, t))
     }
 
@@ -178,13 +190,13 @@ impl Sheet for Incompressible {
     }
 
     fn free_energy(&self, state: &State, t: f64) -> f64 {
-        Incompressible::free_energy(self, &state[POLARITY], t)
+        Incompressible::free_energy(self, &state[POLARITY], &state[VELOCITY], t)
     }
 
     fn energy_rate(&self, state: &State, rate_of_p: &[f64], t: f64) -> f64 {
         match self.parameters.elasticity {
             0.0 => 0.0,
-            b => b * dot(&self.polarity.molecular_functional(self.tissue(), &state[POLARITY], t), rate_of_p),
+            b => b * dot(&self.molecular_functional(&state[POLARITY], &state[VELOCITY], t), rate_of_p),
         }
     }
 
@@ -210,11 +222,12 @@ impl Sheet for Incompressible {
     }
 
     fn molecular_field(&self, state: &State, t: f64) -> Field {
-        scaled(self.polarity.molecular_over_b(self.tissue(), &state[POLARITY], t), self.parameters.elasticity)
+        let well = self.molecular_functional(&state[POLARITY], &state[VELOCITY], t);
+        scaled(self.projected(&well), self.parameters.elasticity)
     }
 
     fn polarity_laplacian(&self, state: &State, t: f64) -> Field {
-        scaled(self.polarity.laplacian(self.tissue(), &state[POLARITY], t), self.parameters.coherence.powi(2))
+        scaled(self.laplacian(state, t), self.parameters.coherence.powi(2))
     }
 
     fn reactions(&self, state: &State, t: f64) -> Result<Reactions, MomentumError> {
@@ -273,11 +286,16 @@ impl Passes for InTurn<'_> {
     fn image(&mut self, state: &State, phases: &mut Phases) -> Result<(State, usize), StepFailure> {
         let Equations { inputs, before, weights, .. } = self.equations;
         let model = self.model;
-        let force = phases.measure("force", || model.force(&state[POLARITY], before, inputs));
+        // the values on faces are those in the last iterate's flow
+        let sides = if model.polarity.hybrid().is_some() { &state[VELOCITY] } else { before };
+        let force = phases.measure("force", || model.force(&state[POLARITY], sides, inputs));
         let (v, pi) = phases.measure("stokes", || model.flow_of(&force, inputs))?;
         let carrier = model.carrier(&v, before);
         let given = model.given(inputs.t);
-        let at = At::new(&model.parameters, &state[POLARITY], &given).with_flow(&model.momentum.velocity, carrier);
+        let none = model.polarity.hybrid().map(|hybrid| Traces::zero(&hybrid.skeleton));
+        let at = At::new(&model.parameters, &state[POLARITY], &given)
+            .with_flow(&model.momentum.velocity, carrier)
+            .with_traces(none.as_ref());
         let mut b = phases.measure("polarity assembly", || {
             model.polarity.pass(model.tissue(), weights.polarity, &at, &mut self.operator)
         });

@@ -1,8 +1,6 @@
 //! The linear systems of Newton's method: GMRES with the exact derivative, preconditioned by the factors of the whole
 //! coupled matrix at an earlier state, which are made anew only when GMRES has become slow.
 
-use std::cell::RefCell;
-
 use serde::{Deserialize, Serialize};
 
 use super::Phases;
@@ -11,10 +9,8 @@ use super::equations::{Equations, Trial};
 use super::sheet::{Sheet, Tangent, Weights};
 use crate::model::fields::VELOCITY;
 use crate::model::lagged::{Lagged, Structure};
-use crate::model::momentum::MomentumError;
-use crate::solve::krylov::{Outcome, gmres};
 use crate::solve::multifrontal::Precision;
-use crate::solve::{SolveError, norm};
+use crate::solve::SolveError;
 use crate::space::Field;
 
 /// What is kept from step to step: factors of an earlier derivative.
@@ -43,12 +39,15 @@ pub struct Origin {
     /// GMRES iterations of the first solve with the factors (0 before it), and the surplus over it since.
     fresh: usize,
     surplus: usize,
+    /// The flow that the trial was found from; empty where that does not matter.
+    near: Vec<f64>,
 }
 
 impl Origin {
     /// Whether it has so many unknowns of velocity and of what is carried.
     pub fn fits(&self, velocity: usize, carried: usize) -> bool {
-        self.before.len() == velocity && self.y.len() == carried && self.history.len() == carried
+        let near = self.near.is_empty() || self.near.len() == velocity;
+        near && self.before.len() == velocity && self.y.len() == carried && self.history.len() == carried
     }
 }
 
@@ -153,7 +152,11 @@ impl KeptFactors {
         let before = Field::new(model.space(VELOCITY), origin.before.clone());
         let (weights, history) = (origin.weights, origin.history.clone());
         let equations = Equations { model, inputs, before, weights, history };
-        let Ok(trial) = equations.evaluate(origin.y.clone(), &mut phases) else { return kept };
+        let near = match origin.near.is_empty() {
+            true => equations.before.clone(),
+            false => Field::new(model.space(VELOCITY), origin.near.clone()),
+        };
+        let Ok(trial) = equations.evaluate_near(origin.y.clone(), &near, &mut phases) else { return kept };
         let tangent = model.tangent(&equations, &trial, weights);
         if kept.factorise(model, &*tangent, &mut phases).is_ok() {
             kept.origin = Some(origin);
@@ -161,9 +164,6 @@ impl KeptFactors {
         kept
     }
 }
-
-/// GMRES gives up after this many products.
-const KRYLOV_LIMIT: usize = 60;
 
 /// Factors are made anew when the iterations in excess of those that fresh factors need reach this number.
 const SURPLUS: usize = 40;
@@ -207,7 +207,6 @@ impl<'e> Linearised<'e> {
         reduction: f64,
         phases: &mut Phases,
     ) -> Result<(Vec<f64>, usize), StepFailure> {
-        let target = reduction * norm(right);
         let (mut products, mut renewed) = (0, false);
         loop {
             if !kept.serves() || renewed {
@@ -216,18 +215,18 @@ impl<'e> Linearised<'e> {
             }
             let lagged = kept.lagged.as_ref().expect("just made");
             let precision = lagged.precision();
-            let (delta, outcome) = phases.measure("newton solve", || self.gmres(lagged, right, target))?;
-            products += outcome.iterations;
-            kept.book(outcome.iterations);
-            let solved = outcome.converged && delta.iter().all(|d| d.is_finite());
-            let far = outcome.iterations > CLOSE && self.tangent.factors_are_exact();
+            let found = phases.measure("newton solve", || self.tangent.solve(lagged, right, reduction))?;
+            products += found.products;
+            kept.book(found.products);
+            let solved = found.converged;
+            let far = found.products > CLOSE && self.tangent.factors_are_exact();
             // fresh factors that are this far off have lost too many digits
             kept.needs_double |= renewed && precision == Precision::Single && (far || !solved);
             if solved {
-                return Ok((delta, products));
+                return Ok((found.delta, products));
             }
             if renewed && precision == Precision::Double {
-                let residual = outcome.residual / norm(right);
+                let residual = found.residual;
                 let (system, hint) = ("Newton".to_owned(), "take a smaller time step".to_owned());
                 return Err(SolveError::Inaccurate { system, residual, hint }.into());
             }
@@ -248,21 +247,8 @@ impl<'e> Linearised<'e> {
             needed_double: kept.needs_double,
             fresh: 0,
             surplus: 0,
+            near: self.at.near.clone(),
         });
         Ok(())
-    }
-
-    /// GMRES from 0, preconditioned by some factors.
-    fn gmres(&self, lagged: &Lagged, right: &[f64], target: f64) -> Result<(Vec<f64>, Outcome), MomentumError> {
-        let failure: RefCell<Option<MomentumError>> = RefCell::new(None);
-        let apply = |x: &[f64], y: &mut [f64]| {
-            if let Err(error) = self.tangent.times(x, y) {
-                failure.borrow_mut().get_or_insert(error);
-                y.fill(f64::NAN);
-            }
-        };
-        let mut delta = vec![0.0; right.len()];
-        let outcome = gmres(&apply, &|x: &mut [f64]| lagged.solve(x), right, &mut delta, target, KRYLOV_LIMIT);
-        failure.into_inner().map_or(Ok((delta, outcome)), Err)
     }
 }

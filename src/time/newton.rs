@@ -10,6 +10,7 @@ use super::Phases;
 use super::coupling::{Step, StepFailure, StepOutcome, rate};
 use super::equations::{Equations, Trial};
 use super::kept_factors::{KeptFactors, correction};
+use crate::model::fields::VELOCITY;
 use crate::solve::{axpy, dot, root};
 
 /// Corrections by the lagged factors alone are tried below so many tolerances.
@@ -145,7 +146,7 @@ fn moved(
 ) -> Result<Option<Trial>, StepFailure> {
     let mut y = now.y.clone();
     axpy(scale, delta, &mut y);
-    match equations.evaluate(y, phases) {
+    match equations.evaluate_near(y, &now.state[VELOCITY], phases) {
         Ok(trial) => Ok(Some(trial)),
         Err(failure) if failure.may_be_cured_by_a_smaller_step() => Ok(None),
         Err(failure) => Err(failure),

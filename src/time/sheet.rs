@@ -3,6 +3,7 @@
 //! A *carried* vector `y` holds the coefficients of what has a time derivative: the polarity of an incompressible
 //! sheet, density and polarity, one after the other, of a compressible one. The flow follows from it without delay.
 
+use std::cell::RefCell;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -16,12 +17,13 @@ use crate::form::Integrator;
 use crate::model::compressible::Compressible;
 use crate::model::fields::Role;
 use crate::model::incompressible::{Incompressible, Inputs};
-use crate::model::lagged::{Elements, Layout, Structure};
+use crate::model::lagged::{Elements, Lagged, Layout, Structure};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Polarity;
 use crate::model::{Conditions, FieldId, Parameters, Reactions, Residuals, Sources, State};
-use crate::solve::SolveError;
+use crate::solve::krylov::{Outcome, gmres};
 use crate::solve::sparse::Matrix;
+use crate::solve::{SolveError, norm};
 use crate::space::{Field, Space};
 
 /// Weights of the newest level in the time derivatives; zero for the stationary equations.
@@ -69,6 +71,30 @@ pub enum OwnedSheet {
     Compressible(Box<Compressible>),
 }
 
+/// GMRES gives up after this many products.
+pub(super) const KRYLOV_LIMIT: usize = 60;
+
+/// What GMRES has found.
+#[derive(Debug)]
+pub struct Solved {
+    /// The solution.
+    pub delta: Vec<f64>,
+    /// Products that it took.
+    pub products: usize,
+    /// Size of the residual over that of the right side.
+    pub residual: f64,
+    /// Whether the residual was reached, and the solution is finite.
+    pub converged: bool,
+}
+
+impl Solved {
+    /// As GMRES ended with a right side of this size.
+    pub fn new(delta: Vec<f64>, outcome: &Outcome, size: f64) -> Self {
+        let converged = outcome.converged && delta.iter().all(|d| d.is_finite());
+        Self { delta, products: outcome.iterations, residual: outcome.residual / size, converged }
+    }
+}
+
 /// The exact derivative of the equations of one step with the flow eliminated, `R′`.
 pub trait Tangent: Sync {
     /// `out = R′ y`
@@ -76,6 +102,25 @@ pub trait Tangent: Sync {
     /// # Errors
     /// A flow that cannot be solved for.
     fn times(&self, y: &[f64], out: &mut [f64]) -> Result<(), MomentumError>;
+
+    /// `δ` with `‖R′ δ − r‖ ≤ reduction ‖r‖` for the right side r, by GMRES with factors of a derivative close by.
+    ///
+    /// # Errors
+    /// A flow that cannot be solved for; a cell of its own whose derivative is singular.
+    fn solve(&self, lagged: &Lagged, right: &[f64], reduction: f64) -> Result<Solved, MomentumError> {
+        let failure: RefCell<Option<MomentumError>> = RefCell::new(None);
+        let apply = |x: &[f64], y: &mut [f64]| {
+            if let Err(error) = self.times(x, y) {
+                failure.borrow_mut().get_or_insert(error);
+                y.fill(f64::NAN);
+            }
+        };
+        let mut delta = vec![0.0; right.len()];
+        let size = norm(right);
+        let precondition = |x: &mut [f64]| lagged.solve(x);
+        let outcome = gmres(&apply, &precondition, right, &mut delta, reduction * size, KRYLOV_LIMIT);
+        failure.into_inner().map_or(Ok(Solved::new(delta, &outcome, size)), Err)
+    }
 
     /// The elements of the whole coupled matrix, flow included.
     fn elements(&self) -> Box<dyn Elements + '_>;
@@ -170,11 +215,18 @@ pub trait Sheet: Debug + Sync {
     /// # Errors
     /// A formula that is not finite.
     fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError>;
-    /// The flow of `y` and the residual of its equations.
+    /// The flow of `y` and the residual of its equations; `near` is a flow close by, from which the values of a polarity
+    /// in hybrid form on the faces are found.
     ///
     /// # Errors
     /// A residual that is not finite; a flow that cannot be solved for; a density that is negative.
-    fn evaluate(&self, equations: &Equations, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure>;
+    fn evaluate(
+        &self,
+        equations: &Equations,
+        y: Vec<f64>,
+        near: &Field,
+        phases: &mut Phases,
+    ) -> Result<Trial, StepFailure>;
     /// The derivative at a trial, with other weights than those of the equations.
     fn tangent<'t>(&'t self, equations: &'t Equations, at: &'t Trial, weights: Weights) -> Box<dyn Tangent + 't>;
     /// The solution in turn.

@@ -378,6 +378,7 @@ fn flow_layout<'m>(velocity: &'m Space, frames: &'m Frames, polarity: &'m Polari
         velocity,
         pressure: None,
         carried: [None, None],
+        traces: None,
         frames,
         closed: ClosedParts::NONE,
         neighbours: polarity.neighbours(),

@@ -403,6 +403,6 @@ impl<'m> Ground<'m> {
     fn layout(self, neighbours: &'m Neighbours) -> Layout<'m> {
         let Ground { velocity, pressure, frames, closed } = self;
         let pressure = Some(pressure);
-        Layout { velocity, pressure, carried: [None, None], frames, closed, neighbours }
+        Layout { velocity, pressure, carried: [None, None], traces: None, frames, closed, neighbours }
     }
 }

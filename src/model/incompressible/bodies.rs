@@ -130,7 +130,7 @@ impl Incompressible {
         let force = match self.momentum.boundaries() {
             Some(_) => {
                 let (p, sides) = (&state[POLARITY], &state[VELOCITY]);
-                self.inner_force(p, self.molecular(p, t).as_ref(), sides, t)
+                self.inner_force(p, self.molecular(p, sides, t).as_ref(), sides, t)
             }
             None => Force::default(),
         };

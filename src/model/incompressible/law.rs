@@ -26,7 +26,7 @@ impl Incompressible {
         let Some(floating) = &self.bodies else { return Ok(Vec::new()) };
         let (v, p) = (&state[VELOCITY], &state[POLARITY]);
         let Some(penalty) = self.momentum.bodies() else {
-            let (given, l) = (self.given(t), self.molecular(p, t));
+            let (given, l) = (self.given(t), self.molecular(p, v, t));
             let at = At::new(&self.parameters, p, &given).with_flow(&v.space, Carrier::from(v)).with_field(l.as_ref());
             let mut powers = self.momentum.powers_of_boundaries((&v.values, &state[PRESSURE].values), twists);
             for (power, pulled) in powers.iter_mut().zip(self.powers_of_tractions(&Sum::of(&[MOMENTUM]).value(&at), v))

@@ -18,7 +18,7 @@ impl Elements for Parts<'_> {
         if e < cells {
             self.fill_cell(e, out);
         } else {
-            self.fill_mean(e - cells, out);
+            self.model().layout().fill_mean(e - cells, &self.means, out);
         }
     }
 }
@@ -52,18 +52,6 @@ impl<'t> Parts<'t> {
 
     fn model(&self) -> &Incompressible {
         self.tangent.model
-    }
-
-    /// `λ ∫ ξ` and its transposed.
-    fn fill_mean(&self, k: usize, out: &mut Element) {
-        let cell = self.model().layout().mean_unknowns(k, out);
-        let np = out.rows.len() - 1;
-        out.values.clear();
-        out.values.resize((np + 1) * (np + 1), 0.0);
-        for (j, mean) in self.means[cell * np..(cell + 1) * np].iter().enumerate() {
-            out.values[j * (np + 1) + np] = *mean;
-            out.values[np * (np + 1) + j] = *mean;
-        }
     }
 
     fn fill_cell(&self, cell: usize, out: &mut Element) {

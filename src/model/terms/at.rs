@@ -9,7 +9,7 @@ use crate::model::Conditions;
 use crate::model::manufactured::Exact;
 use crate::model::parameters::Parameters;
 use crate::model::polarity::data_of;
-use crate::space::{Field, Space};
+use crate::space::{Field, Space, Traces};
 
 /// The fields at one time, and what the boundary gives.
 #[derive(Clone, Copy)]
@@ -25,6 +25,7 @@ pub struct At<'a> {
     flow: Option<(&'a Space, Carrier<'a>)>,
     density: Option<&'a Space>,
     l: Option<&'a Field>,
+    traces: Option<&'a Traces>,
 }
 
 /// What the boundary gives at one time.
@@ -49,7 +50,7 @@ pub struct Given<'m> {
 impl<'a> At<'a> {
     /// Without a flow, in a sheet of density 1: enough for the derivative of the free energy.
     pub fn new(parameters: &'a Parameters, p: &'a Field, given: &'a Given<'a>) -> Self {
-        Self { parameters, p, rho: Density::One, given, flow: None, density: None, l: None }
+        Self { parameters, p, rho: Density::One, given, flow: None, density: None, l: None, traces: None }
     }
 
     /// With a density.
@@ -68,6 +69,12 @@ impl<'a> At<'a> {
     #[must_use]
     pub fn with_field(self, l: Option<&'a Field>) -> Self {
         Self { l, ..self }
+    }
+
+    /// With the values of the polarity on the faces, where it is in hybrid form.
+    #[must_use]
+    pub fn with_traces(self, traces: Option<&'a Traces>) -> Self {
+        Self { traces, ..self }
     }
 
     /// With other parameters.
@@ -109,6 +116,11 @@ impl<'a> At<'a> {
             (Density::Of(rho), Some(space)) => (rho, space),
             (Density::One | Density::Of(_), _) => panic!("the incompressible sheet has no density"),
         }
+    }
+
+    /// The values of the polarity on the faces, where it is in hybrid form.
+    pub fn traces(&self) -> Option<&'a Traces> {
+        self.traces
     }
 
     /// `L_h/B`

@@ -4,7 +4,7 @@ mod self_advection;
 
 use super::{At, Factor, Formula, Functional, Line, Pass, Power, Side, Strong, Switch, Term, Weak, power};
 use crate::form::words::{Scalar, Vector};
-use crate::form::{Bilinear, FacePoint, Faces, Linear, elastic, mass, polarity, swip, upwind};
+use crate::form::{Bilinear, FacePoint, Faces, Linear, elastic, hybrid, mass, polarity, swip, upwind};
 use crate::mesh::Point;
 use crate::model::polarity::FORMULA_DEGREE;
 use self_advection::SELF_ADVECTION;
@@ -28,16 +28,35 @@ const ADVECTION: Term<Vector> = Term {
     formula: Formula::Both("Pe a_upw(p,q;v)", "Pe a_upw(p,q;ρv)"),
     tag: "[7.11c]",
     weak: Weak::Functional(Functional {
-        value: |at| at.parameters.peclet * upwind::advection(at.p, at.carrier(), at.given.dirichlet, data(at)),
+        value: |at| {
+            let (carrier, inflow) = (at.carrier(), at.given.dirichlet);
+            at.parameters.peclet
+                * match at.traces() {
+                    None => upwind::advection(at.p, carrier, inflow, data(at)),
+                    Some(traces) => hybrid::advection((at.p, traces), carrier, inflow, data(at)),
+                }
+        },
         by_velocity: |at| {
-            at.parameters.peclet * upwind::advection_by_flow(at.p, at.carrier(), at.given.dirichlet, data(at))
+            let (carrier, inflow) = (at.carrier(), at.given.dirichlet);
+            at.parameters.peclet
+                * match at.traces() {
+                    None => upwind::advection_by_flow(at.p, carrier, inflow, data(at)),
+                    Some(traces) => hybrid::advection_by_flow((at.p, traces), carrier, inflow, data(at)),
+                }
         },
         by_density: |at| {
             let density = at.density().1;
             at.parameters.peclet
                 * upwind::advection_by_density(at.p, at.carrier(), density, at.given.dirichlet, data(at))
         },
-        by_components: |at| at.parameters.peclet * upwind::a_upw(&at.p.space, at.carrier(), at.given.dirichlet),
+        by_components: |at| {
+            let (space, carrier, inflow) = (&at.p.space, at.carrier(), at.given.dirichlet);
+            at.parameters.peclet
+                * match at.traces() {
+                    None => upwind::a_upw(space, carrier, inflow),
+                    Some(_) => hybrid::a_advection(space, carrier, inflow),
+                }
+        },
         ..Functional::NOTHING
     }),
     pass: Pass::Implicit { data: Some(brought_in) },
@@ -178,11 +197,21 @@ const COHERENCE: Term<Vector> = Term {
     tag: "[7.10]",
     weak: Weak::Functional(Functional {
         value: |at| {
-            let form = swip::diffusion(at.p, at.given.dirichlet, at.rho, FORMULA_DEGREE, data(at));
+            let dirichlet = at.given.dirichlet;
+            let form = match at.traces() {
+                None => swip::diffusion(at.p, dirichlet, at.rho, FORMULA_DEGREE, data(at)),
+                Some(traces) => hybrid::diffusion((at.p, traces), dirichlet, FORMULA_DEGREE, data(at)),
+            };
             kappa2(at) * sloped(at, form)
         },
         by_density: |at| kappa2(at) * by_density(at),
-        by_components: |at| kappa2(at) * swip::a_swip(&at.p.space, at.given.dirichlet, at.rho),
+        by_components: |at| {
+            kappa2(at)
+                * match at.traces() {
+                    None => swip::a_swip(&at.p.space, at.given.dirichlet, at.rho),
+                    Some(_) => hybrid::a_diffusion(&at.p.space, at.given.dirichlet),
+                }
+        },
         is_constant: true,
         ..Functional::NOTHING
     }),
