@@ -4,8 +4,8 @@ use nalgebra::Matrix2;
 
 use super::compression::Compression;
 use super::density::Density;
-use super::integrate::{FacePoint, Faces, Integrator};
 use super::hybrid::energy_of_side;
+use super::integrate::{FacePoint, Faces, Integrator};
 use super::side::SidePoint;
 use super::swip::jump_and_slope;
 use super::words::{Scalar, Vector, penalty_constant};

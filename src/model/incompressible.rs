@@ -4,11 +4,12 @@ mod bodies;
 mod force;
 mod law;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 pub use self::force::Force;
 use self::force::check_tractions;
 use super::boundary::{Conditions, Held};
+use super::condensed::Frame;
 pub use super::description::{Degrees, Description};
 pub use super::fields::{Residuals, State};
 use super::floating::Floating;
@@ -71,16 +72,19 @@ pub struct Incompressible {
     pub natural_faces: [Faces; 2],
     /// That of the coupled matrix, once somebody has asked for it.
     structure: Found,
+    /// What elements in hybrid form have in all states, once somebody has asked for it.
+    frame: OnceLock<Arc<Frame>>,
 }
 
 /// Most passes between flow and traces until they agree.
 pub(super) const SETTLED: usize = 30;
 
-/// Whether two vectors agree to rounding.
+/// Whether two flows agree so far that the traces, which depend on them by the jumps of slopes alone, agree to
+/// rounding: a pass lowers the difference by four digits and more.
 pub(super) fn is_same(a: &[f64], b: &[f64]) -> bool {
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
     let off = a.iter().zip(b).fold(0.0_f64, |off, (a, b)| off.max((a - b).abs()));
-    off <= 8.0 * f64::EPSILON * size(b)
+    off <= 1e-8 * size(b)
 }
 
 impl State {
@@ -175,6 +179,7 @@ impl Incompressible {
             momentum,
             polarity,
             structure: Found::default(),
+            frame: OnceLock::new(),
         })
     }
 
@@ -395,6 +400,15 @@ impl Incompressible {
     /// As [`Structure::new`].
     pub fn structure(&self) -> Result<&Structure, SolveError> {
         self.structure.of(&self.layout())
+    }
+
+    /// What the elements of a model in hybrid form have in all states.
+    ///
+    /// # Panics
+    /// A model that is not in hybrid form.
+    pub fn frame(&self) -> &Arc<Frame> {
+        let hybrid = || self.polarity.hybrid().expect("a model in hybrid form");
+        self.frame.get_or_init(|| Arc::new(Frame::new(self, hybrid())))
     }
 
     /// Keeps a structure that was found from the same layout; a later one changes nothing.

@@ -273,9 +273,11 @@ impl Layout<'_> {
         let first = self.first_trace();
         self.traces.into_iter().flat_map(move |skeleton| {
             let count = skeleton.face_dof_count();
-            skeleton.of_cell(cell).into_iter().flatten().flat_map(move |begin| {
-                (first + begin) as u32..(first + begin + count) as u32
-            })
+            skeleton
+                .of_cell(cell)
+                .into_iter()
+                .flatten()
+                .flat_map(move |begin| (first + begin) as u32..(first + begin + count) as u32)
         })
     }
 

@@ -45,9 +45,9 @@ pub struct DensityLaw {
 #[serde(rename_all = "lowercase")]
 pub enum PolarityForm {
     /// By values on their faces, see [`crate::form::hybrid`]: where the model has that, otherwise directly.
+    #[default]
     Hybrid,
     /// By jumps and means of their own values.
-    #[default]
     Direct,
 }
 
@@ -95,7 +95,7 @@ impl Parameters {
         elasticity: 0.0,
         alignment: 1.0,
         elastic_force: ElasticForce::Stress,
-        form: PolarityForm::Direct,
+        form: PolarityForm::Hybrid,
         density: None,
         factors: Factors::NONE,
     };

@@ -230,9 +230,14 @@ impl Polarity {
 
     /// The inverse that [`Polarity::project`] takes, of one component on `cell`.
     pub fn projection_of(&self, cell: usize) -> DMatrix<f64> {
-        let n = self.space.n;
+        DMatrix::from_row_slice(self.space.n, self.space.n, self.projection_block(cell))
+    }
+
+    /// As [`Polarity::projection_of`], row-major.
+    pub fn projection_block(&self, cell: usize) -> &[f64] {
+        let size = self.space.n * self.space.n;
         let inverse = self.around.as_ref().map_or(&self.mass_inverse, |around| &around.projection);
-        DMatrix::from_row_slice(n, n, &inverse[cell * n * n..(cell + 1) * n * n])
+        &inverse[cell * size..(cell + 1) * size]
     }
 
     /// `M x` on whole cells: for norms.

@@ -198,7 +198,6 @@ impl ModelScene {
             elasticity: Some(p.elasticity),
             alignment: Some(p.alignment),
             elastic_force: Some(p.elastic_force),
-            polarity_form: Some(p.form),
             active_stress_iso: p.density.map(|law| law.active_stress_iso),
             ..self.clone()
         })

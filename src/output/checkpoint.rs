@@ -15,7 +15,7 @@ use crate::measure::errors::History;
 use crate::time::Checkpoint;
 use crate::time::march::Counts;
 
-const MAGIC: &str = "monolayer checkpoint 8";
+const MAGIC: &str = "monolayer checkpoint 9";
 
 /// A checkpoint and the scene that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -185,8 +185,15 @@ pub fn memory_of(scene: &Scene, layout: &Layout, work: Work) -> f64 {
 /// Bytes that a Stokes flow takes at most at one time, the program and pictures included.
 pub fn of_flow(velocity: &Space, pressure: &Space, frames: &Frames, closed: &ClosedParts) -> f64 {
     let neighbours = neighbours(&velocity.mesh);
-    let layout =
-        Layout { velocity, pressure: Some(pressure), carried: [None, None], traces: None, frames, closed, neighbours: &neighbours };
+    let layout = Layout {
+        velocity,
+        pressure: Some(pressure),
+        carried: [None, None],
+        traces: None,
+        frames,
+        closed,
+        neighbours: &neighbours,
+    };
     let r = factor_bound(&stokes_pattern(&layout)) as f64;
     let (cells, rows) = (velocity.mesh.cells.len() as f64, velocity.cell_dof_count() as f64);
     MARGIN * (PROGRAM + STOKES * r + BLOCKS * cells * rows * rows) + PICTURES[0]

@@ -11,6 +11,8 @@ use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 use std::ops::{AddAssign, DivAssign, Mul, SubAssign};
 
+use super::wide::wide;
+
 /// Width of the panels that are worked on in parallel.
 const PANEL: usize = 128;
 /// Pivots that are factorised at once.
@@ -207,6 +209,11 @@ fn permute_columns<T: Real>(block: &mut [T], p: usize, permutation: &[u32]) {
 /// `y −= A x` for a column-major `A` with `y.len()` rows and columns `stride` apart; reads `A` once, four columns at a
 /// time.
 pub(super) fn subtract_product<T: Real>(a: &[T], stride: usize, x: &[T], y: &mut [T]) {
+    wide(|| subtract_columns(a, stride, x, y));
+}
+
+#[inline(always)]
+fn subtract_columns<T: Real>(a: &[T], stride: usize, x: &[T], y: &mut [T]) {
     let rows = y.len();
     let mut j = 0;
     while j + 4 <= x.len() {

@@ -15,6 +15,7 @@ pub(crate) mod rows;
 mod separator;
 pub mod sparse;
 pub mod symbolic;
+pub mod wide;
 
 /// Why a linear system was not solved.
 #[derive(Debug, Clone, thiserror::Error)]

@@ -91,3 +91,12 @@ pub fn add_product(a: &[f64], x: &[f64], y: &mut [f64]) {
         *y += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
     }
 }
+
+/// `y += scale Σ_k x_k A_k`, the rows of A, row-major: `y += scale Aᵀ x`.
+#[inline(always)]
+pub fn add_combined(scale: f64, x: &[f64], a: &[f64], y: &mut [f64]) {
+    for (x, row) in x.iter().zip(a.chunks_exact(y.len())) {
+        let factor = scale * x;
+        y.iter_mut().zip(row).for_each(|(y, a)| *y += factor * a);
+    }
+}

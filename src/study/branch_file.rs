@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::StudyError;
 use super::source::{self, StudyFileKind, check_values, override_of, refuse};
 use crate::measure::list::is_of_a_march;
+use crate::model::parameters::PolarityForm;
 use crate::names;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::schema::{self, Range};
@@ -121,6 +122,8 @@ pub struct BranchStudy {
     pub measure: String,
     /// How branches are followed.
     pub settings: BranchSettings,
+    /// Whether the polarity is in direct form on all of the branch, because the model needs that at one of its ends.
+    direct: bool,
     source: SceneSource,
 }
 
@@ -183,14 +186,17 @@ impl BranchStudy {
             // as in a scene, where measures have hyphens
             measure: file.measure.replace('-', "_"),
             settings,
+            direct: false,
             source,
         };
+        let mut direct = false;
         // both ends must be scenes, or every point near them would fail
         for value in [study.start, study.range[0], study.range[1]] {
             let scene = study.scene_at(value)?;
             study.check_measure(&crate::run::measures::columns(&scene.outputs, Some(&scene)))?;
+            direct |= !scene.parameters.is_hybrid();
         }
-        Ok(study)
+        Ok(Self { direct, ..study })
     }
 
     /// The measure must be one of the scene's columns that a steady state has.
@@ -227,7 +233,11 @@ impl BranchStudy {
         if !scene.has("steady") {
             scene.set("steady", "{}")?;
         }
-        Scene::check(scene).map_err(blame)
+        let mut scene = Scene::check(scene).map_err(blame)?;
+        if self.direct {
+            scene.parameters.form = PolarityForm::Direct;
+        }
+        Ok(scene)
     }
 
     /// The study as it was read, with its overrides; the path of its scene is absolute.

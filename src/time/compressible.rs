@@ -112,7 +112,7 @@ impl Sheet for Compressible {
         &self,
         equations: &Equations,
         y: Vec<f64>,
-        _: &Field,
+        _: Option<&Field>,
         phases: &mut Phases,
     ) -> Result<Trial, StepFailure> {
         let inputs = &equations.inputs;

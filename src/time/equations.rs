@@ -23,7 +23,7 @@ pub struct Trial {
     pub residual: Vec<f64>,
     /// `(R|M⁻¹R)^½`
     pub size: f64,
-    /// The flow that it was found from; empty where that does not matter.
+    /// The flow of the iterate before, if it was found from that.
     pub near: Vec<f64>,
     /// What the derivative of a compressible sheet needs of the evaluation.
     pub evaluated: Option<Arc<Evaluated>>,
@@ -59,15 +59,15 @@ impl<'m> Equations<'m> {
     /// # Errors
     /// A residual that is not finite; a flow that cannot be solved for; a density that is negative.
     pub fn evaluate(&self, y: Vec<f64>, phases: &mut Phases) -> Result<Trial, StepFailure> {
-        self.evaluate_near(y, &self.before, phases)
+        self.model.evaluate(self, y, None, phases)
     }
 
-    /// As [`Equations::evaluate`] with a flow that is closer than that before the step.
+    /// As [`Equations::evaluate`] within an iteration whose last flow is `near`.
     ///
     /// # Errors
     /// As [`Equations::evaluate`].
     pub fn evaluate_near(&self, y: Vec<f64>, near: &Field, phases: &mut Phases) -> Result<Trial, StepFailure> {
-        self.model.evaluate(self, y, near, phases)
+        self.model.evaluate(self, y, Some(near), phases)
     }
 
     /// `∂_t p` at a state by the formula of the step.

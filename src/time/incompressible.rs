@@ -115,7 +115,7 @@ impl Sheet for Incompressible {
         &self,
         equations: &Equations,
         y: Vec<f64>,
-        near: &Field,
+        near: Option<&Field>,
         phases: &mut Phases,
     ) -> Result<Trial, StepFailure> {
         let (inputs, before) = (&equations.inputs, &equations.before);

@@ -9,8 +9,8 @@ use super::equations::{Equations, Trial};
 use super::sheet::{Sheet, Tangent, Weights};
 use crate::model::fields::VELOCITY;
 use crate::model::lagged::{Lagged, Structure};
-use crate::solve::multifrontal::Precision;
 use crate::solve::SolveError;
+use crate::solve::multifrontal::Precision;
 use crate::space::Field;
 
 /// What is kept from step to step: factors of an earlier derivative.
@@ -39,7 +39,7 @@ pub struct Origin {
     /// GMRES iterations of the first solve with the factors (0 before it), and the surplus over it since.
     fresh: usize,
     surplus: usize,
-    /// The flow that the trial was found from; empty where that does not matter.
+    /// The flow of the iterate before, if the trial was found from that.
     near: Vec<f64>,
 }
 
@@ -152,11 +152,8 @@ impl KeptFactors {
         let before = Field::new(model.space(VELOCITY), origin.before.clone());
         let (weights, history) = (origin.weights, origin.history.clone());
         let equations = Equations { model, inputs, before, weights, history };
-        let near = match origin.near.is_empty() {
-            true => equations.before.clone(),
-            false => Field::new(model.space(VELOCITY), origin.near.clone()),
-        };
-        let Ok(trial) = equations.evaluate_near(origin.y.clone(), &near, &mut phases) else { return kept };
+        let near = (!origin.near.is_empty()).then(|| Field::new(model.space(VELOCITY), origin.near.clone()));
+        let Ok(trial) = model.evaluate(&equations, origin.y.clone(), near.as_ref(), &mut phases) else { return kept };
         let tangent = model.tangent(&equations, &trial, weights);
         if kept.factorise(model, &*tangent, &mut phases).is_ok() {
             kept.origin = Some(origin);

@@ -215,8 +215,9 @@ pub trait Sheet: Debug + Sync {
     /// # Errors
     /// A formula that is not finite.
     fn inputs(&self, t: f64) -> Result<Inputs, ExpressionError>;
-    /// The flow of `y` and the residual of its equations; `near` is a flow close by, from which the values of a polarity
-    /// in hybrid form on the faces are found.
+    /// The flow of `y` and the residual of its equations. The values of a polarity in hybrid form on the faces depend on
+    /// the flow, so both are found in turn: from the flow before the step until they agree to rounding, or, within an
+    /// iteration that brings them together, from the flow `near` by.
     ///
     /// # Errors
     /// A residual that is not finite; a flow that cannot be solved for; a density that is negative.
@@ -224,7 +225,7 @@ pub trait Sheet: Debug + Sync {
         &self,
         equations: &Equations,
         y: Vec<f64>,
-        near: &Field,
+        near: Option<&Field>,
         phases: &mut Phases,
     ) -> Result<Trial, StepFailure>;
     /// The derivative at a trial, with other weights than those of the equations.

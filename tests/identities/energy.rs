@@ -28,7 +28,7 @@ fn defect(model: &Incompressible, p: &Field) -> f64 {
             break;
         }
     }
-    let l = model.molecular(p, 0.0).unwrap();
+    let l = model.molecular(p, &v, 0.0).unwrap();
     let state = State::incompressible(v, pi, p.clone());
     let rate: Vec<f64> = model.polarity_residual(&state, 0.0).iter().map(|r| -r / m.peclet).collect();
     let gain = m.elasticity * dot(&l.values, &rate);

@@ -8,6 +8,7 @@ mod element;
 mod energy;
 mod fields;
 mod form;
+mod hybrid;
 mod limiter;
 mod measure;
 mod mesh_generate;

@@ -8,6 +8,7 @@ use monolayer::mesh::Mesh;
 use monolayer::model::fields::{POLARITY, PRESSURE, VELOCITY};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts, Structure};
+use monolayer::model::parameters::PolarityForm;
 use monolayer::model::tangent::Tangent;
 use monolayer::model::terms::factor;
 use monolayer::model::{Conditions, Description, ElasticForce, Parameters, VelocityCondition};
@@ -39,7 +40,7 @@ fn state(model: &Incompressible, seed: u64) -> State {
 fn cases() -> Vec<(Incompressible, &'static str)> {
     let kinds = [ElasticForce::Stress, ElasticForce::Energy];
     let build = |mesh: &Arc<Mesh>, elastic_force, condition: fn(&str) -> Conditions| {
-        let parameters = Parameters { elastic_force, ..PARAMETERS };
+        let parameters = Parameters { elastic_force, form: PolarityForm::Direct, ..PARAMETERS };
         Incompressible::new(mesh, &Description::new(mesh, parameters, condition)).expect("the model builds")
     };
     let on = |kind| {
@@ -47,7 +48,7 @@ fn cases() -> Vec<(Incompressible, &'static str)> {
     };
     // derivatives that mix the components across faces
     let factors = factor::of_kind(PARAMETERS.kind()).fold(PARAMETERS.factors, |all, factor| all.with(factor.key, 0.7));
-    let parameters = Parameters { factors, ..PARAMETERS };
+    let parameters = Parameters { factors, form: PolarityForm::Direct, ..PARAMETERS };
     let others =
         Incompressible::new(&square(2), &Description::new(&square(2), parameters, mixed)).expect("the model builds");
     kinds.into_iter().flat_map(on).chain([(others, "terms of other models")]).collect()

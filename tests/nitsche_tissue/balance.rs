@@ -97,7 +97,7 @@ fn walls_and_bodies_hold_each_other() {
     let state = state(&model, random(&model.polarity.space, 3));
     let (found, v, p) =
         (Reactions::of_incompressible(&model, &state, 0.0).unwrap(), &state[VELOCITY], &state[POLARITY]);
-    let l = model.molecular(p, 0.0).unwrap();
+    let l = model.molecular(p, v, 0.0).unwrap();
     let (holding, twists) = (model.carried(&state, 0.0).unwrap().holding, model.twists(&state, 0.0).unwrap());
     let inner = |x: &CellPoint| parameters.traction * p.vector(&x.site) - parameters.friction * v.vector(&x.site);
     let couple = |x: &CellPoint| parameters.elasticity * l.vector(&x.site).perp(&p.vector(&x.site));

@@ -127,7 +127,7 @@ fn the_energy_law_holds_around_a_fixed_disc() {
     for _ in 0..60 {
         (v, pi) = model.flow_of(&model.force(&p, &v, &inputs), &inputs).unwrap();
     }
-    let l = model.molecular(&p, 0.0).unwrap();
+    let l = model.molecular(&p, &v, 0.0).unwrap();
     let state = State::incompressible(v, pi, p.clone());
     let rate: Vec<f64> = model.polarity_residual(&state, 0.0).iter().map(|r| -r / m.peclet).collect();
     let gain = m.elasticity * dot(&l.values, &rate);

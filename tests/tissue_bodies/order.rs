@@ -74,7 +74,7 @@ fn errors(n: usize, degree: usize) -> [f64; 3] {
         let given = polarity.given(0.0);
         let here = At::new(&PARAMETERS, &p, &given).with_flow(&flow.space, Carrier::from(&flow));
         let mut r = tissue.vector(&Sum::of(&[POLARITY]).value(&here), &space);
-        let well = polarity.molecular_functional(tissue, &p, 0.0);
+        let well = polarity.molecular_functional(tissue, &p, None, 0.0);
         r.iter_mut().zip(&well).zip(&source).for_each(|((r, w), f)| *r = f - *r - w);
         let operator = polarity.tangent(tissue, 0.0, &here, &polarity.molecular_tangent(tissue, &p));
         let factors = polarity.precondition(&operator).unwrap();

@@ -202,9 +202,7 @@ impl Hybrid {
             Some(local) => (self.size.own.0 + local * self.size.face.0, self.size.face.0),
         };
         let ((row, rows), (column, columns)) = (range(rows), range(columns));
-        transposed(block, self.size.rows(), self.size.columns())
-            .view((column, row), (columns, rows))
-            .transpose()
+        transposed(block, self.size.rows(), self.size.columns()).view((column, row), (columns, rows)).transpose()
     }
 
     /// The inverse of what a face's rows have of its traces.

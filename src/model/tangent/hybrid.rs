@@ -6,20 +6,20 @@
 //! All of it is by cells: a cell knows its velocities, its polarity and the traces on its faces. Its polarity is
 //! eliminated, see [`crate::model::condensed`].
 
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::ForceTangent;
+use crate::form::Integrator;
 use crate::form::side::HybridSize;
 use crate::form::words::Vector;
-use crate::form::Integrator;
 use crate::model::State;
 use crate::model::fields::{POLARITY, VELOCITY};
 use crate::model::incompressible::{Force, Incompressible, SETTLED, is_same};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Hybrid;
 use crate::model::terms::{self, At, MOLECULAR, Sum};
-use crate::solve::rows::add_product;
+use crate::solve::axpy;
+use crate::solve::rows::{add_combined, add_product};
 use crate::space::Traces;
 
 /// The derivative of the equations of one step.
@@ -41,16 +41,30 @@ pub struct HybridTangent<'m> {
     drag_size: HybridSize,
 }
 
-/// The derivative on one cell, with rows and columns of the polarity (p), and of velocity and traces (c).
+/// The derivative on one cell, with rows and columns of the polarity (p), and of velocity and traces (c); row-major.
+#[derive(Debug, Default)]
 pub struct CellTangent {
     /// `∂R_p/∂p`
-    pub own: DMatrix<f64>,
+    pub own: Vec<f64>,
     /// `∂R_p/∂(v, p̂)`
-    pub by_others: DMatrix<f64>,
+    pub by_others: Vec<f64>,
     /// `∂(R_v, R_p̂)/∂p`
-    pub of_others: DMatrix<f64>,
+    pub of_others: Vec<f64>,
     /// `∂(R_v, R_p̂)/∂(v, p̂)` without the matrix of the flow.
-    pub others: DMatrix<f64>,
+    pub others: Vec<f64>,
+    /// `F_L M⁻¹`
+    pushed: Vec<f64>,
+}
+
+impl CellTangent {
+    fn restart(&mut self, [m, nv, nt]: [usize; 3]) {
+        let c = nv + nt;
+        let parts = [&mut self.own, &mut self.by_others, &mut self.of_others, &mut self.others, &mut self.pushed];
+        for (part, size) in parts.into_iter().zip([m * m, m * c, c * m, c * c, nv * m]) {
+            part.clear();
+            part.resize(size, 0.0);
+        }
+    }
 }
 
 impl<'m> HybridTangent<'m> {
@@ -63,7 +77,8 @@ impl<'m> HybridTangent<'m> {
         let (loops, p, v) = (model.tissue(), &state[POLARITY], &state[VELOCITY]);
         let (space, velocity, skeleton) = (&*model.polarity.space, &*model.momentum.velocity, &*hybrid.skeleton);
         let traces = model.traces(p, v, t).expect("values on faces");
-        let (given, l) = (model.given(t), model.projected(&model.polarity.molecular_functional(loops, p, Some(&traces), t)));
+        let (given, l) =
+            (model.given(t), model.projected(&model.polarity.molecular_functional(loops, p, Some(&traces), t)));
         let l = (model.parameters.elasticity != 0.0).then_some(l);
         let at = At::new(&model.parameters, p, &given)
             .with_flow(velocity, v.into())
@@ -87,74 +102,70 @@ impl<'m> HybridTangent<'m> {
         [2 * n, self.drag_size.own.1, 6 * self.hybrid.skeleton.modes()]
     }
 
-    /// Place of a row or column of one component among those of polarity and traces.
-    fn place(&self, k: usize, component: usize) -> usize {
-        let (n, modes) = (self.hybrid.size.own.0, self.hybrid.skeleton.modes());
-        match k.checked_sub(n) {
-            None => component * n + k,
-            Some(k) => 2 * n + (k / modes) * 2 * modes + component * modes + k % modes,
-        }
+    /// The derivative on a cell.
+    pub fn of_cell(&self, cell: usize, out: &mut CellTangent) {
+        out.restart(self.sizes());
+        self.add_alike(cell, out);
+        let [m, nv, nt] = self.sizes();
+        let c = nv + nt;
+        let mixed = &self.mixed[cell * m * m..(cell + 1) * m * m];
+        out.own.iter_mut().zip(mixed).for_each(|(a, b)| *a += b);
+        let size = self.drag_size.rows() * nv;
+        let drag = &self.drag[cell * size..(cell + 1) * size];
+        let rows = out.by_others.chunks_exact_mut(c).chain(out.others[nv * c..].chunks_exact_mut(c));
+        rows.zip(drag.chunks_exact(nv)).for_each(|(row, drag)| row[..nv].copy_from_slice(drag));
+        self.add_force(cell, out);
     }
 
-    /// The derivative on a cell.
-    pub fn of_cell(&self, cell: usize) -> CellTangent {
+    /// What acts on both components alike.
+    fn add_alike(&self, cell: usize, out: &mut CellTangent) {
         let [m, nv, nt] = self.sizes();
-        let mut own = DMatrix::zeros(m, m);
-        let (mut by_others, mut of_others) = (DMatrix::zeros(m, nv + nt), DMatrix::zeros(nv + nt, m));
-        let mut others = DMatrix::zeros(nv + nt, nv + nt);
-        let columns = self.hybrid.size.columns();
+        let (n, c, modes, columns) = (m / 2, nv + nt, nt / 6, self.hybrid.size.columns());
         let alike = &self.alike[cell * columns * columns..(cell + 1) * columns * columns];
-        for (k, value) in alike.iter().enumerate() {
-            for c in 0..2 {
-                let (i, j) = (self.place(k / columns, c), self.place(k % columns, c));
-                match (i < m, j < m) {
-                    (true, true) => own[(i, j)] = *value,
-                    (true, false) => by_others[(i, nv + j - m)] = *value,
-                    (false, true) => of_others[(nv + i - m, j)] = *value,
-                    (false, false) => others[(nv + i - m, nv + j - m)] = *value,
+        for (i, row) in alike.chunks_exact(columns).enumerate() {
+            for component in 0..2 {
+                let (own, others) = match i.checked_sub(n) {
+                    None => {
+                        let i = component * n + i;
+                        (&mut out.own[i * m..(i + 1) * m], &mut out.by_others[i * c..(i + 1) * c])
+                    }
+                    Some(k) => {
+                        let i = nv + (2 * (k / modes) + component) * modes + k % modes;
+                        (&mut out.of_others[i * m..(i + 1) * m], &mut out.others[i * c..(i + 1) * c])
+                    }
+                };
+                own[component * n..(component + 1) * n].copy_from_slice(&row[..n]);
+                for (local, seen) in row[n..].chunks_exact(modes).enumerate() {
+                    others[nv + (2 * local + component) * modes..][..modes].copy_from_slice(seen);
                 }
             }
         }
-        for (k, value) in self.mixed[cell * m * m..(cell + 1) * m * m].iter().enumerate() {
-            own[(k / m, k % m)] += value;
-        }
-        let size = self.drag_size.rows() * nv;
-        for (k, value) in self.drag[cell * size..(cell + 1) * size].iter().enumerate() {
-            let (i, j) = (k / nv, k % nv);
-            match i < m {
-                true => by_others[(i, j)] = *value,
-                false => others[(nv + i - m, j)] = *value,
-            }
-        }
-        self.add_force(cell, &mut of_others, &mut others);
-        CellTangent { own, by_others, of_others, others }
     }
 
     /// `−F′ = −(F_p + F_L M⁻¹ Λ′)` by polarity and traces.
-    fn add_force(&self, cell: usize, of_others: &mut DMatrix<f64>, others: &mut DMatrix<f64>) {
+    fn add_force(&self, cell: usize, out: &mut CellTangent) {
         let [m, nv, nt] = self.sizes();
-        let rows = |block: &[f64]| DMatrix::from_row_slice(nv, m, block);
-        let mut by_polarity = of_others.rows_mut(0, nv);
-        by_polarity -= rows(self.force.by_polarity.own_of(cell));
+        let (n, c, modes, columns) = (m / 2, nv + nt, nt / 6, self.hybrid.size.columns());
+        let CellTangent { of_others, others, pushed, .. } = out;
+        of_others.iter_mut().zip(self.force.by_polarity.own_of(cell)).for_each(|(a, b)| *a -= b);
         let Some(by_field) = &self.force.by_field else { return };
-        let (mut pushed, inverse, n) = (rows(by_field.own_of(cell)), self.model.polarity.projection_of(cell), m / 2);
-        for c in [0, n] {
-            let part = pushed.columns(c, n) * &inverse;
-            pushed.columns_mut(c, n).copy_from(&part);
+        let inverse = self.model.polarity.projection_block(cell);
+        for (field, pushed) in by_field.own_of(cell).chunks_exact(n).zip(pushed.chunks_exact_mut(n)) {
+            add_combined(1.0, field, inverse, pushed);
         }
-        by_polarity -= &pushed * DMatrix::from_row_slice(m, m, &self.well[cell * m * m..(cell + 1) * m * m]);
-        let columns = self.hybrid.size.columns();
+        let well = &self.well[cell * m * m..(cell + 1) * m * m];
         let constant = &self.hybrid.constant[cell * columns * columns..][..n * columns];
-        let constant = DMatrix::from_row_slice(n, columns, constant);
-        let (cells, faces, modes) = (constant.columns(0, n), constant.columns(n, nt / 2), nt / 6);
-        for c in 0..2 {
-            let part = pushed.columns(c * n, n);
-            let mut out = of_others.view_mut((0, c * n), (nv, n));
-            out -= part * cells;
-            let seen = part * faces;
-            for local in 0..3 {
-                let mut out = others.view_mut((0, nv + (2 * local + c) * modes), (nv, modes));
-                out -= seen.columns(local * modes, modes);
+        let mut seen = vec![0.0; columns];
+        for (i, pushed) in pushed.chunks_exact(m).enumerate() {
+            let row = &mut of_others[i * m..(i + 1) * m];
+            add_combined(-1.0, pushed, well, row);
+            for component in 0..2 {
+                seen.fill(0.0);
+                add_combined(-1.0, &pushed[component * n..(component + 1) * n], constant, &mut seen);
+                axpy(1.0, &seen[..n], &mut row[component * n..(component + 1) * n]);
+                for (local, seen) in seen[n..].chunks_exact(modes).enumerate() {
+                    axpy(1.0, seen, &mut others[i * c + nv + (2 * local + component) * modes..][..modes]);
+                }
             }
         }
     }

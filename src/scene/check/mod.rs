@@ -47,8 +47,9 @@ pub(super) fn check(source: SceneSource) -> Result<Scene, SceneError> {
     checker.keys_of_kind()?;
     let (full, preset) = presets::fill(&source).map_err(|error| *error)?;
     let mut file = full.tables::<SceneFile>().map_err(|found| found.1)?;
-    let parameters = file.model.check().map_err(|error| checker.model("model", error))?;
+    let mut parameters = file.model.check().map_err(|error| checker.model("model", error))?;
     file.model = file.model.resolved().map_err(|error| checker.model("model", error))?;
+    parameters.form = checker.polarity_form(&mut file, &parameters)?;
     let space = checker.space(&mut file.space, parameters.kind())?;
     checker.curved_where_it_turns(&mut file.mesh, space.velocity, file.boundary.values().map(|table| &table.velocity));
     checker.mesh(&mut file.mesh)?;

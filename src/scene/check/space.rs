@@ -2,9 +2,10 @@
 
 use super::{CONSTANT_DENSITY, Checker, WRONG_KIND};
 use crate::element::MAX_DEGREE;
-use crate::model::{Degrees, ModelKind};
+use crate::model::parameters::PolarityForm;
+use crate::model::{Degrees, ModelKind, Parameters};
 use crate::scene::error::SceneError;
-use crate::scene::tables::{DegreeTable, SpaceTable, WallsName};
+use crate::scene::tables::{DegreeTable, SceneFile, SpaceTable, WallsName};
 use crate::scene::{SlipTreatment, Space};
 
 impl Checker<'_> {
@@ -34,6 +35,25 @@ impl Checker<'_> {
             WallsName::Penalty => SlipTreatment::Penalty { epsilon },
         };
         Ok(Space { velocity, pressure, density, polarity, slip })
+    }
+
+    /// The form that the polarity has: the hybrid one where nothing is said and nothing forbids it.
+    pub(super) fn polarity_form(
+        &self,
+        file: &mut SceneFile,
+        parameters: &Parameters,
+    ) -> Result<PolarityForm, SceneError> {
+        let bodies = !file.body.is_empty() || !file.bodies.is_empty();
+        let cut = bodies.then_some("bodies in the tissue cut its cells");
+        let forbidden = parameters.keeps_direct().or(cut);
+        let (given, hint) = (file.model.polarity_form, "take polarity_form = \"direct\", or leave it out");
+        let fits = given != Some(PolarityForm::Hybrid) || forbidden.is_none();
+        self.require(fits, "model.polarity_form", "\"hybrid\"", forbidden.unwrap_or_default(), hint)?;
+        let form = match forbidden {
+            Some(_) => PolarityForm::Direct,
+            None => given.unwrap_or_default(),
+        };
+        Ok(*file.model.polarity_form.insert(form))
     }
 
     /// `ε_r`, whether slip is imposed by it or not.
