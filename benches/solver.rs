@@ -11,10 +11,11 @@ use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
 use monolayer::form::upwind::Carrier;
 use monolayer::form::{mass, stokes};
+use monolayer::model::condensed::Condensed;
 use monolayer::model::fields::{POLARITY, VELOCITY};
 use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::{Lagged, Parts, Structure};
-use monolayer::model::tangent::Tangent;
+use monolayer::model::tangent::{HybridTangent, Tangent};
 use monolayer::model::terms::At;
 use monolayer::run::Setup;
 use monolayer::scene::{Scene, SceneSource};
@@ -32,13 +33,13 @@ const PRECISIONS: [(Precision, [&str; 2]); 2] = [
 /// Steps before the state at which everything is measured: the BDF has its order, and Newton's method its factors.
 const STEPS: usize = 3;
 
-/// The strip of the study with a coupling, on the mesh that the environment asks for.
-fn strip(coupling: &str) -> Scene {
+/// The strip of the study with a coupling and a form of the polarity, on the mesh that the environment asks for.
+fn strip(coupling: &str, form: &str) -> Scene {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/strip/strip.toml");
     let mut source = SceneSource::read(&file).expect("the study can be read");
     let full = std::env::var("MONOLAYER_BENCH").is_ok_and(|size| size == "full");
     let mesh: &[(&str, &str)] = if full { &[] } else { &[("mesh.h", "2.0"), ("mesh.h_disc", "0.4")] };
-    for (key, value) in [("coupling.kind", coupling)].iter().chain(mesh) {
+    for (key, value) in [("coupling.kind", coupling), ("model.polarity_form", form)].iter().chain(mesh) {
         source.set(key, value).expect("the study has this key");
     }
     Scene::check(source).expect("the scene is good")
@@ -52,8 +53,8 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(coupling: &str) -> Self {
-        let scene = strip(coupling);
+    fn new(coupling: &str, form: &str) -> Self {
+        let scene = strip(coupling, form);
         let setup = Setup::new(&scene).expect("the model builds");
         let mut march = setup.start(&scene).expect("the start is good");
         for _ in 0..STEPS {
@@ -90,6 +91,38 @@ impl Bench {
     fn tangent<'s>(&'s self, state: &'s State) -> Tangent<'s> {
         Tangent::new(self.model(), state, &state[VELOCITY], self.weight(), self.after.t)
     }
+}
+
+/// The hybrid form: derivative, condensation, factors, a solve with them, and a product with the condensed matrix.
+fn hybrid(criterion: &mut Criterion, bench: &Bench) {
+    let (model, state) = (bench.model(), &bench.state());
+    let new = || HybridTangent::new(model, state, bench.weight(), bench.after.t);
+    let condense = |tangent| Condensed::new(model.frame(), tangent).expect("the cells are regular");
+    let mut group = group(criterion, "hybrid", 5);
+    group.bench_function(bench.id("tangent"), |b| b.iter(new));
+    let tangent = new();
+    group.bench_function(bench.id("condense"), |b| b.iter(|| condense(&tangent)));
+    let condensed = condense(&tangent);
+    let structure = Structure::new("coupled", &model.layout()).expect("the structure is sound");
+    let right = model.polarity.mass_times(&state[POLARITY].values);
+    for (precision, [new, renew, solve]) in [
+        (Precision::Double, ["coupled new", "coupled renew", "coupled solve"]),
+        (Precision::Single, ["coupled single new", "coupled single renew", "coupled single solve"]),
+    ] {
+        let make = || Lagged::new(&structure, &condensed, precision).expect("the matrix is regular");
+        group.bench_function(bench.id(new), |b| b.iter(make));
+        let mut lagged = make();
+        group.bench_function(bench.id(renew), |b| {
+            b.iter(|| lagged.renew(&condensed).expect("the matrix is regular"));
+        });
+        group.bench_function(bench.id(solve), |b| {
+            b.iter_batched_ref(|| right.clone(), |r| lagged.solve(r), BatchSize::LargeInput);
+        });
+    }
+    let x = condensed.eliminated().forward(&right);
+    let mut y = vec![0.0; x.len()];
+    group.bench_function(bench.id("product"), |b| b.iter(|| condensed.times(&x, &mut y)));
+    group.finish();
 }
 
 /// Few samples: one of them may take a second. Each benchmark of the group is given some seconds, or what ten samples
@@ -185,12 +218,17 @@ fn step(criterion: &mut Criterion, name: &str, bench: &Bench) {
 }
 
 fn all(criterion: &mut Criterion) {
-    let newton = Bench::new("newton");
+    let newton = Bench::new("newton", "direct");
     assemble(criterion, &newton);
     factorise(criterion, &newton);
     solve(criterion, &newton);
     step(criterion, "newton", &newton);
-    step(criterion, "anderson", &Bench::new("anderson"));
+    step(criterion, "anderson", &Bench::new("anderson", "direct"));
+    drop(newton);
+    let newton = Bench::new("newton", "hybrid");
+    hybrid(criterion, &newton);
+    step(criterion, "hybrid newton", &newton);
+    step(criterion, "hybrid anderson", &Bench::new("anderson", "hybrid"));
 }
 
 criterion_group!(benches, all);

@@ -2,12 +2,14 @@
 
 mod bodies;
 mod force;
+mod hybrid;
 mod law;
 
 use std::sync::{Arc, OnceLock};
 
 pub use self::force::Force;
 use self::force::check_tractions;
+pub use self::hybrid::{PASSES, Settling};
 use super::boundary::{Conditions, Held};
 use super::condensed::Frame;
 pub use super::description::{Degrees, Description};
@@ -74,17 +76,6 @@ pub struct Incompressible {
     structure: Found,
     /// What elements in hybrid form have in all states, once somebody has asked for it.
     frame: OnceLock<Arc<Frame>>,
-}
-
-/// Most passes between flow and traces until they agree.
-pub(super) const SETTLED: usize = 30;
-
-/// Whether two flows agree so far that the traces, which depend on them by the jumps of slopes alone, agree to
-/// rounding: a pass lowers the difference by four digits and more.
-pub(super) fn is_same(a: &[f64], b: &[f64]) -> bool {
-    let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-    let off = a.iter().zip(b).fold(0.0_f64, |off, (a, b)| off.max((a - b).abs()));
-    off <= 1e-8 * size(b)
 }
 
 impl State {
@@ -230,36 +221,6 @@ impl Incompressible {
         force
     }
 
-    /// The values of the polarity on the faces in a flow, where it is in hybrid form.
-    pub fn traces(&self, p: &Field, flow: &Field, t: f64) -> Option<Traces> {
-        self.polarity.hybrid().map(|hybrid| {
-            let given = self.given(t);
-            let at = At::new(&self.parameters, p, &given).with_flow(&self.momentum.velocity, Carrier::from(flow));
-            hybrid.traces(self.tissue(), &at)
-        })
-    }
-
-    /// `(1/B)(L_h|q)` as a functional; in hybrid form it depends on the flow by the values on the faces   [7.10]
-    pub fn molecular_functional(&self, p: &Field, flow: &Field, t: f64) -> Vec<f64> {
-        self.polarity.molecular_functional(self.tissue(), p, self.traces(p, flow, t).as_ref(), t)
-    }
-
-    /// `Δ_h p` at a state   [7.2]
-    pub fn laplacian(&self, state: &State, t: f64) -> Field {
-        let (v, p) = (&state[VELOCITY], &state[POLARITY]);
-        self.polarity.laplacian(self.tissue(), p, self.traces(p, v, t).as_ref(), t)
-    }
-
-    /// `L_h/B` of a functional.
-    pub fn projected(&self, functional: &[f64]) -> Field {
-        Field::new(&self.polarity.space, self.polarity.project(functional))
-    }
-
-    /// `L_h/B` where the model has elasticity; in hybrid form it depends on the flow by the values on the faces.
-    pub fn molecular(&self, p: &Field, flow: &Field, t: f64) -> Option<Field> {
-        (self.parameters.elasticity != 0.0).then(|| self.projected(&self.molecular_functional(p, flow, t)))
-    }
-
     /// All forces of the polarity `p` and from outside   [7.11a]
     pub fn force(&self, p: &Field, sides: &Field, inputs: &Inputs) -> Force {
         self.force_of(p, self.molecular(p, sides, inputs.t).as_ref(), sides, inputs)
@@ -305,14 +266,14 @@ impl Incompressible {
         // Traces depend on the flow, though little
         let passes = match (self.parameters.elastic_force, self.polarity.hybrid()) {
             (ElasticForce::Energy, _) => 4,
-            (ElasticForce::Stress, Some(_)) => SETTLED,
+            (ElasticForce::Stress, Some(_)) => PASSES,
             (ElasticForce::Stress, None) => 1,
         };
-        let mut pi = Field::zero(&self.momentum.pressure);
+        let (mut pi, mut settling) = (Field::zero(&self.momentum.pressure), Settling::new());
         for _ in 0..passes {
             let last;
             (last, (flow, pi)) = (flow.clone(), self.flow_of(&self.force(p, &flow, &inputs), &inputs)?);
-            if is_same(&last.values, &flow.values) {
+            if settling.is_over(&last.values, &flow.values) {
                 break;
             }
         }
@@ -400,15 +361,6 @@ impl Incompressible {
     /// As [`Structure::new`].
     pub fn structure(&self) -> Result<&Structure, SolveError> {
         self.structure.of(&self.layout())
-    }
-
-    /// What the elements of a model in hybrid form have in all states.
-    ///
-    /// # Panics
-    /// A model that is not in hybrid form.
-    pub fn frame(&self) -> &Arc<Frame> {
-        let hybrid = || self.polarity.hybrid().expect("a model in hybrid form");
-        self.frame.get_or_init(|| Arc::new(Frame::new(self, hybrid())))
     }
 
     /// Keeps a structure that was found from the same layout; a later one changes nothing.

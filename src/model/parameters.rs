@@ -44,11 +44,21 @@ pub struct DensityLaw {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PolarityForm {
-    /// By values on their faces, see [`crate::form::hybrid`]: where the model has that, otherwise directly.
+    /// By values on their faces, which halves the factors of the coupled matrix.
     #[default]
     Hybrid,
     /// By jumps and means of their own values.
     Direct,
+}
+
+impl PolarityForm {
+    /// As in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            PolarityForm::Hybrid => "hybrid",
+            PolarityForm::Direct => "direct",
+        }
+    }
 }
 
 /// Checked parameters of the model.

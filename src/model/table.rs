@@ -56,7 +56,7 @@ pub struct ModelScene {
     pub elastic_force: Option<ElasticForce>,
     /// How the cells of the polarity see one another.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-default" = "`hybrid` where the model has that"))]
+    #[schemars(extend("x-default" = "`\"hybrid\"` where the model has that"))]
     pub polarity_form: Option<PolarityForm>,
     /// Isotropic active stress, `S_a'`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

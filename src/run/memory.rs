@@ -206,7 +206,8 @@ impl Work<'_> {
         let polarity = polarity_of(layout);
         let (n, np) = (polarity.n as f64, layout.pressure.map_or(0, |space| space.n) as f64);
         let (columns, rows) = (polarity.cell_dof_count() as f64, layout.velocity.cell_dof_count() as f64);
-        let vector = NUMBER * layout.carried_count() as f64;
+        let carried: usize = layout.carried.iter().flatten().map(|space| space.dof_count()).sum();
+        let vector = NUMBER * carried as f64;
         let m = &scene.parameters;
         // blocks of a cell and its neighbours, whole ones where a term mixes the components across faces
         let blocks = |lists: &[&'static [Term<Vector>]]| if Sum::of(lists).is_wide(m) { 7.0 + 12.0 } else { 7.0 };

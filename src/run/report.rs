@@ -16,6 +16,7 @@ use super::memory::{self, Unknowns};
 use super::stepper::{Purpose, Wanted};
 use super::{RunError, cuts, maps, setup};
 use crate::mesh::quality::Quality;
+use crate::model::parameters::PolarityForm;
 use crate::model::{ModelKind, TermStatus, rotation};
 use crate::scene::Scene;
 use crate::scene::presets::MEASURED;
@@ -97,6 +98,8 @@ pub struct Report {
     pub volume_unknowns: usize,
     /// Of p.
     pub polarity_unknowns: usize,
+    /// How its cells see one another.
+    pub polarity_form: PolarityForm,
     /// Of the linear system of the flow.
     pub flow_unknowns: usize,
     /// Estimate of the peak memory of a run.
@@ -185,6 +188,7 @@ fn judge(scene: &Scene, available: Option<f64>) -> Result<Report, RunError> {
         },
         volume_unknowns: count.unknowns[1] as usize,
         polarity_unknowns: count.unknowns[2] as usize,
+        polarity_form: scene.parameters.form,
         flow_unknowns: count.unknowns[3] as usize,
         remarks,
         refused: refusals(lacking),
@@ -302,6 +306,7 @@ impl fmt::Display for Report {
         ] {
             writeln!(out, "  {name:<14} {count}")?;
         }
+        writeln!(out, "  {:<14} {}", "polarity form", self.polarity_form.name())?;
         if let Some(steps) = self.steps {
             writeln!(out, "\nsteps   {steps} of the full length")?;
         }

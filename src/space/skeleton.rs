@@ -111,7 +111,10 @@ impl Traces {
     pub fn at(&self, face: usize, s: f64) -> Point {
         let (basis, modes) = (self.skeleton.values(s), self.skeleton.modes());
         let first = self.skeleton.place(face).expect("an inner face") * 2 * modes;
-        let component = |c: usize| crate::solve::dot(&self.values[first + c * modes..][..modes], &basis[..modes]);
+        let component = |c: usize| {
+            let values = &self.values[first + c * modes..][..modes];
+            values.iter().zip(&basis).map(|(v, b)| v * b).sum::<f64>()
+        };
         Point::new(component(0), component(1))
     }
 }

@@ -1,9 +1,10 @@
 //! Pseudo-arclength continuation: steady states `R(p, μ) = 0` along a curve that may turn back in μ (Keller 1977).
 
 use super::pseudo::{Stall, Work};
+use super::spectrum::any_direction;
 use crate::model::State;
 use crate::model::fields::VELOCITY;
-use crate::solve::{axpy, dot, root};
+use crate::solve::{SolveError, axpy, dot, root};
 use crate::time::equations::{Equations, Trial};
 use crate::time::kept_factors::{Linearised, correction};
 use crate::time::{Sheet, StepFailure, Weights};
@@ -189,7 +190,30 @@ pub fn slope(family: &Family, at: &Place, work: &mut Work) -> Result<Vec<f64>, S
     Ok(up.iter().zip(&down).map(|(u, d)| (u - d) / (above - below)).collect())
 }
 
-/// The direction of the branch at a place, on the side of `ahead` or of growing ξ, not yet of length 1.
+/// A disturbance that decays or grows slower than this, per time, stays for rounding.
+const STANDS_STILL: f64 = 1e-9;
+
+/// Refuses a derivative that is singular to rounding: an inverse-power step from a direction that favours nothing.
+///
+/// # Errors
+/// As [`Linearised::solve`], and where a disturbance neither decays nor grows.
+fn check_regular(equations: &Equations, trial: &Trial, work: &mut Work) -> Result<(), StepFailure> {
+    let model = equations.model;
+    let any = any_direction(model.carried_len(), 1);
+    let right = model.inertia_times(&trial.state, &any);
+    let linearised = Linearised::new(equations, trial, Weights::default(), work.phases);
+    let (image, _) = linearised.solve(work.kept, &right, REDUCTION, work.phases)?;
+    let size = |y: &[f64]| root(dot(y, &model.mass_times(y)));
+    let growth = size(&image) / size(&any);
+    if growth < 1.0 / STANDS_STILL {
+        return Ok(());
+    }
+    let (system, hint) = ("Newton".to_owned(), "choose another state".to_owned());
+    Err(SolveError::Inaccurate { system, residual: growth * f64::EPSILON, hint }.into())
+}
+
+/// The direction of the branch at a place, on the side of `ahead` or of growing ξ, not yet of length 1; where a branch
+/// `begins`, the derivative must not be singular, but for what is conserved.
 ///
 /// # Errors
 /// A model that cannot be set up there; a linear system that cannot be solved.
@@ -197,12 +221,16 @@ pub fn direction(
     family: &Family,
     at: &Place,
     slope: &[f64],
+    begins: bool,
     work: &mut Work,
 ) -> Result<(Direction, Box<dyn Sheet>), Stall> {
     let model = family.at(at.xi)?;
     let y = {
         let equations = Equations::stationary(&*model, &at.state[VELOCITY], 0.0)?;
         let trial = equations.evaluate(at.state.carried(), work.phases)?;
+        if begins && !model.conserves() {
+            check_regular(&equations, &trial, work)?;
+        }
         along(&equations, &trial, slope, work)?
     };
     Ok((Direction { y, xi: 1.0 }, model))

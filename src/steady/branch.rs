@@ -170,7 +170,7 @@ pub fn follow(
 ) -> Result<Followed, Stall> {
     let start = &starts[0];
     let first = slope(family, start, &mut work)?;
-    let (along, model) = direction(family, start, &first, &mut work)?;
+    let (along, model) = direction(family, start, &first, true, &mut work)?;
     // the change of what is carried over the whole range counts as much as the range; states that hardly change need no
     // finer steps
     let size = |y: &[f64]| root(crate::solve::dot(y, &model.mass_times(y)));
@@ -263,7 +263,7 @@ impl Walk<'_, '_> {
         corrections: usize,
     ) -> Result<Station, Stall> {
         let slope = slope(self.family, &place, &mut self.work)?;
-        let (along, model) = direction(self.family, &place, &slope, &mut self.work)?;
+        let (along, model) = direction(self.family, &place, &slope, behind.is_none(), &mut self.work)?;
         let mut ahead = self.metric.unit(&*model, along);
         if behind.is_some_and(|behind| self.metric.product(&*model, &ahead, behind) < 0.0) {
             ahead.y.iter_mut().for_each(|v| *v = -*v);

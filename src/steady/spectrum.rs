@@ -340,7 +340,7 @@ fn is_new(model: &dyn Sheet, known: &[Mode], mode: &Mode) -> bool {
 }
 
 /// A start that favours no symmetry; the same in every run.
-fn any_direction(len: usize, seed: u64) -> Vec<f64> {
+pub(super) fn any_direction(len: usize, seed: u64) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     (0..len).map(|_| random.random_range(-1.0..1.0)).collect()
 }

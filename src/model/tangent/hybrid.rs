@@ -14,7 +14,7 @@ use crate::form::side::HybridSize;
 use crate::form::words::Vector;
 use crate::model::State;
 use crate::model::fields::{POLARITY, VELOCITY};
-use crate::model::incompressible::{Force, Incompressible, SETTLED, is_same};
+use crate::model::incompressible::{Force, Incompressible, PASSES, Settling};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Hybrid;
 use crate::model::terms::{self, At, MOLECULAR, Sum};
@@ -179,9 +179,10 @@ impl<'m> HybridTangent<'m> {
         let [m, nv, _] = self.sizes();
         let mut v = vec![0.0; self.model.momentum.velocity.dof_count()];
         let mut traces = self.traces_of(phi, &v);
-        for _ in 0..SETTLED {
+        let mut settling = Settling::new();
+        for _ in 0..PASSES {
             let (next, _) = self.model.change_of_flow(&self.force_of(phi, &traces))?;
-            let settled = is_same(&v, &next);
+            let settled = settling.is_over(&v, &next);
             v = next;
             traces = self.traces_of(phi, &v);
             if settled || self.force.by_field.is_none() {

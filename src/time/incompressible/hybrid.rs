@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use crate::model::State;
 use crate::model::condensed::{Condensed, Eliminated};
 use crate::model::fields::VELOCITY;
-use crate::model::incompressible::Incompressible;
+use crate::model::incompressible::{Incompressible, PASSES, Settling};
 use crate::model::lagged::{Elements, Lagged};
 use crate::model::momentum::MomentumError;
 use crate::model::polarity::Hybrid;
@@ -19,16 +19,6 @@ use crate::time::coupling::StepFailure;
 use crate::time::equations::{Equations, Trial};
 use crate::time::sheet::{KRYLOV_LIMIT, Solved, Tangent};
 
-/// Within an iteration flow and traces agree when a pass changes the flow by less than this share: traces follow the
-/// flow by the jumps of slopes alone, so what is left is smaller by several digits, and falls with the corrections.
-const AGREE: f64 = 1e-3;
-
-/// As [`AGREE`] where nothing brings them closer afterwards.
-const SETTLED: f64 = 1e-8;
-
-/// Most passes between flow and traces.
-const PASSES: usize = 12;
-
 impl Incompressible {
     /// Adds `Pe ∂_t p` by the formula of the step.
     pub(super) fn add_rate(&self, equations: &Equations, p: &Field, r: &mut [f64]) {
@@ -37,7 +27,8 @@ impl Incompressible {
         axpy(self.parameters.peclet, &self.polarity.inertia_times(&rate), r);
     }
 
-    /// As `evaluate` of a sheet: passes between flow and traces, from a flow close by, until they agree.
+    /// As `evaluate` of a sheet: flow and traces in turn, from the flow before the step until they agree, or once from
+    /// the flow of the last iterate.
     pub(super) fn evaluate_hybrid(
         &self,
         hybrid: &Hybrid,
@@ -52,7 +43,7 @@ impl Incompressible {
         let mut well = phases.measure("residual", || self.polarity.molecular_functional(loops, &p, Some(&traces), t));
         let (mut v, mut pi);
         let mut last = v0;
-        let mut passes = 0;
+        let (mut passes, mut settling) = (0, Settling::new());
         loop {
             let force = phases.measure("force", || {
                 let l = elastic.then(|| self.projected(&well));
@@ -66,8 +57,10 @@ impl Incompressible {
             });
             traces = next;
             passes += 1;
-            let agree = if near.is_some() { AGREE } else { SETTLED };
-            if !elastic || passes == PASSES || is_near(&v.values, &last.values, agree) {
+            // from the last iterate one pass is enough: what is left is a small share of the change of the flow, and
+            // falls with it from iterate to iterate
+            let enough = near.is_some() || passes == PASSES;
+            if !elastic || enough || settling.is_over(&last.values, &v.values) {
                 break;
             }
             last = v;
@@ -81,11 +74,6 @@ impl Incompressible {
         let trial = equations.trial(p.values.clone(), State::incompressible(v, pi, p), residual)?;
         Ok(Trial { near: near.map_or_else(Vec::new, |near| near.values.clone()), ..trial })
     }
-}
-
-fn is_near(a: &[f64], b: &[f64], share: f64) -> bool {
-    let off: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
-    off <= (share * norm(a)).powi(2)
 }
 
 /// The derivative, and the condensed matrix once somebody asks.
