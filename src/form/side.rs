@@ -66,16 +66,19 @@ impl<J: Jet> Side<J> {
     }
 }
 
+type BilinearIntegrand<'a> = Box<dyn Fn(&SidePoint, &mut Stencil) + Sync + 'a>;
+type LinearIntegrand<'a> = Box<dyn Fn(&SidePoint, &mut Weights) + Sync + 'a>;
+
 pub(super) struct BilinearSide<'a> {
     pub scale: f64,
     pub degree: usize,
-    integrand: Box<dyn Fn(&SidePoint, &mut Stencil) + Sync + 'a>,
+    integrand: BilinearIntegrand<'a>,
 }
 
 pub(super) struct LinearSide<'a> {
     pub scale: f64,
     pub degree: usize,
-    integrand: Box<dyn Fn(&SidePoint, &mut Weights) + Sync + 'a>,
+    integrand: LinearIntegrand<'a>,
 }
 
 impl<'a, U: Jet, V: Jet> Bilinear<'a, U, V> {

@@ -33,7 +33,8 @@ impl Settling {
         let known = self.last.is_finite() && ratio < 0.5;
         self.last = step;
         let left = if known { step * ratio / (1.0 - ratio) } else { step };
-        left <= 1e-14 * size(now)
+        // small steps are rounding, which does not fall any more
+        step <= 1e-12 * size(now) || left <= 1e-14 * size(now)
     }
 }
 
