@@ -44,7 +44,7 @@ pub struct DensityLaw {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PolarityForm {
-    /// By values on their faces, which halves the factors of the coupled matrix.
+    /// By values on their faces, which leaves a third of the factors of the coupled matrix.
     #[default]
     Hybrid,
     /// By jumps and means of their own values.

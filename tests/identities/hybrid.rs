@@ -13,7 +13,7 @@ use monolayer::model::incompressible::{Incompressible, State};
 use monolayer::model::lagged::Lagged;
 use monolayer::model::parameters::PolarityForm;
 use monolayer::model::tangent::HybridTangent;
-use monolayer::model::terms::At;
+use monolayer::model::terms::{At, factor};
 use monolayer::model::{Conditions, Description, ElasticForce, Parameters, VelocityCondition};
 use monolayer::solve::multifrontal::Precision;
 use monolayer::space::{Field, Traces, project};
@@ -180,6 +180,23 @@ fn the_derivative_is_that_of_the_equations_and_the_condensed_factors_invert_it()
     }
 }
 
+/// Every other term is assembled by cells alone; one that is not would have to say so.
+#[test]
+fn terms_of_other_models_are_in_hybrid_form_or_say_why_not() {
+    let mut hybrid = 0;
+    for factor in factor::of_kind(PARAMETERS.kind()) {
+        let parameters = Parameters { factors: PARAMETERS.factors.with(factor.key, 0.5), ..PARAMETERS };
+        let mesh = square(2);
+        let model = Incompressible::new(&mesh, &Description::new(&mesh, parameters, mixed)).unwrap();
+        assert_eq!(model.polarity.hybrid().is_some(), parameters.keeps_direct().is_none(), "{}", factor.key);
+        if model.polarity.hybrid().is_some() {
+            Condensed::new(model.frame(), &HybridTangent::new(&model, &state(&model, 2), 1.0, 0.0)).unwrap();
+            hybrid += 1;
+        }
+    }
+    assert!(hybrid > 0, "no term was tried");
+}
+
 /// Where a term sees both cells of a face, or there is no coherence, the form stays direct, and says why.
 #[test]
 fn what_cannot_be_in_hybrid_form_stays_direct() {
@@ -197,4 +214,16 @@ fn what_cannot_be_in_hybrid_form_stays_direct() {
         assert!(parameters.keeps_direct().is_none() && parameters.is_hybrid(), "{parameters:?}");
     }
     assert!(!Parameters { form: PolarityForm::Direct, ..PARAMETERS }.is_hybrid());
+}
+
+/// With the polarity eliminated, the factors are about a third as large.
+#[test]
+fn the_factors_are_smaller() {
+    let mesh = square(24);
+    let [hybrid, direct] = [PolarityForm::Hybrid, PolarityForm::Direct].map(|form| {
+        let model = build(&mesh, form, mixed);
+        model.structure().unwrap().bytes(Precision::Double) as f64
+    });
+    println!("{:.3} of {:.1} MB", hybrid / direct, direct / 1e6);
+    assert!(hybrid < 0.35 * direct, "{hybrid} of {direct}");
 }
